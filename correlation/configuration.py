@@ -147,25 +147,17 @@ class Configuration:
         frequency: float,
         slider: NDArray[np.float64],
         guesses: Sequence[SteadyState | NDArray[np.float64] | None],
-        *,
-        near: bool = False,
     ) -> SteadyState | None:
-        """The steady state that is found from the first guess that leads to one; none if there is none to be found.
-
-        It is sought `near` the first guess alone, or in all ways.
-        """
+        """The steady state that the first successful guess leads to, else any that is found; None if there is none."""
         condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
         sliders = make_initial_sliders(balance, slider)
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
         if starts:
-            most = STEP_ITERATION if near else MAX_ITERATION
-            track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, most)
+            track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, MAX_ITERATION)
             if np.isfinite(track.norm[0]):
-                return self.state(level, frequency, track, 0, alone=near)
-        if near:
-            return None
+                return self.state(level, frequency, track, 0)
         recovery = self.linear.recovery(frequency)
         try:
             return solve_at(balance, condensed, None, sliders, recovery)
@@ -176,6 +168,14 @@ class Configuration:
                     return found
         return rescue(balance, condensed, None, sliders)
 
+    def solve_near(
+        self, level: float, frequency: float, slider: NDArray[np.float64], guess: SteadyState
+    ) -> SteadyState | None:
+        """The steady state that a few iterations of Newton's method find from a guess; None if they do not converge."""
+        condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
+        track = follow_one(balance, condensed, slider, guess.motion, TOLERANCE, STEP_ITERATION)
+        return self.state(level, frequency, track, 0, recover_once=True) if np.isfinite(track.norm[0]) else None
+
     def follow(
         self,
         level: float,
@@ -184,7 +184,7 @@ class Configuration:
         tolerance: float = TOLERANCE,
         *,
         carried: bool,
-        near: bool,
+        from_guess: bool,
     ) -> Track:
         """The steady states at one level, one after another.
 
@@ -200,7 +200,7 @@ class Configuration:
             Residual relative to the linear motion, up to which Newton's method solves [-].
         carried
             Whether each begins with the sliders that the one before left.
-        near
+        from_guess
             Whether each starts from its guess, and not from the one before.
         """
         balance, linear = self._at_level(level), self.linear.stacked(tuple(sorted(set(frequencies))))
@@ -216,7 +216,7 @@ class Configuration:
         )
         first = np.array([firsts.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
         # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
-        again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if near else True))
+        again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if from_guess else True))
         if carried:
             earlier_state[again] = first[again]
         index = np.array([indices[frequency] for frequency in frequencies], dtype=np.int64)
@@ -226,7 +226,7 @@ class Configuration:
         begin, count = balance.joint_of_direction
         while number < n:
             number = int(follow(
-                number, carried, near, sequence, balance.table, begin, count, slider, balance.sampling, tolerance,
+                number, carried, from_guess, sequence, balance.table, begin, count, slider, balance.sampling, tolerance,
                 MAX_ITERATION, track,
             ))  # fmt: skip
             if number < n:
@@ -269,11 +269,13 @@ class Configuration:
             track.initial_slider[number], track.periodic_slider[number] = state.initial_slider, state.periodic_slider
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
-    def state(self, level: float, frequency: float, track: Track, number: int, *, alone: bool = False) -> SteadyState:
-        """A state of a track with its full response; `alone` if others at its frequency are hardly asked for."""
+    def state(
+        self, level: float, frequency: float, track: Track, number: int, *, recover_once: bool = False
+    ) -> SteadyState:
+        """A state of a track with its full response; `recover_once` if few others at its frequency are needed."""
         force, condensed = self.forced(level, frequency), self.at(frequency)
         balance = self._at_level(force)
-        recovery = None if alone and not balance.is_dense else self.linear.recovery(frequency)
+        recovery = None if recover_once and not balance.is_dense else self.linear.recovery(frequency)
         return SteadyState(
             angular_frequency=condensed.angular_frequency,
             level=force,

@@ -157,7 +157,7 @@ class Predictor:
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         by_sweep, jumps = self._empty(), list[SweepJump]()
-        for one in self._solve_levels(model, before, TOLERANCE, near=False):
+        for one in self._solve_levels(model, before, TOLERANCE, from_guess=False):
             jumps += self._put_on_branches(one)
             one.solver.linear.recover(one.frequencies)
             for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
@@ -182,7 +182,7 @@ class Predictor:
             Model with the change, and a prediction without it.
         """
         by_sweep = self._empty()
-        for one in self._solve_levels(model, before, self.tolerance, near=True):
+        for one in self._solve_levels(model, before, self.tolerance, from_guess=True):
             self._read(one, by_sweep)
         return self._value(by_sweep)
 
@@ -209,7 +209,7 @@ class Predictor:
         return np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
 
     def _solve_levels(
-        self, model: Model, before: Prediction | None, tolerance: float, *, near: bool
+        self, model: Model, before: Prediction | None, tolerance: float, *, from_guess: bool
     ) -> Iterator["_LevelStates"]:
         """All states, of one configuration and level after another."""
         known = ({}, {}) if before is None else (before.states, before.states_back)
@@ -230,7 +230,12 @@ class Predictor:
                 # A sweep comes from the state beside it. Where there are two states, the one that another model was in
                 # would make a fit depend on its path.
                 track = solver.follow(
-                    level, frequencies, guesses, tolerance, carried=bool(self.sweeps), near=near or not swept
+                    level,
+                    frequencies,
+                    guesses,
+                    tolerance,
+                    carried=bool(self.sweeps),
+                    from_guess=from_guess or not swept,
                 )
                 yield _LevelStates(
                     solver, free, level, frequencies, [number for number, _ in order],

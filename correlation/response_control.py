@@ -211,16 +211,16 @@ def _solve(
     columns = linear.columns.copy()
     columns[:, 1] -= (felt / through[:, None])[:, :, None] * linear.dynamic[:, 1, None, :]
     d, nh = balance.n_direction, 2 * balance.n_harmonic - 1
-    near = guess is not None and guess.shape == (n, d, nh)
+    from_guess = guess is not None and guess.shape == (n, d, nh)
     sequence = StateSequence(
         state, np.full(n, -1), linear.angular_frequency, real_from_complex(stuck), columns,
-        guess if guess is not None and near else np.full((n, d, nh), np.nan),
+        guess if guess is not None and from_guess else np.full((n, d, nh), np.nan),
     )  # fmt: skip
     track, number, slider = empty_track(n, d, nh, balance.n_slider), 0, solver.slider.astype(float)
     first, count = balance.joint_of_direction
     while number < n:
         number = 1 + int(follow(
-            number, True, near, sequence, balance.table, first, count, slider, balance.sampling, TOLERANCE,
+            number, True, from_guess, sequence, balance.table, first, count, slider, balance.sampling, TOLERANCE,
             MAX_ITERATION, track,
         ))  # fmt: skip
     g = complex_from_real(track.force)

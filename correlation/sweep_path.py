@@ -120,7 +120,7 @@ class SweepPath:
         self, here: SteadyState | None, before: float | None, target: float, found: SteadyState | None
     ) -> tuple[SteadyState | None, JumpPoint | None]:
         """State after the last one and the jump to it, if any; `found` is that by one Newton solution, if known."""
-        state = self._solve(target, here) if found is None else found
+        state = self.solver.solve(self.level, target, self._sliders, [here]) if found is None else found
         if here is None or before is None or state is None or not self._may_jump(here, before, state, target):
             return state, None
         return self._in_small_steps(here, before, state, target)
@@ -134,7 +134,7 @@ class SweepPath:
         while share < 1:
             to = min(share + step, 1.0)
             ends = [frequency + each * (target - frequency) if each < 1 else target for each in (share, to)]
-            following = self._solve(ends[1], state, near=True)
+            following = self.solver.solve_near(self.level, ends[1], self._sliders, state)
             wide = following is None or self._may_jump(state, ends[0], following, ends[1])
             if wide and to - share > LEAST_STEP:
                 step = (to - share) / 2
@@ -146,9 +146,6 @@ class SweepPath:
                 jump = JumpPoint((ends[0] + ends[1]) / 2, _size(following) < _size(state))
             state, share, step = following, to, 2 * (to - share)
         return state, jump
-
-    def _solve(self, frequency: float, start: SteadyState | None, *, near: bool = False) -> SteadyState | None:
-        return self.solver.solve(self.level, frequency, self._sliders, [start], near=near)
 
     def _may_jump(self, here: SteadyState, frequency: float, there: SteadyState, target: float) -> bool:
         """Whether a step is wide: the branch may have ended between its states."""

@@ -66,7 +66,7 @@ def empty_track(n: int, n_direction: int, nh: int, n_slider: int) -> Track:
 
 @compiled
 def follow(
-    first_state: int, carried: bool, near: bool, sequence: Any, table: Any, first: Any, count: Any, slider: Any,
+    first_state: int, carried: bool, from_guess: bool, sequence: Any, table: Any, first: Any, count: Any, slider: Any,
     sampling: Any, tolerance: float, max_iteration: int, track: Any,
 ) -> Any:  # fmt: skip
     """Write the states from number `first_state` on into a track, up to one where Newton's method alone fails.
@@ -77,7 +77,7 @@ def follow(
         Number of the first state; the one before it, if any, is in the track.
     carried
         Whether a state begins with the sliders that the one before left, and not with `slider`.
-    near
+    from_guess
         Whether a state starts from its guess, moved by what its neighbour differs from its own guess; else from its
         neighbour.
     sequence, table, first, count, sampling, tolerance, max_iteration
@@ -112,7 +112,7 @@ def follow(
         if scale == 0.0:
             scale = 1.0
         guessed = np.isfinite(sequence.guess[i]).all()
-        if near and guessed:
+        if from_guess and guessed:
             x = sequence.guess[i].copy()
             if neighboured and np.isfinite(sequence.guess[before]).all():
                 x += track.motion[before] - sequence.guess[before]
@@ -125,7 +125,7 @@ def follow(
         omega, columns = sequence.angular_frequency[index], sequence.columns[index]
         start = InitialSliders(value, by_multiplier)
         norm, iteration = np.inf, 0
-        if near and (not neighboured or track.iterations[before] == 0):
+        if from_guess and (not neighboured or track.iterations[before] == 0):
             # Many states are as the guess says, and stay so: nothing has to be derived for them.
             forces = joint_forces(x, omega, table, start, sampling, FORCE)
             R = x - linear + apply_receptance(columns, forces.coefficients)

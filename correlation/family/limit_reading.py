@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration, Tangent
 from correlation.family.band import LimitChange
 from correlation.family.frequency_offset import split_frequency_part
-from correlation.family.limit_change import Variant, VariantScale, find_state, make_variants
+from correlation.family.limit_change import SolveEffort, Variant, VariantScale, find_state, make_variants
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors, make_frequency_shifts
 from hbsolve.balance import HarmonicBalance
@@ -130,7 +130,7 @@ def read_limits(
         changed = [np.full((len(scale.variants), *value.shape), np.nan) for scale in scales]
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
-            state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
+            state = _find_limit_state(balance, curve, at, states.motion[side, at], slider, SolveEffort.FEW_STARTS)
             if state is None:
                 continue
             refined = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
@@ -222,8 +222,7 @@ def _refined_readings(
     for number, (configuration, check) in enumerate(configurations):
         found: SteadyState | None = state
         if number:
-            alone = number > FEWEST_BALANCE
-            found = _state(configuration.balance, curve, at, state.motion, slider, alone=alone)
+            found = _find_limit_state(configuration.balance, curve, at, state.motion, slider, _choose_effort(number))
         if found is None:
             break
         state, reached = found, configuration
@@ -250,11 +249,11 @@ def _other_reading(
     own = variant.limit(balance, objective, side, state)
     if own is None:
         return np.nan
-    alone = len(refined.values) - 1 > FEWEST_BALANCE
-    seen, found = variant.refined(refined.configuration.balance, own, state, refined.state, alone=alone)
+    effort = _choose_effort(len(refined.values) - 1)
+    configuration, found = variant.refine(refined.configuration.balance, own, state, refined.state, effort)
     if found is None:
         return np.nan
-    return _reading(states, found, seen) / (variant.factor if states.harmonic else 1.0)
+    return _reading(states, found, configuration) / (variant.factor if states.harmonic else 1.0)
 
 
 def _reading(states: LimitStates, state: SteadyState, seen: Configuration) -> float:
@@ -315,12 +314,17 @@ def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64
     return result
 
 
-def _state(
-    balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real, *, alone: bool
+def _choose_effort(number: int) -> SolveEffort:
+    """Effort of one of the finer and finer balances, by its number."""
+    return SolveEffort.NEWTON_ONLY if number > FEWEST_BALANCE else SolveEffort.FEW_STARTS
+
+
+def _find_limit_state(
+    balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real, effort: SolveEffort
 ) -> SteadyState | None:
     """The steady state at a limit by a balance; see `find_state`."""
     if not np.isfinite(motion).all():
         return None
     at_level = balance.at_level(curve.level)
     condensed = at_level.at(float(curve.angular_frequency[at]))
-    return find_state(at_level, condensed, motion, slider, alone=alone)
+    return find_state(at_level, condensed, motion, slider, effort)
