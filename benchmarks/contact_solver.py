@@ -36,12 +36,12 @@ def forward_differences(balance: HarmonicBalance, condensed: Condensed, state: S
     """dR/dx column by column, shape (616, 616)."""
     x, omega = state.motion, state.angular_frequency
     step = 1e-6 * np.abs(x).max()
-    base = residual(balance, condensed, x, forces_at(balance, omega, x, state.start, FORCE)).ravel()
+    base = residual(balance, condensed, x, forces_at(balance, omega, x, state.sliders, FORCE)).ravel()
     columns = []
     for unknown in range(x.size):
         moved = x.copy()
         moved.flat[unknown] += step
-        changed = residual(balance, condensed, moved, forces_at(balance, omega, moved, state.start, FORCE)).ravel()
+        changed = residual(balance, condensed, moved, forces_at(balance, omega, moved, state.sliders, FORCE)).ravel()
         columns.append((changed - base) / step)
     return np.array(columns).T
 
@@ -50,7 +50,7 @@ def analytic(balance: HarmonicBalance, condensed: Condensed, state: SteadyState)
     """dR/dx = 1 + A dg/dx from the Jacobian of the joints, shape (616, 616)."""
     x = state.motion
     d, nh = x.shape
-    jacobian = forces_at(balance, state.angular_frequency, x, state.start, JACOBIAN).jacobian
+    jacobian = forces_at(balance, state.angular_frequency, x, state.sliders, JACOBIAN).jacobian
     first, count = balance.joint_of_direction
     by_motion = np.zeros((d, nh, d, nh))
     for direction in range(d):
@@ -60,7 +60,7 @@ def analytic(balance: HarmonicBalance, condensed: Condensed, state: SteadyState)
     linear = balance.linear(condensed)
     columns = []
     for column in by_motion.reshape(d, nh, -1).transpose(2, 0, 1):
-        forces = forces_at(balance, state.angular_frequency, x, state.start, FORCE)._replace(coefficients=column)
+        forces = forces_at(balance, state.angular_frequency, x, state.sliders, FORCE)._replace(coefficients=column)
         columns.append((residual(balance, condensed, x, forces) - x + linear).ravel())
     return np.eye(x.size) + np.array(columns).T
 
@@ -90,9 +90,9 @@ def measure(force: float) -> None:
     condensed, x = balance.at(peak.angular_frequency), peak.motion
 
     def evaluate(want: int) -> object:
-        return residual(balance, condensed, x, forces_at(balance, peak.angular_frequency, x, peak.start, want))
+        return residual(balance, condensed, x, forces_at(balance, peak.angular_frequency, x, peak.sliders, want))
 
-    active = int(forces_at(balance, peak.angular_frequency, x, peak.start, JACOBIAN).active.sum())
+    active = int(forces_at(balance, peak.angular_frequency, x, peak.sliders, JACOBIAN).active.sum())
     one, both = processor_time(lambda: evaluate(FORCE), 20), processor_time(lambda: evaluate(JACOBIAN), 20)
     start = time.process_time()
     differences = forward_differences(balance, condensed, peak)
@@ -108,7 +108,7 @@ def measure(force: float) -> None:
     def solve() -> int:
         _, _, iterations = newton(
             neighbour, linear, condensed.angular_frequency, condensed.columns, balance.table, first, count,
-            peak.start, balance.sampling, TOLERANCE * float(np.linalg.norm(linear)), MAX_ITERATION,
+            peak.sliders, balance.sampling, TOLERANCE * float(np.linalg.norm(linear)), MAX_ITERATION,
         )  # fmt: skip
         return int(iterations)
 

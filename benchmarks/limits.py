@@ -68,7 +68,7 @@ def show(limits: ResponseLimits) -> None:
             f"| {limits.repaired[:, level].sum()} | {limits.jump[:, level].sum()} "
             f"| {limits.n_outside[:, level].sum()} of {limits.n_sampled[level].sum()} |"
         )
-    print(f"largest residual {np.nanmax(limits.residual):.1e}")
+    print(f"largest residual {np.nanmax(limits.residual_norm):.1e}")
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.continuation.continuation_parameter import spread
 from hbsolve.joint_law.registry import FORCE, PARAMETERS
 from hbsolve.limits.local_search import LimitSide, local_search
@@ -37,10 +37,10 @@ class FullSpace:
     """Objective and constraint over z = (motion, sliders), all in units of the box."""
 
     def __init__(self, point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> None:
-        self.point, self.shape, self.unit = point, trial.x.shape, float(point.box.reach.max())
+        self.point, self.shape, self.unit = point, trial.motion.shape, float(point.box.reach.max())
         self.began, self.seconds, self.wanted = time.process_time(), seconds, wanted
-        self.start = np.concatenate([trial.x.ravel(), trial.w]) / self.unit
-        self.n = trial.x.size
+        self.start = np.concatenate([trial.motion.ravel(), trial.initial_slider]) / self.unit
+        self.n = trial.motion.size
         self.best = (0.0, np.inf)
         nominal = point.box.nominal / self.unit
         free = np.full(self.n, np.inf)
@@ -50,9 +50,9 @@ class FullSpace:
     def spent(self) -> float:
         return time.process_time() - self.began
 
-    def _state(self, z: Real) -> tuple[Real, Start]:
+    def _state(self, z: Real) -> tuple[Real, InitialSliders]:
         x, w = z[: self.n].reshape(self.shape) * self.unit, z[self.n :] * self.unit
-        return np.ascontiguousarray(x), Start(np.ascontiguousarray(w), np.zeros(len(w), dtype=np.int64))
+        return np.ascontiguousarray(x), InitialSliders(np.ascontiguousarray(w), np.zeros(len(w), dtype=np.int64))
 
     def balance(self, z: Real) -> Real:
         x, start = self._state(z)
@@ -222,7 +222,7 @@ def start_of_race(problem: LimitProblem, point: LimitPoint) -> TrialState | None
             return None
         w = problem.box.nominal + random.uniform(-1, 1, problem.box.nominal.shape) * problem.box.reach
         other = point.towards(w, rest)
-        other = other and point.settle(other.x, other.w)
+        other = other and point.settle(other.motion, other.initial_slider)
         if other and local_search(point, other, LimitSide.UPPER).value > (1 + GAIN) * other.value:
             return other
     return None

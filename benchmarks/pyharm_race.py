@@ -210,7 +210,7 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
     condensed, x = balance.at(middle.angular_frequency), middle.motion
 
     def evaluate(want: int) -> object:
-        return residual(balance, condensed, x, forces_at(balance, middle.angular_frequency, x, middle.start, want))
+        return residual(balance, condensed, x, forces_at(balance, middle.angular_frequency, x, middle.sliders, want))
 
     return {
         "import": imported,

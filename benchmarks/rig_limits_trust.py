@@ -23,7 +23,7 @@ from numpy.typing import NDArray  # noqa: E402
 from benchmarks.limits_full_space import race  # noqa: E402
 from benchmarks.rig_case import prepared  # noqa: E402
 from hbsolve.limits.local_search import LimitSide, local_search  # noqa: E402
-from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
+from hbsolve.limits.optimum import Optima, Optimum  # noqa: E402
 from hbsolve.limits.problem import LimitCurve, LimitProblem  # noqa: E402
 from hbsolve.limits.random_histories import (  # noqa: E402
     audit,
@@ -92,9 +92,12 @@ def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed
     value = limits.value.copy()
     numbers = range(len(limits.angular_frequency))
     for row, level in enumerate(limits.level):
-        best: Best = {
+        best: Optima = {
             (at, side): Optimum(
-                value=limits.value[k, row, at], x=limits.motion[k, row, at], w=limits.slider[k, row, at], residual=0.0
+                value=limits.value[k, row, at],
+                motion=limits.motion[k, row, at],
+                initial_slider=limits.initial_slider[k, row, at],
+                residual_norm=0.0,
             )
             for at in numbers
             for k, side in enumerate(LimitSide)

@@ -70,7 +70,7 @@ def compare(path: Path) -> None:
         )
         state = steady_state(balance, omega, start=branch.start(balance, peak), slider=curve.slider)
         motion = steady_motion(
-            model.system, omega, start_from(model.system, omega, state.coefficients, state.slider_at_start),
+            model.system, omega, start_from(model.system, omega, state.coefficients, state.periodic_slider),
             curve.fixed, tolerance=1e-4, steps_per_period=STEPS, max_steps_per_period=STEPS, acceleration=4,
         )  # fmt: skip
         if not motion.periodic:

@@ -23,7 +23,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.refinement import refine_harmonics
 from hbsolve.solution import newton_from, solve_at
-from hbsolve.state import SteadyState, in_harmonics_of, slider_start
+from hbsolve.state import SteadyState, in_harmonics_of, make_initial_sliders
 from hbsolve.truncation import relative_change, truncation
 
 HIGHEST, N_SAMPLE = 7, 256
@@ -42,13 +42,13 @@ def with_more(balance: HarmonicBalance, state: SteadyState, times: int) -> Stead
     """The same state with more harmonics and samples, if Newton's method alone finds it."""
     finer = balance.with_harmonics(times * HIGHEST + 1, times * N_SAMPLE)
     x = in_harmonics_of(finer, state.motion)
-    return newton_from(finer, finer.at(state.angular_frequency), x, state.start)
+    return newton_from(finer, finer.at(state.angular_frequency), x, state.sliders)
 
 
 def states_of(problem: Problem, balance: HarmonicBalance) -> Iterator[SteadyState]:
     """States along the sweep, each from the one before."""
     start = None
-    sliders = slider_start(balance, problem.slider)
+    sliders = make_initial_sliders(balance, problem.slider)
     for angular_frequency in problem.angular_frequency[::STRIDE]:
         try:
             state = solve_at(balance, balance.at(angular_frequency), start, sliders)

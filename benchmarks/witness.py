@@ -108,9 +108,9 @@ def curve(name: str, case: Any) -> Outcome:
             continue
         # The states of a branch are its coefficients; a solve from there costs an iteration and gives the sliders.
         found = steady_state(balance, omega, start=branch.start(balance, point))
-        state, harmonics = converged(case.system, omega, 1.0, found.slider, found)
+        state, harmonics = converged(case.system, omega, 1.0, found.initial_slider, found)
         motion = integrated(
-            case.system, omega, 1.0, start_from(case.system, omega, state.coefficients, state.slider_at_start)
+            case.system, omega, 1.0, start_from(case.system, omega, state.coefficients, state.periodic_slider)
         )
         both = compare(outcome, label, case, omega, 1.0, motion, state, harmonics)
         if both is not None:

@@ -15,12 +15,13 @@ from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
-from hbsolve.follow import Track, Way, empty_track, follow, follow_one
+from hbsolve.joint_law.registry import FORCE
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.sensitivity import Seen, derivatives
+from hbsolve.sensitivity import ReadingResponse, derivatives
 from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
+from hbsolve.state_sequence import StateSequence, Track, empty_track, follow, follow_one
 from hbsolve.steady_state import rescue
 
 #: Motions of two sweeps whose relative difference is larger are of two branches; Newton's method ends at 1e-9 [-].
@@ -147,25 +148,17 @@ class ModelSolver:
         frequency: float,
         slider: NDArray[np.float64],
         guesses: Sequence[SteadyState | NDArray[np.float64] | None],
-        *,
-        near: bool = False,
     ) -> SteadyState | None:
-        """The steady state that is found from the first guess that leads to one; none if there is none to be found.
-
-        It is sought `near` the first guess alone, or in all ways.
-        """
+        """The steady state that the first successful guess leads to, else any that is found; None if there is none."""
         condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
-        sliders = slider_start(balance, slider)
+        sliders = make_initial_sliders(balance, slider)
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
         if starts:
-            most = STEP_ITERATION if near else MAX_ITERATION
-            track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, most)
+            track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, MAX_ITERATION)
             if np.isfinite(track.norm[0]):
-                return self.state(level, frequency, track, 0, alone=near)
-        if near:
-            return None
+                return self.state(level, frequency, track, 0)
         recovery = self.linear.recovery(frequency)
         try:
             return solve_at(balance, condensed, None, sliders, recovery)
@@ -176,6 +169,14 @@ class ModelSolver:
                     return found
         return rescue(balance, condensed, None, sliders)
 
+    def solve_near(
+        self, level: float, frequency: float, slider: NDArray[np.float64], guess: SteadyState
+    ) -> SteadyState | None:
+        """The steady state that a few iterations of Newton's method find from a guess; None if they do not converge."""
+        condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
+        track = follow_one(balance, condensed, slider, guess.motion, TOLERANCE, STEP_ITERATION)
+        return self.state(level, frequency, track, 0, recover_once=True) if np.isfinite(track.norm[0]) else None
+
     def follow(
         self,
         level: float,
@@ -184,7 +185,7 @@ class ModelSolver:
         tolerance: float = TOLERANCE,
         *,
         carried: bool,
-        near: bool,
+        from_guess: bool,
     ) -> Track:
         """The steady states at one level, one after another.
 
@@ -200,13 +201,13 @@ class ModelSolver:
             Residual relative to the linear motion, up to which Newton's method solves [-].
         carried
             Whether each begins with the sliders that the one before left.
-        near
+        from_guess
             Whether each starts from its guess, and not from the one before.
         """
         balance, linear = self._at_level(level), self.linear.stacked(tuple(sorted(set(frequencies))))
-        place = {frequency: number for number, frequency in enumerate(sorted(set(frequencies)))}
+        indices = {frequency: index for index, frequency in enumerate(sorted(set(frequencies)))}
         d, nh, n = balance.n_direction, 2 * balance.n_harmonic - 1, len(frequencies)
-        guess, twin, seen = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
+        guess, earlier_state, firsts = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
         known = [None if state is None else state.displacement for state in guesses]
         own = [
             number for number, each in enumerate(known) if each is not None and each.shape == (balance.n_harmonic, d)
@@ -214,19 +215,19 @@ class ModelSolver:
         guess[own] = real_from_complex(
             np.array([known[number] for number in own]).reshape(len(own), balance.n_harmonic, d)
         )
-        first = np.array([seen.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
+        first = np.array([firsts.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
         # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
-        again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if near else True))
+        again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if from_guess else True))
         if carried:
-            twin[again] = first[again]
-        at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
-        stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
-        way = Way(at, twin, linear.angular_frequency, stuck, linear.columns, guess)
+            earlier_state[again] = first[again]
+        index = np.array([indices[frequency] for frequency in frequencies], dtype=np.int64)
+        stuck = real_from_complex(linear.static + self._forced_all(level, list(indices)) * linear.dynamic)
+        sequence = StateSequence(index, earlier_state, linear.angular_frequency, stuck, linear.columns, guess)
         track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
         begin, count = balance.joint_of_direction
         while number < n:
             number = int(follow(
-                number, carried, near, way, balance.table, begin, count, slider, balance.sampling, tolerance,
+                number, carried, from_guess, sequence, balance.table, begin, count, slider, balance.sampling, tolerance,
                 MAX_ITERATION, track,
             ))  # fmt: skip
             if number < n:
@@ -246,14 +247,14 @@ class ModelSolver:
     ) -> NDArray[np.float64]:
         """Write a state into a track that Newton's method alone did not find, and return the sliders that go on."""
         before = track.motion[number - 1] if number and np.isfinite(track.norm[number - 1]) else None
-        state = self.solve(level, frequency, track.start[number], [before, guess])
+        state = self.solve(level, frequency, track.initial_slider[number], [before, guess])
         if state is None:
-            return np.array(track.start[number]) if carried else slider
-        forces = forces_at(self._at_level(level), state.angular_frequency, state.motion, state.start, want=0)
+            return np.array(track.initial_slider[number]) if carried else slider
+        forces = forces_at(self._at_level(level), state.angular_frequency, state.motion, state.sliders, FORCE)
         track.motion[number], track.force[number] = state.motion, forces.coefficients
-        track.end[number], track.norm[number] = state.slider_at_start, state.residual_norm
+        track.periodic_slider[number], track.norm[number] = state.periodic_slider, state.residual_norm
         track.iterations[number] = state.iterations
-        return np.array(state.slider_at_start) if carried else slider
+        return np.array(state.periodic_slider) if carried else slider
 
     def write(
         self, level: float, track: Track, numbers: Int[NDArray[np.int64], " n"], states: Sequence[SteadyState | None]
@@ -264,24 +265,26 @@ class ModelSolver:
             track.norm[number] = np.nan
             if state is None:
                 continue
-            forces = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0)
+            forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, FORCE)
             track.motion[number], track.force[number] = state.motion, forces.coefficients
-            track.start[number], track.end[number] = state.slider, state.slider_at_start
+            track.initial_slider[number], track.periodic_slider[number] = state.initial_slider, state.periodic_slider
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
-    def state(self, level: float, frequency: float, track: Track, number: int, *, alone: bool = False) -> SteadyState:
-        """A state of a track with its full response; `alone` if others at its frequency are hardly asked for."""
+    def state(
+        self, level: float, frequency: float, track: Track, number: int, *, recover_once: bool = False
+    ) -> SteadyState:
+        """A state of a track with its full response; `recover_once` if few others at its frequency are needed."""
         force, condensed = self.forced(level, frequency), self.at(frequency)
         balance = self._at_level(force)
-        recovery = None if alone and not balance.is_dense else self.linear.recovery(frequency)
+        recovery = None if recover_once and not balance.is_dense else self.linear.recovery(frequency)
         return SteadyState(
             angular_frequency=condensed.angular_frequency,
             level=force,
             displacement=complex_from_real(track.motion[number]),
             coefficients=balance.response(condensed, track.force[number], recovery),
-            slider=track.start[number].copy(),
+            initial_slider=track.initial_slider[number].copy(),
             multiplier=False,
-            slider_at_start=track.end[number].copy(),
+            periodic_slider=track.periodic_slider[number].copy(),
             residual_norm=float(track.norm[number]),
             iterations=int(track.iterations[number]),
         )
@@ -320,8 +323,8 @@ class ModelSolver:
         base = self.model.base_acceleration
         if base is None:
             return np.zeros((2, len(self.model.sensors)), dtype=np.complex128)
-        seen = [isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
-        return np.where(seen, base @ self.rows[0].T, 0.0)
+        absolute = [isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
+        return np.where(absolute, base @ self.rows[0].T, 0.0)
 
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
@@ -360,7 +363,7 @@ class ModelSolver:
         which, inverse = np.unique(np.column_stack([numbers, harmonics]), axis=0, return_inverse=True)
         condensed, contact = self.at(frequency), self.linear.reciprocal.contact(frequency)
         values = derivatives(
-            self._at_level(state.level), state, rates.system, condensed, contact, self._seen(frequency, *which.T)
+            self._at_level(state.level), state, rates.system, condensed, contact, self._respond(frequency, *which.T)
         )[inverse.ravel()]
         read, turn = self.read(state, names, harmonics), 1j * harmonics[:, None] * state.angular_frequency
         late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.frequency_shift)
@@ -368,8 +371,8 @@ class ModelSolver:
             values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.frequency_shift - late)
         )
 
-    def _seen(self, frequency: float, numbers: NDArray[np.int64], harmonics: NDArray[np.int64]) -> Seen:
-        """What sensors see at a frequency, by their numbers and one harmonic each; by reciprocity what moves them."""
+    def _respond(self, frequency: float, numbers: NDArray[np.int64], harmonics: NDArray[np.int64]) -> ReadingResponse:
+        """Responses of sensors at a frequency, by their numbers and one harmonic each; by reciprocity."""
         motion, force, order = self.rows
         reciprocal = self.linear.reciprocal
         if frequency not in self.by_load:
@@ -383,7 +386,9 @@ class ModelSolver:
         turned, late = times ** order[numbers], np.exp(-times * self.delay[numbers])[:, None]
         load = turned[:, None] * self.by_load[frequency][harmonics, :, numbers]
         reaction = force[numbers] - turned[:, None] * contact[harmonics, numbers]
-        return Seen(harmonics, late * load, late * reaction, late * force[numbers] * self.balance.table.reference)
+        return ReadingResponse(
+            harmonics, late * load, late * reaction, late * force[numbers] * self.balance.table.reference
+        )
 
     def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
         """Indices of sensors by their names."""
@@ -437,7 +442,7 @@ class ModelSolver:
     def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
         """Coefficients of all joint forces f = g + D x."""
         balance = self._at_level(state.level)
-        g = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0).coefficients
+        g = forces_at(balance, state.angular_frequency, state.motion, state.sliders, FORCE).coefficients
         return complex_from_real(g) + balance.table.reference * state.displacement
 
     def _at_level(self, level: float) -> HarmonicBalance:
@@ -448,12 +453,12 @@ class ModelSolver:
     def _line(self, line: str, component: str) -> Float[NDArray[np.float64], " d"]:
         """Which joint directions a line sensor sums."""
         members = self.model.lines[line]
-        seen = np.zeros(self.balance.n_direction)
+        row = np.zeros(self.balance.n_direction)
         for number, joint in enumerate(self.model.system.joints):
             if joint.name in members:
                 first, last = self.balance.table.direction[number : number + 2]
-                seen[last - 1 if component == "normal" else first] = 1.0
-        return seen
+                row[last - 1 if component == "normal" else first] = 1.0
+        return row
 
 
 def _are_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> Bool[NDArray[np.bool_], " n"]:

@@ -27,9 +27,9 @@ from correlation.row_table import RowTable
 from correlation.sweep_path import SweepPath, has_wide_steps, is_same
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
-from hbsolve.follow import Track
 from hbsolve.solution import TOLERANCE
 from hbsolve.state import SteadyState
+from hbsolve.state_sequence import Track
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,11 +75,13 @@ ALIKE = 1e-3
 Key = tuple[bool, float, float]
 
 
-class Jump(NamedTuple):
+class SweepJump(NamedTuple):
     """Step of a sweep to another branch."""
 
     free: bool
+    """Whether the structure is without its contacts."""
     level: float
+    """Set point of the force [N]."""
     sweep: int
     """Direction of the sweep, +1 up, -1 down."""
     frequency: float
@@ -95,16 +97,15 @@ class Prediction:
     Parameters
     ----------
     points
-        Where.
+        Points of the k values.
     value
         Coefficients of e^{i k Omega t}, shape (k,) [SI unit of the sensor]; NaN where no steady state was found.
     states
-        The steady states of the first sweep, to start other ones from.
-    others
-        Those of the sweep back, where it was followed.
+        Steady states of the first sweep, to start other ones from.
+    states_back
+        Steady states of the sweep back, where there is one.
     by_sweep
-        The coefficients of each sweep that was followed, shape (S, k); `value` is their mean, or that of the row's
-        own sweep.
+        Coefficients of each of S sweeps, shape (S, k); `value` is their mean, or that of the row's own sweep.
     jumps
         Steps at which a sweep left its branch.
     """
@@ -112,9 +113,9 @@ class Prediction:
     points: Points
     value: Complex[NDArray[np.complex128], " k"]
     states: Mapping[Key, SteadyState]
-    others: Mapping[Key, SteadyState] = field(default_factory=dict)
+    states_back: Mapping[Key, SteadyState] = field(default_factory=dict)
     by_sweep: Complex[NDArray[np.complex128], "S k"] = field(default_factory=lambda: np.zeros((0, 0), dtype=complex))
-    jumps: tuple[Jump, ...] = ()
+    jumps: tuple[SweepJump, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,15 +125,15 @@ class Predictor:
     Parameters
     ----------
     points
-        Where.
+        Points to predict at.
     slider
         Initial positions of all sliders, from the balance of the jointed structure [m]; zero by default.
     sweeps
         Directions in frequency that are followed one after another, +1 up, -1 down; their mean is predicted. None lets
         every point begin with the initial sliders.
     shared
-        Configurations of a model by whether they are free, whose linear structures serve other models too, as far as
-        they are the same.
+        Configurations of a model by whether they are free; their linear structures serve other models, too, where
+        these have the same.
     tolerance
         Residual relative to the linear motion, up to which `vary` solves [-].
     """
@@ -150,22 +151,21 @@ class Predictor:
         Parameters
         ----------
         model
-            What is tested.
+            Model of the structure.
         before
-            A prediction for a model nearby.
+            Prediction for a model nearby, whose states are near.
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
-        by_sweep, jumps = self._empty(), list[Jump]()
-        for compiled in self._tracks(model, before, TOLERANCE, near=False):
-            one, steps = self._on_branches(compiled)
-            jumps += steps
+        by_sweep, jumps = self._empty(), list[SweepJump]()
+        for one in self._solve_levels(model, before, TOLERANCE, from_guess=False):
+            jumps += self._put_on_branches(one)
             one.solver.linear.recover(one.frequencies)
             for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
                 if (state := one.state(number)) is not None:
                     states[sweep][(one.free, one.level, frequency)] = state
             self._read(one, by_sweep)
         return Prediction(
-            points=self.points, value=self._value(by_sweep), states=states[0], others=states[1], by_sweep=by_sweep,
+            points=self.points, value=self._value(by_sweep), states=states[0], states_back=states[1], by_sweep=by_sweep,
             jumps=tuple(jumps),
         )  # fmt: skip
 
@@ -182,40 +182,45 @@ class Predictor:
             Model with the change, and a prediction without it.
         """
         by_sweep = self._empty()
-        for one in self._tracks(model, before, self.tolerance, near=True):
+        for one in self._solve_levels(model, before, self.tolerance, from_guess=True):
             self._read(one, by_sweep)
         return self._value(by_sweep)
 
-    def _on_branches(self, one: "_Track") -> tuple["_Track", list[Jump]]:
-        """The states of a level with each sweep on its own branch, and its jumps."""
+    def _put_on_branches(self, one: "_LevelStates") -> list[SweepJump]:
+        """Replace states of a level by those of the branch that each sweep is on; its jumps."""
         swept = bool(self.sweeps) and not one.free
         if not swept or not has_wide_steps(one.solver, one.level, one.frequencies, one.sweep, one.track):
-            return one, []
-        path, jumps = SweepPath(solver=one.solver, level=one.level), list[Jump]()
+            return []
+        path, jumps = SweepPath(solver=one.solver, level=one.level), list[SweepJump]()
         sweep = np.array(one.sweep)
-        for number, way in enumerate(self.sweeps):
+        for number, direction in enumerate(self.sweeps):
             own = np.flatnonzero(sweep == number)
             found = [one.state(state) for state in own.tolist()]
-            states, steps = path.follow([one.frequencies[state] for state in own], found)
+            states, points = path.follow([one.frequencies[state] for state in own], found)
             other = [place for place, pair in enumerate(zip(found, states, strict=True)) if not is_same(*pair)]
             one.solver.write(one.level, one.track, own[other], [states[place] for place in other])
-            jumps += [Jump(one.free, one.level, way, *step) for step in steps]
-        return one, jumps
+            jumps += [
+                SweepJump(one.free, one.level, sweep=direction, frequency=point.frequency, falls=point.falls)
+                for point in points
+            ]
+        return jumps
 
     def _empty(self) -> Complex[NDArray[np.complex128], "S k"]:
         return np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
 
-    def _tracks(self, model: Model, before: Prediction | None, tolerance: float, *, near: bool) -> Iterator["_Track"]:
+    def _solve_levels(
+        self, model: Model, before: Prediction | None, tolerance: float, *, from_guess: bool
+    ) -> Iterator["_LevelStates"]:
         """All states, of one configuration and level after another."""
-        known = ({}, {}) if before is None else (before.states, before.others)
+        known = ({}, {}) if before is None else (before.states, before.states_back)
         for free, levels in self._configurations:
             solver = self._solver(model, free)
             swept = bool(self.sweeps) and not free
             for level, groups in levels.items():
                 order = [
                     (number, place)
-                    for number, way in enumerate(self.sweeps if swept else (1,))
-                    for place in range(len(groups))[::way]
+                    for number, direction in enumerate(self.sweeps if swept else (1,))
+                    for place in range(len(groups))[::direction]
                 ]
                 frequencies = [groups[place][0] for _, place in order]
                 guesses = [
@@ -225,15 +230,20 @@ class Predictor:
                 # A sweep comes from the state beside it. Where there are two states, the one that another model was in
                 # would make a fit depend on its path.
                 track = solver.follow(
-                    level, frequencies, guesses, tolerance, carried=bool(self.sweeps), near=near or not swept
+                    level,
+                    frequencies,
+                    guesses,
+                    tolerance,
+                    carried=bool(self.sweeps),
+                    from_guess=from_guess or not swept,
                 )
-                yield _Track(
+                yield _LevelStates(
                     solver, free, level, frequencies, [number for number, _ in order],
                     [groups[place][1] for _, place in order], track,
                 )  # fmt: skip
 
-    def _read(self, one: "_Track", by_sweep: Complex[NDArray[np.complex128], "S k"]) -> None:
-        """Write the readings of the points at the states of a track."""
+    def _read(self, one: "_LevelStates", by_sweep: Complex[NDArray[np.complex128], "S k"]) -> None:
+        """Write the readings of the points in the states of a level."""
         table = one.solver.read_track(one.level, one.frequencies, one.track)
         count = np.array([len(rows) for rows in one.rows])
         rows, state = np.concatenate(one.rows), np.repeat(np.arange(len(count)), count)
@@ -248,15 +258,15 @@ class Predictor:
             by_sweep[np.array(one.sweep)[state], rows] = read
 
     def _value(self, by_sweep: Complex[NDArray[np.complex128], "S k"]) -> Complex[NDArray[np.complex128], " k"]:
-        """Of each row the value of its own sweep, or the mean of the sweeps that have a state, shape (k,).
+        """Value of each row in its own sweep, or the mean over the sweeps that have a state, shape (k,).
 
-        Not a number where the first sweep has none.
+        NaN where the first sweep has no state.
         """
         value = by_sweep[0].copy()
         for other in by_sweep[1:]:
             value = np.where(np.isfinite(other), (value + other) / 2, value)
-        for number, way in enumerate(self.sweeps):
-            value = np.where(self.points.sweep == way, by_sweep[number], value)
+        for number, direction in enumerate(self.sweeps):
+            value = np.where(self.points.sweep == direction, by_sweep[number], value)
         return np.asarray(value)
 
     @on_one_blas_thread
@@ -268,11 +278,11 @@ class Predictor:
         Parameters
         ----------
         model
-            With which the prediction was made.
+            Model of the prediction.
         prediction
-            There.
+            Prediction that the model made.
         tangents
-            How the model's data change with each parameter.
+            Rates of the model with each of p parameters.
 
         Returns
         -------
@@ -290,12 +300,12 @@ class Predictor:
                         continue
                     names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
                     own = solver.slopes(state, frequency, names, harmonics, rates)
-                    other = prediction.others.get((free, level, frequency))
+                    other = prediction.states_back.get((free, level, frequency))
                     if other is not None and not _alike(state, other):
                         back = solver.slopes(other, frequency, names, harmonics, rates)
-                        way = self.points.sweep[rows][:, None]
-                        alone = np.where(way == self.sweeps[0], own, back)
-                        own = np.where(way == 0, (own + back) / 2, alone)
+                        direction = self.points.sweep[rows][:, None]
+                        alone = np.where(direction == self.sweeps[0], own, back)
+                        own = np.where(direction == 0, (own + back) / 2, alone)
                     slopes[rows] = own
         return slopes
 
@@ -335,7 +345,7 @@ class Predictor:
         return list(found.items())
 
 
-class _Track(NamedTuple):
+class _LevelStates(NamedTuple):
     """States of one configuration and level, in their order."""
 
     solver: ModelSolver

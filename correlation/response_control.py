@@ -31,9 +31,9 @@ from correlation.model import Model
 from correlation.model_solver import ModelSolver
 from correlation.prediction import Points
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.follow import Track, Way, empty_track, follow
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import MAX_ITERATION, TOLERANCE
+from hbsolve.state_sequence import StateSequence, Track, empty_track, follow
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 Motions = Float[NDArray[np.float64], "n d nh"]
@@ -211,17 +211,17 @@ def _solve(
     columns = linear.columns.copy()
     columns[:, 1] -= (felt / through[:, None])[:, :, None] * linear.dynamic[:, 1, None, :]
     d, nh = balance.n_direction, 2 * balance.n_harmonic - 1
-    near = guess is not None and guess.shape == (n, d, nh)
-    way = Way(
+    from_guess = guess is not None and guess.shape == (n, d, nh)
+    sequence = StateSequence(
         state, np.full(n, -1), linear.angular_frequency, real_from_complex(stuck), columns,
-        guess if guess is not None and near else np.full((n, d, nh), np.nan),
+        guess if guess is not None and from_guess else np.full((n, d, nh), np.nan),
     )  # fmt: skip
     track, number, slider = empty_track(n, d, nh, balance.n_slider), 0, solver.slider.astype(float)
     first, count = balance.joint_of_direction
     while number < n:
         number = 1 + int(follow(
-            number, True, near, way, balance.table, first, count, slider, balance.sampling, TOLERANCE, MAX_ITERATION,
-            track,
+            number, True, from_guess, sequence, balance.table, first, count, slider, balance.sampling, TOLERANCE,
+            MAX_ITERATION, track,
         ))  # fmt: skip
     g = complex_from_real(track.force)
     drive = (held + (felt * g[:, 1]).sum(axis=1)) / through

@@ -1,4 +1,8 @@
-"""The way of a stepped sweep through the steady states of a model: each point begins where the last one ended."""
+"""Path of a stepped sweep through the steady states of a model: each state begins with the sliders of the last one.
+
+One Newton solution per step may leave a branch before it ends. Where a step is wide, smaller steps follow the branch,
+and find where it ends: there the sweep jumps.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,25 +13,27 @@ from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
 
 from correlation.model_solver import ModelSolver
-from hbsolve.follow import Track
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState
+from hbsolve.state_sequence import Track
 
-#: Change of the motion between two states, of the larger, beyond which smaller steps look for what is between [-].
+#: Change of the motion by a step, relative to the larger motion, beyond which the step is wide [-].
 FAR = 0.5
 #: Difference from the motion of the linear structure, relative to it, below which there is only one state [-].
 NEARLY_LINEAR = 0.1
 #: The smallest of the smaller steps, as a share of a step of the sweep [-].
 LEAST_STEP = 1 / 64
-#: States of two sweeps are one if their motions differ by less, relative [-]; Newton's method ends at 1e-9.
+#: States of two sweeps are the same if their motions differ by less, relative [-]; Newton's method ends at 1e-9.
 SAME = 1e-6
 
 
-class Step(NamedTuple):
-    """A jump: its frequency [Hz], and whether the amplitude falls."""
+class JumpPoint(NamedTuple):
+    """Point of a sweep at which it jumps to another branch."""
 
     frequency: float
+    """Middle of the smallest step that still jumps [Hz]."""
     falls: bool
+    """Whether the amplitude falls along the sweep."""
 
 
 @dataclass(eq=False)
@@ -45,40 +51,42 @@ class SweepPath:
     solver: ModelSolver
     level: float
     _sliders: NDArray[np.float64] = field(init=False)
-    _first: dict[float, SteadyState] = field(init=False, default_factory=dict)
-    _cliffs: set[frozenset[float | None]] = field(init=False, default_factory=set)
+    _first_sweep: dict[float, SteadyState] = field(init=False, default_factory=dict)
+    _jumps: set[frozenset[float | None]] = field(init=False, default_factory=set)
 
     def __post_init__(self) -> None:
         self._sliders = self.solver.slider
 
     def follow(
         self, frequencies: Sequence[float], found: Sequence[SteadyState | None]
-    ) -> tuple[list[SteadyState | None], list[Step]]:
-        """Steady states along one sweep, in its order, and its jumps.
+    ) -> tuple[list[SteadyState | None], list[JumpPoint]]:
+        """Steady states along one sweep, in its order, and the points where it jumps.
 
         Parameters
         ----------
         frequencies
             Frequencies of the sweep, the same in all sweeps [Hz].
         found
-            States that were found in steps of the sweep, each from the one before; they are taken as long as the way
-            leads through them.
+            States by one Newton solution per step, each from the one before; they are taken where the path leads
+            through them.
         """
         states: list[SteadyState | None] = [None] * len(frequencies)
-        jumps: list[Step] = []
+        jumps: list[JumpPoint] = []
         last: int | None = None
         for number, frequency in enumerate(frequencies):
-            first = self._first.get(frequency)
+            first = self._first_sweep.get(frequency)
             before = None if last is None else frequencies[last]
             here = None if last is None else states[last]
             known, at = found[number], None if number == 0 else found[number - 1]
-            if first is not None and self._on_first(here, before, frequency, first):
+            if first is not None and self._follows_first_sweep(here, before, frequency, first):
                 state: SteadyState | None = first
             else:
-                state, jump = self._next(here, before, frequency, known if self._leads_on(here, at, known) else None)
+                state, jump = self._next(
+                    here, before, frequency, known if self._leads_through(here, at, known) else None
+                )
                 if jump is not None:
                     jumps.append(jump)
-                    self._cliffs.add(frozenset((frequency, before)))
+                    self._jumps.add(frozenset((frequency, before)))
                 if first is not None and is_same(first, state):
                     state = first
             if state is None:
@@ -86,60 +94,61 @@ class SweepPath:
             if known is not None and state is not first and is_same(known, state):
                 state = known
             states[number], last = state, number
-            self._sliders = state.slider_at_start
+            self._sliders = state.periodic_slider
         for frequency, state in zip(frequencies, states, strict=True):
             if state is not None:
-                self._first.setdefault(frequency, state)
+                self._first_sweep.setdefault(frequency, state)
         return states, jumps
 
-    def _leads_on(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
-        """Whether the way leads to the next state that was found: it is at the last one, with the same sliders."""
-        return found is not None and (here is None or here is last) and np.array_equal(found.slider, self._sliders)
+    def _leads_through(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
+        """Whether the path leads through a state that was found: at the one found before, with the same sliders."""
+        return (
+            found is not None and (here is None or here is last) and np.array_equal(found.initial_slider, self._sliders)
+        )
 
-    def _on_first(self, here: SteadyState | None, before: float | None, frequency: float, first: SteadyState) -> bool:
-        """Whether the way back is that of the first sweep: with its sliders, and no jump in between."""
-        if not np.array_equal(first.slider, self._sliders):
+    def _follows_first_sweep(
+        self, here: SteadyState | None, before: float | None, frequency: float, first: SteadyState
+    ) -> bool:
+        """Whether the state is that of the first sweep: its sliders are the same, and no jump lies in between."""
+        if not np.array_equal(first.initial_slider, self._sliders):
             return False
         if before is None:
             return True
-        return here is self._first.get(before) and frozenset((frequency, before)) not in self._cliffs
+        return here is self._first_sweep.get(before) and frozenset((frequency, before)) not in self._jumps
 
     def _next(
         self, here: SteadyState | None, before: float | None, target: float, found: SteadyState | None
-    ) -> tuple[SteadyState | None, Step | None]:
-        """The state after the last one, and the jump that leads to it; `found` is what one step leads to, if known."""
-        state = self._solve(target, here) if found is None else found
+    ) -> tuple[SteadyState | None, JumpPoint | None]:
+        """State after the last one and the jump to it, if any; `found` is that by one Newton solution, if known."""
+        state = self.solver.solve(self.level, target, self._sliders, [here]) if found is None else found
         if here is None or before is None or state is None or not self._may_jump(here, before, state, target):
             return state, None
         return self._in_small_steps(here, before, state, target)
 
     def _in_small_steps(
         self, here: SteadyState, frequency: float, there: SteadyState, target: float
-    ) -> tuple[SteadyState, Step | None]:
-        """The same, with steps as small as the branch wants; `there` is what one step leads to."""
+    ) -> tuple[SteadyState, JumpPoint | None]:
+        """The same in steps that are small enough for the branch; `there` is the state by one Newton solution."""
         state, share, step = here, 0.0, 0.5
-        jump: Step | None = None
+        jump: JumpPoint | None = None
         while share < 1:
             to = min(share + step, 1.0)
             ends = [frequency + each * (target - frequency) if each < 1 else target for each in (share, to)]
-            following = self._solve(ends[1], state, near=True)
+            following = self.solver.solve_near(self.level, ends[1], self._sliders, state)
             wide = following is None or self._may_jump(state, ends[0], following, ends[1])
             if wide and to - share > LEAST_STEP:
                 step = (to - share) / 2
                 continue
             if following is None:
-                # The branch ends, and the one that follows is not near: one step has found it.
-                return there, Step((ends[0] + ends[1]) / 2, _size(there) < _size(state))
+                # The branch ends and no other is near: the sweep jumps to the state by one Newton solution.
+                return there, JumpPoint((ends[0] + ends[1]) / 2, _size(there) < _size(state))
             if wide:
-                jump = Step((ends[0] + ends[1]) / 2, _size(following) < _size(state))
+                jump = JumpPoint((ends[0] + ends[1]) / 2, _size(following) < _size(state))
             state, share, step = following, to, 2 * (to - share)
         return state, jump
 
-    def _solve(self, frequency: float, start: SteadyState | None, *, near: bool = False) -> SteadyState | None:
-        return self.solver.solve(self.level, frequency, self._sliders, [start], near=near)
-
     def _may_jump(self, here: SteadyState, frequency: float, there: SteadyState, target: float) -> bool:
-        """Whether two states are so far apart, and so far from linear, that a branch may have ended between them."""
+        """Whether a step is wide: the branch may have ended between its states."""
         motion = np.array([state.displacement[1:] for state in (here, there)])
         linear = np.array(
             [self.solver.forced(self.level, at) * self.solver.at(at).dynamic[1:] for at in (frequency, target)],
@@ -151,7 +160,7 @@ class SweepPath:
 def has_wide_steps(
     solver: ModelSolver, level: float, frequencies: Sequence[float], sweep: Sequence[int], track: Track
 ) -> bool:
-    """Whether a sweep makes steps so large that a branch may have ended in between.
+    """Whether a sweep makes wide steps, in which a branch may have ended.
 
     Parameters
     ----------
@@ -172,7 +181,7 @@ def has_wide_steps(
 def _are_wide(
     motion: Complex[NDArray[np.complex128], "n h d"], linear: Complex[NDArray[np.complex128], "n h d"]
 ) -> Bool[NDArray[np.bool_], " s"]:
-    """Whether each step from one state to the next is wide, shape (n - 1,)."""
+    """Whether each step is wide, shape (n - 1,): its motions are far apart, and one of them is far from linear."""
     axes = (1, 2)
     apart, size = np.abs(np.diff(motion, axis=0)).max(axes, initial=0.0), np.abs(motion).max(axes, initial=0.0)
     bent = np.abs(motion - linear).max(axes, initial=0.0) > NEARLY_LINEAR * np.abs(linear).max(axes, initial=0.0)
@@ -180,10 +189,10 @@ def _are_wide(
 
 
 def is_same(first: SteadyState | None, state: SteadyState | None) -> bool:
-    """Whether two states are one: with the same sliders at first, and motions that differ by less than `SAME`."""
+    """Whether two states are the same: their initial sliders are equal, their motions to less than `SAME`."""
     if first is None or state is None:
         return first is state
-    if not np.array_equal(first.slider, state.slider):
+    if not np.array_equal(first.initial_slider, state.initial_slider):
         return False
     apart = np.abs(first.displacement - state.displacement).max(initial=0.0)
     return bool(apart <= SAME * np.abs(first.displacement).max(initial=0.0))

@@ -16,7 +16,7 @@ from figure.force_limits import ForceLimits, LineForceLimits, force_limits_figur
 from figure.limit_band import Band, LimitBands, limit_band_figure
 from figure.style import png
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.loss_factor import paper_limits
+from hbsolve.limits.loss_factor import loss_factor_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import limit_problem, response_limits
@@ -46,7 +46,7 @@ def main() -> None:
     drawn = LimitBands(bands=bands, title="Wedge damper", amplitude_label="blade [µm]")
     Path("limits.png").write_bytes(png(limit_band_figure(drawn)))
     # The paper's limits, in the same box: the amplitudes at the largest and the least loss factor.
-    paper = paper_limits(
+    paper = loss_factor_limits(
         balance, OutputHarmonic(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=problem.box.reach, settings=SETTINGS
     )
     apart = [replace(bands[at], sampled=1e6 * paper.amplitude[:, at - 1]) for at in (1, 2)]

@@ -18,7 +18,7 @@ from hbsolve.joint_law.registry import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawO
 from reduction.array_type import Real, Whole
 
 
-class Start(NamedTuple):
+class InitialSliders(NamedTuple):
     """Initial state of the sliders."""
 
     value: Real

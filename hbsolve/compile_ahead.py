@@ -5,9 +5,9 @@ import numpy as np
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.response import frequency_response
-from hbsolve.follow import follow_one
 from hbsolve.solution import MAX_ITERATION, TOLERANCE
 from hbsolve.stability.stability import stability
+from hbsolve.state_sequence import follow_one
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 
@@ -40,7 +40,7 @@ def warm() -> None:
     stability(balance, state)
     frequency_response(balance, 0.7, 0.8)
     condensed = balance.at(0.7)
-    follow_one(balance, condensed, state.slider, balance.linear(condensed), TOLERANCE, MAX_ITERATION)
+    follow_one(balance, condensed, state.initial_slider, balance.linear(condensed), TOLERANCE, MAX_ITERATION)
 
 
 if __name__ == "__main__":

@@ -82,7 +82,7 @@ def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[Real, "
 def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Matrix]:
     check_state(balance, state)
     x = state.motion
-    forces = forces_at(balance, state.angular_frequency, x, state.start, want=FORCE)
+    forces = forces_at(balance, state.angular_frequency, x, state.sliders, want=FORCE)
     return forces, x @ balance.sampling.evaluate
 
 

@@ -1,9 +1,9 @@
-r"""Damping that is proportional but for a few directions: a spring, a mass or a dashpot was put on a damped structure.
+r"""Proportional damping plus a part of low rank: a spring, a mass or a dashpot was put on a damped structure.
 
 .. math:: C = a M + b K + U \, \mathrm{diag}(s) \, U^T
 
-with few columns in U. The modes of M and K then stay uncoupled but for these, and the Sherman-Morrison-Woodbury formula
-solves for them: one decomposition serves all frequencies, as with proportional damping.
+with few columns in U. These alone couple the modes of M and K, and the Sherman-Morrison-Woodbury formula solves for
+them: one decomposition serves all frequencies, as with proportional damping.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ MAJORITY = 0.6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ProportionalButFew:
+class ProportionalPlusLowRank:
     """Damping a M + b K + U diag(s) U^T."""
 
     mass_factor: float
@@ -34,7 +34,9 @@ class ProportionalButFew:
     """s, shape (k,) [N s/m]."""
 
 
-def proportional_but_few(mass: Matrix, damping: Matrix, stiffness: Matrix) -> ProportionalButFew | None:
+def split_proportional_plus_low_rank(
+    mass: Matrix, damping: Matrix, stiffness: Matrix
+) -> ProportionalPlusLowRank | None:
     """The factors and directions of such damping, of matrices of shape (r, r) [kg, N s/m, N/m]; none of any other."""
     factors = _factors(np.diag(mass), np.diag(damping), np.diag(stiffness))
     if factors is None:
@@ -53,7 +55,7 @@ def proportional_but_few(mass: Matrix, damping: Matrix, stiffness: Matrix) -> Pr
     retained = np.abs(strength) > ROUND_OFF * np.abs(strength).max(initial=0.0)
     directions = np.zeros((len(mass), int(retained.sum())))
     directions[few] = vectors[:, retained]
-    return ProportionalButFew(
+    return ProportionalPlusLowRank(
         mass_factor=a, stiffness_factor=b, directions=directions, strength=np.asarray(strength[retained])
     )
 

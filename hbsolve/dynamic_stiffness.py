@@ -45,8 +45,8 @@ class DynamicStiffness:
     stiffness
         Symmetric positive semi-definite, shape (r, r) [N/m]: singular for a body that contacts alone hold.
     basis
-        Mode shapes of a structure nearby, shape (r, r), in which all three matrices may be diagonal but for few
-        directions where its own modes are coupled; none by default.
+        Mode shapes of a structure nearby, shape (r, r), in which all three matrices may be diagonal plus low rank where
+        its own modes are coupled; none by default.
     structural
         H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default.
 

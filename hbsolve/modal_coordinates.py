@@ -1,9 +1,9 @@
-r"""Coordinates in which a dynamic stiffness is diagonal, but for few directions.
+r"""Coordinates in which a dynamic stiffness is diagonal plus low rank.
 
 .. math:: V^T (K - \omega^2 M + i (\omega C + H)) V = \operatorname{diag}(k - \omega^2 m + i (\omega c + h)) + U S U^T
 
 Mode shapes V are such coordinates where the damping does not couple them. Its inverse is then a division per mode, and
-what the few directions U couple follows by Woodbury's formula: one decomposition serves all frequencies.
+what the few columns of U couple follows by Woodbury's formula: one decomposition serves all frequencies.
 """
 
 from collections.abc import Callable
@@ -15,8 +15,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from fe.dense_modes import DenseModes
-from hbsolve.coupled_damping import proportional_but_few
-from hbsolve.diagonal_but_few import MOST, diagonal_but_few
+from hbsolve.coupled_damping import split_proportional_plus_low_rank
+from hbsolve.diagonal_plus_low_rank import MOST, split_diagonal_plus_low_rank
 from hbsolve.errors import ForceError
 from reduction.array_type import Array, Matrix, Real
 
@@ -233,7 +233,7 @@ def find_modal_coordinates(
     hysteresis = np.zeros_like(modal) if structural is None else modes.shapes.T @ structural @ modes.shapes
     own, shift, U, s = np.diag(modal), modes.shift, np.zeros((len(mass), 0)), np.zeros(0)
     coupled = _is_coupled(modal)
-    if coupled and (part := proportional_but_few(mass, damping, stiffness)) is not None:
+    if coupled and (part := split_proportional_plus_low_rank(mass, damping, stiffness)) is not None:
         directions = modes.shapes.T @ part.directions
         # Beside a stiff degree of freedom round-off may hide a dashpot; the modes, which are soft, show it.
         coupled = _is_coupled(modal - (directions * part.strength) @ directions.T, own)
@@ -248,8 +248,8 @@ def find_modal_coordinates(
 
 
 def _find_in_basis(matrices: list[Matrix], basis: Matrix) -> ModalCoordinates | None:
-    """Coordinates of a basis in which K, M, C and H are diagonal but for few directions; None where these are more."""
-    parts = [diagonal_but_few(basis.T @ matrix @ basis) for matrix in matrices]
+    """Coordinates of a basis in which K, M, C and H are diagonal plus low rank; None where they are not."""
+    parts = [split_diagonal_plus_low_rank(basis.T @ matrix @ basis) for matrix in matrices]
     found = [part for part in parts if part is not None]
     count = np.array([len(part.strength) for part in found])
     if len(found) < len(parts) or count.sum() > MOST:

@@ -136,7 +136,7 @@ def sensitivity(
     check_state(balance, state)
     at_level = balance.at_level(state.level)
     condensed = at_level.at(state.angular_frequency)
-    forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
+    forces = forces_at(at_level, state.angular_frequency, state.motion, state.sliders, want=PARAMETERS)
     loads = np.zeros((len(parameters), *state.coefficients.shape), dtype=np.complex128)
     g = np.zeros((len(parameters), *forces.coefficients.shape))
     for number, parameter in enumerate(parameters):
@@ -145,8 +145,8 @@ def sensitivity(
     return at_level.structure.displacements(condensed, loads - reaction @ at_level.structure.directions)
 
 
-class Seen(NamedTuple):
-    """What n readings of a state see, each one harmonic of a sensor."""
+class ReadingResponse(NamedTuple):
+    """Response of n readings to loads, each one harmonic of a sensor."""
 
     harmonic: Int[Whole, " n"]
     """Shape (n,) [-]."""
@@ -157,7 +157,7 @@ class Seen(NamedTuple):
     motion: Complex[Array, "n d"]
     """... by a unit motion of the joints, shape (n, d)."""
 
-    def spread(self, weights: Complex[Array, "n m"], n_harmonic: int) -> Complex[Array, "2*n harmonic m"]:
+    def weigh_by_harmonic(self, weights: Complex[Array, "n m"], n_harmonic: int) -> Complex[Array, "2*n harmonic m"]:
         """Weights w of the readings' real parts Re(w q) and then of their imaginary ones Re(-i w q), by harmonic."""
         n = len(weights)
         parts = np.zeros((2, n, n_harmonic, weights.shape[1]), dtype=np.complex128)
@@ -172,12 +172,12 @@ def derivatives(
     rates: ModelRates,
     condensed: Condensed,
     contact: Complex[Array, "harmonic r d"],
-    seen: Seen,
+    response: ReadingResponse,
 ) -> Complex[Array, "n p"]:
     """Derivatives of n readings by p parameters of a model, shape (n, p): the adjoint of the equations above.
 
-    Readings are fewer than parameters, and so are the solutions that they take: what a reading sees of a load is found
-    once for all loads.
+    Readings are fewer than parameters, and so are the solutions that they take: the response of a reading is found once
+    for all loads.
 
     Parameters
     ----------
@@ -187,16 +187,19 @@ def derivatives(
         State and parameters of this balance.
     condensed, contact
         The structure at the state's Omega, and what it moves under a unit force along each joint direction.
-    seen
-        What is read.
+    response
+        Response of the readings at the state's Omega.
     """
-    forces = forces_at(balance, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
+    forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, want=PARAMETERS)
     loads, g = rates.loads(state), complex_from_real(rates.forces(balance, forces.by_parameter))
     n_harmonic, A = len(condensed.static), condensed.receptance
     # A force of the joints moves them, too: dx = B alpha df - A dg.
-    own, moving = seen.reaction.copy(), seen.motion.any(axis=1)
-    own[moving] -= (seen.motion[moving, None] @ A[seen.harmonic[moving]])[:, 0]
-    by_motion, by_reaction = seen.spread(seen.motion, n_harmonic), seen.spread(own, n_harmonic)
+    own, moving = response.reaction.copy(), response.motion.any(axis=1)
+    own[moving] -= (response.motion[moving, None] @ A[response.harmonic[moving]])[:, 0]
+    by_motion, by_reaction = (
+        response.weigh_by_harmonic(response.motion, n_harmonic),
+        response.weigh_by_harmonic(own, n_harmonic),
+    )
     first, count = balance.joint_of_direction
     rows = active_rows(forces.active)
     if len(rows):
@@ -207,7 +210,7 @@ def derivatives(
         by_slip = complex_from_real(turned).conj()
         by_motion += by_slip
         by_reaction -= _by_harmonic(by_slip, A)
-    by_load = seen.spread(seen.load, n_harmonic) + _by_harmonic(by_motion, contact.swapaxes(1, 2))
+    by_load = response.weigh_by_harmonic(response.load, n_harmonic) + _by_harmonic(by_motion, contact.swapaxes(1, 2))
     found = _real_products(loads, by_load) + _real_products(g, by_reaction)
     return np.asarray(found[: len(found) // 2] + 1j * found[len(found) // 2 :])
 

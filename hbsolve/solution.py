@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
-from hbsolve.joint_law.registry import JACOBIAN
+from hbsolve.joint_law.registry import FORCE, JACOBIAN
 from hbsolve.newton import apply_receptance, newton
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState, start_motion
@@ -20,7 +20,7 @@ FIRST_STEP, LEAST_STEP, STEP_ITERATION = 0.2, 1e-3, 15
 
 
 def newton_from(
-    balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: Start, recovery: Recovery | None = None
+    balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: InitialSliders, recovery: Recovery | None = None
 ) -> SteadyState | None:
     """The state that Newton's method alone finds from a motion; maybe none."""
     linear = balance.linear(condensed)
@@ -32,7 +32,11 @@ def newton_from(
 
 
 def solve_at(
-    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, recovery: Recovery | None = None
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    x: Real | None,
+    sliders: InitialSliders,
+    recovery: Recovery | None = None,
 ) -> SteadyState:
     """`steady_state` where the linear structure at Omega is at hand, and maybe what recovers the full response."""
     x = start_motion(balance, x)
@@ -72,7 +76,13 @@ def solve_at(
 
 
 def newton_at(
-    balance: HarmonicBalance, condensed: Condensed, linear: Real, x: Real, sliders: Start, tolerance: float, limit: int
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    linear: Real,
+    x: Real,
+    sliders: InitialSliders,
+    tolerance: float,
+    limit: int,
 ) -> tuple[Real, float, int]:
     """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
     first, count = balance.joint_of_direction
@@ -84,7 +94,7 @@ def newton_at(
 
 
 def ramp(
-    balance: HarmonicBalance, condensed: Condensed, guess: Real, sliders: Start, scale: float
+    balance: HarmonicBalance, condensed: Condensed, guess: Real, sliders: InitialSliders, scale: float
 ) -> tuple[Real, float, int]:
     """Raise the level from the static state in steps that adapt."""
     static = balance.linear(condensed, 0.0)
@@ -111,7 +121,9 @@ def ramp(
     return x, norm if share >= 1 else np.inf, iterations
 
 
-def forces_at(balance: HarmonicBalance, omega: float, x: Real, sliders: Start, want: int = JACOBIAN) -> JointForces:
+def forces_at(
+    balance: HarmonicBalance, omega: float, x: Real, sliders: InitialSliders, want: int = JACOBIAN
+) -> JointForces:
     """Joint forces at a motion of the directions."""
     x, omega = np.array(x, order="C"), float(omega)
     forces: JointForces = joint_forces(x, omega, balance.table, sliders, balance.sampling, want)
@@ -127,22 +139,22 @@ def recover_state(
     balance: HarmonicBalance,
     condensed: Condensed,
     x: Real,
-    sliders: Start,
+    sliders: InitialSliders,
     norm: float,
     iterations: int,
     recovery: Recovery | None = None,
 ) -> SteadyState:
     """A solution with the full response recovered."""
-    forces = forces_at(balance, condensed.angular_frequency, x, sliders, want=0)
+    forces = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE)
     return SteadyState(
         angular_frequency=condensed.angular_frequency,
         level=balance.level,
         displacement=complex_from_real(x),
         coefficients=balance.response(condensed, forces.coefficients, recovery),
-        slider=sliders.value.copy(),
+        initial_slider=sliders.value.copy(),
         multiplier=bool(sliders.by_multiplier.any()),
         # The last instant of one period precedes the first of the next.
-        slider_at_start=forces.slider[:, -1].copy(),
+        periodic_slider=forces.slider[:, -1].copy(),
         residual_norm=float(norm),
         iterations=iterations,
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.sampling import real_from_complex
@@ -26,11 +26,11 @@ class SteadyState:
     """Coefficients of the joint directions, shape (H + 1, d) [m]."""
     coefficients: Complex[Array, "harmonic r"]
     """Coefficients of all degrees of freedom, shape (H + 1, r) [m]."""
-    slider: Float[Real, " s"]
+    initial_slider: Float[Real, " s"]
     """Slider positions (or multipliers, see `multiplier`) at the first instant, as given, shape (s,) [m or -]."""
     multiplier: bool
-    """Whether `slider` holds the multipliers m of eq. 11."""
-    slider_at_start: Float[Real, " s"]
+    """Whether `initial_slider` holds the multipliers m of eq. 11."""
+    periodic_slider: Float[Real, " s"]
     """Slider positions at the start of the steady period, shape (s,) [m]."""
     residual_norm: float
     """|R| relative to the linear motion [-]."""
@@ -43,9 +43,9 @@ class SteadyState:
         return self.angular_frequency / (2 * np.pi)
 
     @property
-    def start(self) -> Start:
-        """The sliders as the compiled code wants them."""
-        return Start(np.array(self.slider), np.full(len(self.slider), int(self.multiplier)))
+    def sliders(self) -> InitialSliders:
+        """`initial_slider` and `multiplier` as the compiled code wants them."""
+        return InitialSliders(np.array(self.initial_slider), np.full(len(self.initial_slider), int(self.multiplier)))
 
     @property
     def motion(self) -> Real:
@@ -107,7 +107,7 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
     shapes = {
         "coefficients": (balance.n_harmonic, balance.system.n_dof),
         "displacement": (balance.n_harmonic, balance.n_direction),
-        "slider": (balance.n_slider,),
+        "initial_slider": (balance.n_slider,),
     }
     for name, wanted in shapes.items():
         result = np.shape(getattr(state, name))
@@ -118,7 +118,9 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
             )
 
 
-def slider_start(balance: HarmonicBalance, slider: Sequence[float] | Real | None, multiplier: bool = False) -> Start:
+def make_initial_sliders(
+    balance: HarmonicBalance, slider: Sequence[float] | Real | None, multiplier: bool = False
+) -> InitialSliders:
     """Sliders that a caller gives, checked.
 
     Parameters
@@ -142,7 +144,7 @@ def slider_start(balance: HarmonicBalance, slider: Sequence[float] | Real | None
     if multiplier and n and np.abs(value).max() > 1:
         worst = value[np.abs(value).argmax()]
         raise BalanceError(f"multiplier {worst:g} is outside [-1, 1]: it is the share of Coulomb's limit (eq. 11)")
-    return Start(value, np.full(n, int(multiplier)))
+    return InitialSliders(value, np.full(n, int(multiplier)))
 
 
 def in_harmonics_of(balance: HarmonicBalance, motion: Real) -> Real:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath
@@ -18,7 +18,7 @@ from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoSteadyState
 from hbsolve.solution import TOLERANCE, newton_at, recover_state, solve_at
-from hbsolve.state import SteadyState, slider_start, start_motion
+from hbsolve.state import SteadyState, make_initial_sliders, start_motion
 from reduction.array_type import Real
 
 #: Starts, iterations in each, and the seed that makes them the same every time.
@@ -67,7 +67,7 @@ def steady_state(
     BalanceError
         A frequency that is not positive, sliders or a start that do not fit, or a motion too large to compute with.
     """
-    sliders = slider_start(balance, slider, multiplier)
+    sliders = make_initial_sliders(balance, slider, multiplier)
     x = start_motion(balance, start)
     condensed = balance.at(angular_frequency)
     try:
@@ -80,7 +80,11 @@ def steady_state(
 
 
 def rescue(
-    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, before: SteadyState | None = None
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    x: Real | None,
+    sliders: InitialSliders,
+    before: SteadyState | None = None,
 ) -> SteadyState | None:
     """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none.
 
@@ -93,7 +97,7 @@ def rescue(
 
 
 def from_many_starts(
-    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, n_start: int = N_START,
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: InitialSliders, n_start: int = N_START,
     *, failed: int = 0,
 ) -> SteadyState | None:  # fmt: skip
     """What the first start that leads to a solution leads to; none if none does.
@@ -130,7 +134,7 @@ def from_many_starts(
 
 
 def along_an_arc(
-    balance: HarmonicBalance, angular_frequency: float, before: SteadyState | None, sliders: Start
+    balance: HarmonicBalance, angular_frequency: float, before: SteadyState | None, sliders: InitialSliders
 ) -> SteadyState | None:
     """The state reached along an arc from another frequency's state, else from a low level; none if neither arrives."""
     arcs: list[tuple[FrequencyPath | LevelPath, float, float, Real | None]] = []

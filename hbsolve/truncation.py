@@ -102,7 +102,7 @@ def _first_step(balance: HarmonicBalance, state: SteadyState) -> Complex[Array, 
     """Change of the response in the first Newton step from a state with fewer harmonics or samples [m]."""
     x, omega = in_harmonics_of(balance, state.motion), state.angular_frequency
     condensed, recovery = balance.at_with_recovery(omega) if balance.is_dense else (balance.at(omega), None)
-    forces = forces_at(balance, omega, x, state.start)
+    forces = forces_at(balance, omega, x, state.sliders)
     first, count = balance.joint_of_direction
     R = residual(balance, condensed, x, forces)
     step = newton_step(forces, condensed.columns, first, count, R, 0.0)

@@ -9,6 +9,7 @@ force three times as fast there as with the few harmonics and samples of the sea
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from enum import Enum, auto
 from functools import partial
 from typing import NamedTuple
 
@@ -28,7 +29,7 @@ from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.slider_bounds import SliderBox, slider_box
 from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import newton_from, solve_at
-from hbsolve.state import SteadyState, in_harmonics_of, slider_start
+from hbsolve.state import SteadyState, in_harmonics_of, make_initial_sliders
 from hbsolve.steady_state import FEW_STARTS, from_many_starts
 from reduction.array_type import Real
 
@@ -37,6 +38,15 @@ Values = Float[NDArray[np.float64], " k"]
 #: Forces and preloads that limits are read at, in spans: a static force in full slip may follow the force three times
 #: as steeply at the ends as between, which no parabola through three points tells.
 STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
+
+
+class SolveEffort(Enum):
+    """What is tried to find a state near a known one."""
+
+    NEWTON_ONLY = auto()
+    """Newton's method from the known state."""
+    FEW_STARTS = auto()
+    """Then a ramp of the level and a few other starts, which take minutes in many harmonics."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,13 +96,13 @@ class Variant:
             balance=own, condensed=condensed, linear=own.linear(condensed), measure=objective.measure(own, condensed),
             sliders=slider_table(own), box=self.box,
         )  # fmt: skip
-        settled = point.settle(known.motion, known.slider)
-        if settled is None and (near := find_state(own, condensed, known.motion, known.slider)) is not None:
-            settled = point.settle(near.motion, near.slider)
+        settled = point.settle(known.motion, known.initial_slider)
+        if settled is None and (near := find_state(own, condensed, known.motion, known.initial_slider)) is not None:
+            settled = point.settle(near.motion, near.initial_slider)
         return settled and local_search(point, settled, side)
 
-    def refined(
-        self, balance: HarmonicBalance, own: TrialState, known: SteadyState, refined: SteadyState, *, alone: bool
+    def refine(
+        self, balance: HarmonicBalance, own: TrialState, known: SteadyState, refined: SteadyState, effort: SolveEffort
     ) -> tuple[ModelSolver, SteadyState | None]:
         """A state in the harmonics and samples of a finer balance, with their configuration.
 
@@ -104,13 +114,13 @@ class Variant:
             State of this variant in few harmonics.
         known, refined
             State of the model in as few, and by the finer balance.
-        alone
-            Whether Newton's method is all that is tried, see `find_state`.
+        effort
+            What is tried.
         """
-        seen = self.like(balance)
-        finer = seen.balance.at_level(self.factor * known.level)
-        near = refined.motion + in_harmonics_of(finer, own.x - known.motion)
-        return seen, find_state(finer, finer.at(known.angular_frequency), near, own.w, alone=alone)
+        configuration = self.like(balance)
+        finer = configuration.balance.at_level(self.factor * known.level)
+        near = refined.motion + in_harmonics_of(finer, own.motion - known.motion)
+        return configuration, find_state(finer, finer.at(known.angular_frequency), near, own.initial_slider, effort)
 
 
 class VariantScale(NamedTuple):
@@ -163,7 +173,11 @@ def _moved_box(curve: LimitCurve, pressed: Model) -> SliderBox:
 
 
 def find_state(
-    balance: HarmonicBalance, condensed: Condensed, motion: Real, slider: Real, *, alone: bool = False
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    motion: Real,
+    slider: Real,
+    effort: SolveEffort = SolveEffort.FEW_STARTS,
 ) -> SteadyState | None:
     """The steady state near a motion, in as many harmonics as the balance has; None where there is none.
 
@@ -175,12 +189,11 @@ def find_state(
         Coefficients of the joint directions in any number of harmonics, shape (d, nh) [m].
     slider
         Slider positions, shape (s,) [m].
-    alone
-        Whether Newton's method is all that is tried: where a state is known in nearly as many harmonics it does, and
-        further starts take minutes.
+    effort
+        What is tried: Newton's method alone is enough where a state is known in nearly as many harmonics.
     """
-    start, sliders = in_harmonics_of(balance, motion), slider_start(balance, slider)
-    if alone:
+    start, sliders = in_harmonics_of(balance, motion), make_initial_sliders(balance, slider)
+    if effort is SolveEffort.NEWTON_ONLY:
         return newton_from(balance, condensed, start, sliders)
     try:
         return solve_at(balance, condensed, start, sliders)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.family.band import LimitChange
 from correlation.family.frequency_offset import split_frequency_part
-from correlation.family.limit_change import Variant, VariantScale, find_state, make_variants
+from correlation.family.limit_change import SolveEffort, Variant, VariantScale, find_state, make_variants
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
 from correlation.model_solver import ModelSolver, Tangent
 from correlation.noise.nuisance import Budget, make_contact_errors, make_frequency_shifts
@@ -130,7 +130,7 @@ def read_limits(
         changed = [np.full((len(scale.variants), *value.shape), np.nan) for scale in scales]
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
-            state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
+            state = _find_limit_state(balance, curve, at, states.motion[side, at], slider, SolveEffort.FEW_STARTS)
             if state is None:
                 continue
             refined = _refined_readings(states, state, curve, at, slider, [(solver, solver), *finely])
@@ -222,8 +222,7 @@ def _refined_readings(
     for number, (solver, check) in enumerate(solvers):
         found: SteadyState | None = state
         if number:
-            alone = number > FEWEST_BALANCE
-            found = _state(solver.balance, curve, at, state.motion, slider, alone=alone)
+            found = _find_limit_state(solver.balance, curve, at, state.motion, slider, _choose_effort(number))
         if found is None:
             break
         state, reached = found, solver
@@ -232,7 +231,7 @@ def _refined_readings(
         vibration = 0.0 if states.harmonic else solver.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
         if len(readings) > 1:
-            now = _seen(check, state)
+            now = _read_checks(check, state)
             if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
                 return _Refined(readings, error, True, state, reached)
             before = now
@@ -250,8 +249,8 @@ def _other_reading(
     own = variant.limit(balance, objective, side, state)
     if own is None:
         return np.nan
-    alone = len(refined.values) - 1 > FEWEST_BALANCE
-    solver, found = variant.refined(refined.solver.balance, own, state, refined.state, alone=alone)
+    effort = _choose_effort(len(refined.values) - 1)
+    solver, found = variant.refine(refined.solver.balance, own, state, refined.state, effort)
     if found is None:
         return np.nan
     return _reading(states, found, solver) / (variant.factor if states.harmonic else 1.0)
@@ -276,7 +275,7 @@ def _with_check_sensors(model: Model) -> Model:
     )
 
 
-def _seen(check: ModelSolver, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
+def _read_checks(check: ModelSolver, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
     """Mean and fundamental of the check sensors; motions have no mean that counts."""
     sensors = check.model.sensors
     names = np.array([item.name for item in sensors])
@@ -315,12 +314,17 @@ def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64
     return result
 
 
-def _state(
-    balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real, *, alone: bool
+def _choose_effort(number: int) -> SolveEffort:
+    """Effort of one of the finer and finer balances, by its number."""
+    return SolveEffort.NEWTON_ONLY if number > FEWEST_BALANCE else SolveEffort.FEW_STARTS
+
+
+def _find_limit_state(
+    balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real, effort: SolveEffort
 ) -> SteadyState | None:
     """The steady state at a limit by a balance; see `find_state`."""
     if not np.isfinite(motion).all():
         return None
     at_level = balance.at_level(curve.level)
     condensed = at_level.at(float(curve.angular_frequency[at]))
-    return find_state(at_level, condensed, motion, slider, alone=alone)
+    return find_state(at_level, condensed, motion, slider, effort)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.jump import find_curve_jumps
 from correlation.feature.observation import Observation
-from correlation.prediction import Jump, Prediction
+from correlation.prediction import Prediction, SweepJump
 
 #: Change of a jump, relative to the larger value, and beside the change of the sweep that does not jump [-].
 LEAST, ALONE = 0.2, 2.0
@@ -90,7 +90,7 @@ def compute_jump_errors(
     return tuple(sorted(found, key=lambda each: (each.free, each.level, -each.sweep)))
 
 
-def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Iterator[tuple[Jump, float]]:
+def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Iterator[tuple[SweepJump, float]]:
     """Jumps of the motion that is largest, and the width of the step in which each lies [Hz].
 
     Where both sweeps were measured, one of them jumps at either end of the states at which they differ and the other
@@ -113,7 +113,7 @@ def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Itera
                 low, high = own[step], own[step + 1]
                 middle = float(points.frequency[low] + points.frequency[high]) / 2
                 falls = bool((value[high] < value[low]) == (way > 0))
-                yield Jump(free, level, way, middle, falls), float(points.frequency[high] - points.frequency[low])
+                yield SweepJump(free, level, way, middle, falls), float(points.frequency[high] - points.frequency[low])
 
 
 def _rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int[NDArray[np.int64], " n"]:
@@ -198,7 +198,7 @@ def take_measured_branch(
     return value
 
 
-def list_swept_rows(observed: Observation, jump: Jump) -> tuple[Int[NDArray[np.int64], " n"], int]:
+def list_swept_rows(observed: Observation, jump: SweepJump) -> tuple[Int[NDArray[np.int64], " n"], int]:
     """Rows of the sweep and the motion that jumped, by rising frequency, and the place of the first above the jump."""
     points = observed.points
     of_level = observed.motion & (points.harmonic == 1) & (observed.count > 0)

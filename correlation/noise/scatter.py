@@ -102,22 +102,22 @@ def estimate_scatter(
     stated = per_reading * observed.noise[features.row]
 
     def pool(own: Variance) -> Variance:
-        seen = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
-        return np.where(np.isfinite(stated), stated**2, seen)
+        measured = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
+        return np.where(np.isfinite(stated), stated**2, measured)
 
     pooled = pool(_variance(apart, freedom))
     _require_noise(observed, features, np.sqrt(pooled))
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
     amplitude, chance = _amplitudes(apart, modes, weights)
-    seen = [_seen(block, apart) for block in jitter]
+    repeats = [_find_repeats(block, apart) for block in jitter]
     covariances = [
         compute_margin(int(each.sum()) - 1) * _covariance(rows[:, each])
-        for rows, each in zip(np.split(amplitude, starts), seen, strict=True)
+        for rows, each in zip(np.split(amplitude, starts), repeats, strict=True)
     ]
     sure = np.split(np.divide(amplitude, chance, out=np.zeros_like(amplitude), where=chance > 0), starts)
     for number in (each for each in FORCES if each < len(jitter)):
-        if (sure[number][:, seen[number]] ** 2).sum() < chdtri(max(int(seen[number].sum()) - 1, 1), CHANCE):
+        if (sure[number][:, repeats[number]] ** 2).sum() < chdtri(max(int(repeats[number].sum()) - 1, 1), CHANCE):
             covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0
     # What a test without repeats cannot show is as large as usual.
     for number, (usual, block) in enumerate(zip(USUAL_JITTER, jitter, strict=False)):
@@ -204,7 +204,7 @@ def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[n
     return np.asarray((1 - share) * covariance + share * np.diag(np.diag(covariance)))
 
 
-def _seen(
+def _find_repeats(
     block: Float[NDArray[np.float64], "m q"], apart: Float[NDArray[np.float64], "m R"]
 ) -> Bool[NDArray[np.bool_], " R"]:
     """Repeats of the test that a cause acts on."""

@@ -177,7 +177,7 @@ _COLUMNS = ("free", "level", "frequency", "sensor", "harmonic", "sweep", "force"
 def _take_sliders(state: SteadyState, balance: HarmonicBalance) -> NDArray[np.float64]:
     """Sliders at the start of a state, for any balance."""
     del balance
-    return state.slider
+    return state.initial_slider
 
 
 def _join(points: Points, more: Points) -> Points:

@@ -7,13 +7,13 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.backbone.modal_balance import Equation, ModalBalance, Unknowns
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.solution import forces_at
-from hbsolve.state import harmonic_at, slider_start
+from hbsolve.state import harmonic_at, make_initial_sliders
 from reduction.array_input import freeze_arrays, real_number, whole_number
 from reduction.array_type import Array, Real
 
@@ -151,7 +151,7 @@ def backbone(
         > ASYMMETRY * np.abs(balance.system.damping).max()
     ):
         raise BalanceError("the damping is not symmetric: backbones of gyroscopic structures are not computed")
-    walk = _Walk(ModalBalance(balance, number - 1), slider_start(balance, slider), float(np.log(last)), step)
+    walk = _Walk(ModalBalance(balance, number - 1), make_initial_sliders(balance, slider), float(np.log(last)), step)
     points = walk.follow(float(np.log(first)), report)
     return walk.result(points)
 
@@ -159,7 +159,7 @@ def backbone(
 class _Walk:
     """The continuation."""
 
-    def __init__(self, modal: ModalBalance, sliders: Start, last: float, longest: float) -> None:
+    def __init__(self, modal: ModalBalance, sliders: InitialSliders, last: float, longest: float) -> None:
         self.modal, self.sliders, self.last, self.longest = modal, sliders, last, longest
 
     def follow(self, first: float, report: Callable[[float, float], None] | None) -> list[Unknowns]:

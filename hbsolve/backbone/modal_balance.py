@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from hbsolve.aft import JointForces, Start
+from hbsolve.aft import InitialSliders, JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.fourier import Coefficients
 from hbsolve.joint_law.registry import PARAMETERS
@@ -116,7 +116,7 @@ class ModalBalance:
         along = rows[:, self.mode] - rows[:, others] @ moved
         return Linear(columns, along, complex(Z[self.mode, self.mode] - Z[self.mode, others] @ moved))
 
-    def evaluate(self, at: Unknowns, sliders: Start) -> Equation:
+    def evaluate(self, at: Unknowns, sliders: InitialSliders) -> Equation:
         """R, S and their derivatives at a point."""
         omega, zeta = at.angular_frequency, at.damping_ratio
         forces = forces_at(self.balance, omega, at.motion, sliders, want=PARAMETERS)

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
@@ -93,7 +93,14 @@ def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -
 
 
 def corrected_points(
-    path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, orientation: int
+    path: Path,
+    x: Real,
+    value: float,
+    t: Direction,
+    step: float,
+    metric: Metric,
+    sliders: InitialSliders,
+    orientation: int,
 ) -> Iterator[Corrected]:
     """Points at one step from (x, value): along t, then along the tangent of the piece that t leads to, past a kink."""
     ahead = Direction(step * t.motion, step * t.value)
@@ -111,7 +118,14 @@ def corrected_points(
 
 
 def correct_in_plane(
-    path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, ahead: Direction
+    path: Path,
+    x: Real,
+    value: float,
+    t: Direction,
+    step: float,
+    metric: Metric,
+    sliders: InitialSliders,
+    ahead: Direction,
 ) -> Corrected | None:
     """Newton's method in the plane square to t, of length 1, at one step from (x, value), from the point `ahead`."""
     x_new, value_new = x + ahead.motion, value + ahead.value

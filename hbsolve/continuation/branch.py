@@ -30,6 +30,8 @@ Numbers = Float[Real, " point"]
 STATES = ("stick", "slip", "separated")
 #: Fields with complex numbers.
 COMPLEX = ("coefficients", "estimated_change")
+#: Variables of data sets and files by field, where these have other names.
+VARIABLES = {"periodic_slider": "slider"}
 
 
 def _none() -> Real:
@@ -60,7 +62,7 @@ class ResponseBranch(Exported):
         Scale of the harmonic force at each point; ones by default, shape (p,) [-].
     iterations
         Newton iterations of each point, shape (p,) [-].
-    slider
+    periodic_slider
         Slider positions at the start of the steady period, shape (p, s) [m].
     contact_share
         Shares of the period in which each joint sticks, slips and is separated, shape (p, n_joint, 3) [-].
@@ -84,7 +86,7 @@ class ResponseBranch(Exported):
     stopped_at: str = ""
     level: Numbers = field(default_factory=_none)
     iterations: Numbers = field(default_factory=_none)
-    slider: Float[Real, "point slider"] = field(default_factory=_none)
+    periodic_slider: Float[Real, "point slider"] = field(default_factory=_none)
     contact_share: Float[Real, "point joint state=3"] = field(default_factory=_none)
     joint_names: tuple[str, ...] = ()
     truncation_error: Numbers = field(default_factory=_none)
@@ -101,7 +103,7 @@ class ResponseBranch(Exported):
         ):  # fmt: skip
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.full(count, float(value)))
-        for name, shape in (("slider", (count, 0)), ("contact_share", (count, 0, 3))):
+        for name, shape in (("periodic_slider", (count, 0)), ("contact_share", (count, 0, 3))):
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.zeros(shape))
         freeze_arrays(self, *COMPLEX, dtype=np.complex128)
@@ -198,9 +200,9 @@ class ResponseBranch(Exported):
             level=float(self.level[index]),
             displacement=q @ balance.structure.directions.T,
             coefficients=q,
-            slider=self.slider[index],
+            initial_slider=self.periodic_slider[index],
             multiplier=False,
-            slider_at_start=self.slider[index],
+            periodic_slider=self.periodic_slider[index],
             residual_norm=float(self.residual_norm[index]),
             iterations=int(self.iterations[index]),
         )
@@ -210,7 +212,11 @@ class ResponseBranch(Exported):
         import xarray
 
         data = xarray.Dataset(
-            {name: (dims, getattr(self, name)) for name, dims in dimensions(self).items() if getattr(self, name).size},
+            {
+                VARIABLES.get(name, name): (dims, getattr(self, name))
+                for name, dims in dimensions(self).items()
+                if getattr(self, name).size
+            },
             coords={
                 "frequency": ("point", self.frequency),
                 "harmonic": np.arange(self.coefficients.shape[1]),
@@ -280,7 +286,8 @@ def load_branch(path: Path | str) -> ResponseBranch:
     """
 
     def read(data: "xarray.Dataset") -> ResponseBranch:
-        values = {name: data[name].values for name in dimensions(ResponseBranch) if name in data.variables}
+        names = {name: VARIABLES.get(name, name) for name in dimensions(ResponseBranch)}
+        values = {name: data[variable].values for name, variable in names.items() if variable in data.variables}
         for name in COMPLEX:
             if f"{name}_real" in data.variables:
                 values[name] = data[f"{name}_real"].values + 1j * data[f"{name}_imag"].values

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from hbsolve.aft import JointForces, Start
+from hbsolve.aft import InitialSliders, JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import BalanceError
@@ -60,7 +60,7 @@ class Path(ABC):
         """dR/dlambda at fixed motion."""
 
 
-def equation(path: Path, value: float, x: Real, sliders: Start) -> Equation:
+def equation(path: Path, value: float, x: Real, sliders: InitialSliders) -> Equation:
     """Residual and derivatives at a point of a path."""
     balance, condensed = path.at(value)
     forces = forces_at(balance, condensed.angular_frequency, x, sliders, want=PARAMETERS)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import JointForces, Start
+from hbsolve.aft import InitialSliders, JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.continuation.branch import ResponseBranch
@@ -22,7 +22,7 @@ from hbsolve.errors import NoSteadyState
 from hbsolve.newton import RELATIVE, bordered_step
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import TOLERANCE, forces_at, recover_state, residual, solve_at
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import from_many_starts
 from reduction.array_type import Real, Vector, Whole
 from reduction.base_excitation import BaseExcitation
@@ -80,7 +80,7 @@ def controlled_response(
     """
     path = ControlledAmplitude(balance=balance, row=row, amplitude=amplitude, derivative=derivative, base=base)
     continuation = controlled_continuation(path, first, last, step)
-    sliders = slider_start(balance, slider)
+    sliders = make_initial_sliders(balance, slider)
     begun = begin_controlled(continuation, sliders)
     points, state, reason = follow_to_end(continuation, begun, report)
     states = [state_under_force(path, value, point.motion, sliders, point.iterations) for value, point in points]
@@ -98,7 +98,7 @@ def controlled_continuation(
 
 
 def begin_controlled(
-    continuation: Continuation, sliders: Start, start: Real | None = None
+    continuation: Continuation, sliders: InitialSliders, start: Real | None = None
 ) -> tuple[list[tuple[float, SteadyState]], ContinuationState]:
     """The first point of a branch under control.
 
@@ -118,7 +118,7 @@ def begin_controlled(
 
 
 def state_under_force(
-    path: ControlledAmplitude, value: float, motion: Real, sliders: Start, iterations: int
+    path: ControlledAmplitude, value: float, motion: Real, sliders: InitialSliders, iterations: int
 ) -> SteadyState:
     """The steady state under the force of the case whose motion, in the phase of the reading, is given.
 
@@ -166,7 +166,7 @@ class _Trial:
         path: ControlledAmplitude,
         reading: Reading,
         condensed: Condensed,
-        sliders: Start,
+        sliders: InitialSliders,
         motion: Real,
         level: float,
     ) -> None:

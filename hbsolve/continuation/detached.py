@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, tangent
 from hbsolve.continuation.branch import ResponseBranch
@@ -33,7 +33,7 @@ from hbsolve.continuation.step import Continuation, ContinuationState, Mark
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoPeakError
 from hbsolve.solution import newton_from
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from reduction.array_type import Real
 
 #: Frequencies of the range from which arcs begin, and peaks of the curve beside them.
@@ -116,7 +116,7 @@ class _Search:
         slider: Real | None,
     ) -> None:
         self.balance, self.level_power = balance, level_power
-        self.sliders = slider_start(balance, slider)
+        self.sliders = make_initial_sliders(balance, slider)
         path = FrequencyPath(balance=balance, level_power=level_power)
         self.upward = Continuation(path=path, first=min(first, last), last=max(first, last), step=step)
         self.downward = Continuation(path=path, first=max(first, last), last=min(first, last), step=step)
@@ -225,7 +225,7 @@ class _Search:
         return 2 * shared > len(chosen)
 
 
-def _set_out(continuation: Continuation, state: SteadyState, sliders: Start) -> ContinuationState:
+def _set_out(continuation: Continuation, state: SteadyState, sliders: InitialSliders) -> ContinuationState:
     """Where a curve begins at a state inside the range, and a mark there."""
     motion, value = state.motion, state.angular_frequency
     at = continuation.state_at(motion, sliders)

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane
 from hbsolve.continuation.continuation_parameter import LevelPath
@@ -55,7 +55,7 @@ class LevelArc:
         return min(above + below, default=np.inf)
 
 
-def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: Start) -> LevelArc:
+def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: InitialSliders) -> LevelArc:
     """Follow the response over the level, from a low one to well beyond that of the balance.
 
     Parameters
@@ -104,7 +104,7 @@ def _turns(first: ContinuationState, middle: ContinuationState, last: Continuati
 
 
 def _turn(
-    path: LevelPath, level: float, points: list[ContinuationState], sliders: Start
+    path: LevelPath, level: float, points: list[ContinuationState], sliders: InitialSliders
 ) -> tuple[list[SteadyState], float]:
     """Level at which an arc turns between three points, and states at the wanted level that a closer look finds there.
 
@@ -131,7 +131,7 @@ def _distance(first: ContinuationState, last: ContinuationState) -> float:
 
 
 def _passed(
-    path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: Start
+    path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: InitialSliders
 ) -> list[SteadyState]:
     """The state at a level that lies between two points of an arc; none if there is none, or it is not found."""
     if (before.value - level) * (after.value - level) > 0 or before.value == after.value:
@@ -149,7 +149,9 @@ def _passed(
     return [found]
 
 
-def _along(path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: Start) -> Real:
+def _along(
+    path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: InitialSliders
+) -> Real:
     """Motion where the arc between two points passes a level."""
     x, value = np.array(before.motion), before.value
     metric = Metric(float(np.linalg.norm(x)) or 1.0, abs(after.value - value))

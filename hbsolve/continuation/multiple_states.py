@@ -5,14 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.continuation_parameter import LevelPath
 from hbsolve.continuation.step import Continuation
 from hbsolve.errors import NoSteadyState
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.solution import forces_at, solve_at
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from reduction.array_type import Real
 
 #: Two motions that differ by less than this share are the same.
@@ -43,7 +43,7 @@ def steady_states(
         Of the random numbers.
     """
     condensed = balance.at(angular_frequency)
-    sliders = slider_start(balance, slider)
+    sliders = make_initial_sliders(balance, slider)
     result: list[SteadyState] = []
     starts = [*motions_along_the_level(balance, angular_frequency, sliders)]
     starts += _scaled(balance.linear(condensed), n_start, seed)
@@ -70,7 +70,9 @@ def _scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
         yield start
 
 
-def motions_along_the_level(balance: HarmonicBalance, angular_frequency: float, sliders: Start) -> Iterator[Real]:
+def motions_along_the_level(
+    balance: HarmonicBalance, angular_frequency: float, sliders: InitialSliders
+) -> Iterator[Real]:
     """Motions near steady states where an arc over the level, round its folds, passes that of the balance."""
     level = balance.level
     if not level or not balance.n_direction:
@@ -115,9 +117,9 @@ def friction_history_states(
     result: list[SteadyState] = []
     for number in range(n_history):
         m = random.uniform(-1, 1, balance.n_slider)
-        start = slider_start(balance, m, multiplier=True)
+        start = make_initial_sliders(balance, m, multiplier=True)
         initial = forces_at(balance, angular_frequency, linear, start, want=FORCE).slider[:, 0]
-        sliders = slider_start(balance, initial if number else None)
+        sliders = make_initial_sliders(balance, initial if number else None)
         try:
             state = solve_at(balance, condensed, result[-1].motion if result else None, sliders)
         except NoSteadyState:

@@ -12,7 +12,7 @@ from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.errors import BalanceError
 from hbsolve.refinement import MARGIN, RefinedState, checked_rows, checked_tolerance, refine_harmonics
 from hbsolve.solution import forces_at, residual
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.truncation import relative_change, row_amplitude
 from reduction.array_type import Matrix, Real
 
@@ -69,10 +69,10 @@ def refine_branch(
     )
     least = LEAST * row_amplitude(balance, branch.coefficients[:, balance.main_harmonic], rows).max(axis=0)
     wanted = np.flatnonzero(branch_errors(balance, widened, rows).max(axis=1, initial=0.0) > limit).tolist()
-    given = slider_start(balance, slider).value
+    given = make_initial_sliders(balance, slider).value
     points: dict[int, RefinedState] = {}
     for index in wanted:
-        state = replace(branch.state(balance, index), slider=given)
+        state = replace(branch.state(balance, index), initial_slider=given)
         at_point = branch.balance_at(balance, index)
         _refuse_foreign(at_point, state)
         points[index] = refine_harmonics(at_point, state, limit, rows=rows, least=least, most=most)
@@ -103,7 +103,7 @@ def branch_errors(balance: HarmonicBalance, branch: ResponseBranch, rows: Matrix
 def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
     """Refuse a state that does not solve a balance: its joints or its sliders are others."""
     condensed = balance.at(state.angular_frequency)
-    forces = forces_at(balance, state.angular_frequency, state.motion, state.start)
+    forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders)
     linear = float(np.linalg.norm(balance.linear(condensed))) or 1.0
     left = float(np.linalg.norm(residual(balance, condensed, state.motion, forces))) / linear
     if not left <= FOREIGN:
@@ -120,7 +120,7 @@ def _with_points(branch: ResponseBranch, points: dict[int, RefinedState]) -> Res
     coefficients = np.zeros((count, n_harmonic, n_dof), dtype=np.complex128)
     coefficients[:, :before] = branch.coefficients
     names = (
-        "residual_norm", "iterations", "slider", "contact_share", "truncation_error", "sample_error",
+        "residual_norm", "iterations", "periodic_slider", "contact_share", "truncation_error", "sample_error",
         "estimated_change", "highest_harmonic", "n_sample",
     )  # fmt: skip
     arrays: dict[str, Any] = {name: np.array(getattr(branch, name)) for name in names}
@@ -130,7 +130,7 @@ def _with_points(branch: ResponseBranch, points: dict[int, RefinedState]) -> Res
         coefficients[index, : len(state.coefficients)] = state.coefficients
         moved = state.coefficients[of_point.main_harmonic]
         values = (
-            state.residual_norm, state.iterations, state.slider_at_start, contact_share(of_point, state),
+            state.residual_norm, state.iterations, state.periodic_slider, contact_share(of_point, state),
             relative_change(of_point, item.change, moved)[0], np.nan,
             item.change, of_point.n_harmonic - 1, of_point.n_sample,
         )  # fmt: skip

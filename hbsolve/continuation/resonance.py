@@ -16,7 +16,7 @@ from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
 from hbsolve.errors import NoPeakError, NoSteadyState
 from hbsolve.sensitivity import FrequencyParameter, sensitivity
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import steady_state
 from reduction.array_type import Array, Real
 
@@ -133,7 +133,7 @@ def _over_the_top(
         path=FrequencyPath(balance=balance), first=max(at - 10 * reach, at / 2), last=at + 10 * reach, step=reach
     )
     state = replace(
-        arc.state_at(before.motion, slider_start(balance, slider)),
+        arc.state_at(before.motion, make_initial_sliders(balance, slider)),
         value=at,
         tangent=Direction(top.motion - before.motion, top.angular_frequency - at),
     )

@@ -16,7 +16,7 @@ from hbsolve.continuation.step import Continuation, ContinuationState
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoSteadyState
 from hbsolve.solution import solve_at
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import steady_state
 from hbsolve.truncation import truncation
 from reduction.array_type import Real
@@ -46,7 +46,7 @@ def begin(
         No steady state at the first value.
     """
     balance, condensed = continuation.path.at(continuation.first)
-    sliders = slider_start(balance, slider)
+    sliders = make_initial_sliders(balance, slider)
     try:
         result = solve_at(balance, condensed, start, sliders)
     except NoSteadyState:
@@ -204,7 +204,7 @@ def branch_of(
         stopped_at=stopped_at,
         level=np.array([item.level for item in states]),
         iterations=np.array([item.iterations for item in states], dtype=np.float64),
-        slider=np.array([item.slider_at_start for item in states]),
+        periodic_slider=np.array([item.periodic_slider for item in states]),
         contact_share=np.array([contact_share(b, item) for b, item in zip(balances, states, strict=True)]),
         joint_names=tuple(joint.name for joint in balances[0].system.joints) if balances else (),
         truncation_error=np.array([item.harmonics for item in errors]),

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.controlled_amplitude import ControlledAmplitude
 from hbsolve.continuation.controlled_response import begin_controlled, controlled_continuation, state_under_force
@@ -16,7 +16,7 @@ from hbsolve.continuation.response import follow_to_end
 from hbsolve.continuation.surface import ResponseSurface
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import newton_from
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from reduction.array_input import real_array, refuse_infinite
 from reduction.array_type import Real, Vector
 from reduction.base_excitation import BaseExcitation
@@ -62,7 +62,7 @@ def response_surface(
     """
     omega = _ascending(angular_frequency, "angular_frequency", 2)
     amplitudes = _ascending(amplitude, "amplitude", 1)
-    sliders = slider_start(balance, slider)
+    sliders = make_initial_sliders(balance, slider)
     shape = len(amplitudes), len(omega)
     level, phase = np.full((2, *shape), np.nan)
     other_frequency, other_amplitude = np.zeros((2, *shape), dtype=np.bool_)
@@ -112,7 +112,9 @@ def _ascending(values: object, name: str, least: int) -> Float[Real, " n"]:
     return given
 
 
-def _follow(path: ControlledAmplitude, omega: Float[Real, " p"], sliders: Start, below: _Curve | None) -> _Curve:
+def _follow(
+    path: ControlledAmplitude, omega: Float[Real, " p"], sliders: InitialSliders, below: _Curve | None
+) -> _Curve:
     """The curve of an amplitude, begun at that of the amplitude below."""
     continuation = controlled_continuation(path, float(omega[0]), float(omega[-1]), None)
     start = (
@@ -160,7 +162,7 @@ def _motion_at(
     first: tuple[float, SteadyState],
     last: tuple[float, SteadyState],
     value: float,
-    sliders: Start,
+    sliders: InitialSliders,
 ) -> Real | None:
     """Motion at a frequency between two points of a curve; none if it is not found."""
     share = (value - first[0]) / (last[0] - first[0]) if last[0] != first[0] else 0.0
@@ -170,14 +172,16 @@ def _motion_at(
     return None if found is None else found.motion
 
 
-def _state_at(path: ControlledAmplitude, value: float, motion: Real | None, sliders: Start) -> SteadyState | None:
+def _state_at(
+    path: ControlledAmplitude, value: float, motion: Real | None, sliders: InitialSliders
+) -> SteadyState | None:
     try:
         return None if motion is None else state_under_force(path, value, motion, sliders, 0)
     except NoSteadyState:
         return None
 
 
-def _connected(below: _Curve, above: _Curve, place: int, sliders: Start) -> bool:
+def _connected(below: _Curve, above: _Curve, place: int, sliders: InitialSliders) -> bool:
     """Whether each of two states at one frequency is where Newton's method leads from the other."""
     low, high = below.motions[place], above.motions[place]
     if low is None or high is None:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected_points, tangent
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.continuation.stop_reason import StopReason
@@ -114,7 +114,7 @@ class Continuation:
         way = abs(self.last - self.first)
         return (way / STEPS if self.step is None else min(self.step, way)) / self.largest
 
-    def state_at(self, motion: Real, sliders: Start) -> ContinuationState:
+    def state_at(self, motion: Real, sliders: InitialSliders) -> ContinuationState:
         """Where the branch begins, for a solution at the first value."""
         rest = np.zeros_like(motion)
         return ContinuationState(
@@ -131,7 +131,7 @@ class Continuation:
 
     def advance(self, state: ContinuationState) -> tuple[SteadyState | None, ContinuationState]:
         """The next point, and the state after it; no point, and a stop reason, if there is none."""
-        sliders = Start(np.array(state.slider), np.array(state.by_multiplier))
+        sliders = InitialSliders(np.array(state.slider), np.array(state.by_multiplier))
         x, value = np.array(state.motion), state.value
         metric = Metric(_amplitude(x), self._scale)
         t, orientation = self._set_out(state, metric, sliders)
@@ -152,7 +152,7 @@ class Continuation:
             step *= RETRY
         return self._leap(state, x, sliders, t.value)
 
-    def _set_out(self, state: ContinuationState, metric: Metric, sliders: Start) -> tuple[Direction, int]:
+    def _set_out(self, state: ContinuationState, metric: Metric, sliders: InitialSliders) -> tuple[Direction, int]:
         """Tangent at the last point, of length 1, and its orientation."""
         t = Direction(np.array(state.tangent.motion), state.tangent.value)
         if not state.orientation:
@@ -162,7 +162,13 @@ class Continuation:
         return Direction(t.motion / length, t.value / length), state.orientation
 
     def _accept(
-        self, state: ContinuationState, result: Corrected, t: Direction, step: float, metric: Metric, sliders: Start
+        self,
+        state: ContinuationState,
+        result: Corrected,
+        t: Direction,
+        step: float,
+        metric: Metric,
+        sliders: InitialSliders,
     ) -> tuple[SteadyState | None, ContinuationState] | None:
         """The point, unless it lies outside the range, and what comes after it; none if a shorter step must decide."""
         if (result.value - self.last) * (self.last - self.first) > 0:
@@ -203,7 +209,7 @@ class Continuation:
         return bool(reach and 0 <= ahead / reach <= 1)
 
     def _finish(
-        self, state: ContinuationState, predicted: Real, step: float, metric: Metric, sliders: Start
+        self, state: ContinuationState, predicted: Real, step: float, metric: Metric, sliders: InitialSliders
     ) -> tuple[SteadyState | None, ContinuationState] | None:
         """The point at the last value; none if there is none near its prediction, as beyond a fold."""
         balance, condensed = self.path.at(self.last)
@@ -219,7 +225,7 @@ class Continuation:
         )
 
     def _leap(
-        self, state: ContinuationState, x: Real, sliders: Start, t_value: float
+        self, state: ContinuationState, x: Real, sliders: InitialSliders, t_value: float
     ) -> tuple[SteadyState | None, ContinuationState]:
         """Where the arc cannot be followed, the next point at a fixed lambda."""
         towards = np.sign(t_value or self.last - self.first)
@@ -262,6 +268,6 @@ def _amplitude(x: Real) -> float:
     return vibration or float(np.linalg.norm(x)) or 1.0
 
 
-def _point(at: Equation, x: Real, sliders: Start, iterations: int) -> SteadyState:
+def _point(at: Equation, x: Real, sliders: InitialSliders, iterations: int) -> SteadyState:
     size = float(np.linalg.norm(at.balance.linear(at.condensed))) or 1.0
     return recover_state(at.balance, at.condensed, x, sliders, float(np.linalg.norm(at.residual)) / size, iterations)

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hbsolve.limits.local_search import LimitSide, linear_step, local_search, take_step
-from hbsolve.limits.optimum import Best, Key, Optimum, follow
+from hbsolve.limits.optimum import LimitKey, Optima, Optimum, continue_optimum
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import multipliers
@@ -25,10 +25,10 @@ JUMP = 0.01
 Certificate: TypeAlias = dict[str, Any]
 
 
-def certify(curve: LimitCurve, numbers: Sequence[int], best: Best) -> dict[Key, Certificate]:
-    """Certificates at the frequencies `numbers`; `best` also holds the neighbours of the first and the last."""
+def certify(curve: LimitCurve, indices: Sequence[int], best: Optima) -> dict[LimitKey, Certificate]:
+    """Certificates at the frequencies of these indices; `best` also holds the neighbours of the first and the last."""
     result = {}
-    for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in best):
+    for key in ((index, side) for index in indices for side in LimitSide if (index, side) in best):
         # One state alone has no branches to choose from.
         jump = not _is_one(best, key[0]) and any(
             _jumps(curve, best, key, step) for step in (-1, 1) if (key[0] + step, key[1]) in best
@@ -38,7 +38,7 @@ def certify(curve: LimitCurve, numbers: Sequence[int], best: Best) -> dict[Key, 
 
 
 def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: bool) -> Certificate:
-    trial = point.trial(optimum.x, optimum.w, optimum.residual)
+    trial = point.trial(optimum.motion, optimum.initial_slider, optimum.residual_norm)
     linear = linear_step(point, trial, side)
     size = max(abs(trial.value), point.measure.least)
     predicted, realised = np.zeros(len(RADII)), np.zeros(len(RADII))
@@ -53,34 +53,34 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
         for joint, count in enumerate(np.diff(point.balance.table.slider)) if count
     ])  # fmt: skip
     return {
-        "residual": optimum.residual,
+        "residual_norm": optimum.residual_norm,
         "predicted": predicted,
         "realised": realised,
         "spread": float(np.ptp(ends)) / size if len(ends) else 0.0,
         "starts": len(ends),
-        "stuck": len(trial.free),
-        "drift": point.box.drift(trial.w),
-        "on_bound": point.box.active(trial.w),
+        "n_undetermined": len(trial.undetermined),
+        "drift": point.box.drift(trial.initial_slider),
+        "on_bound": point.box.active(trial.initial_slider),
         "repaired": optimum.repaired,
         "jump": jump,
-        "multiplier": multipliers(point.sliders, trial.x, trial.carried, point.balance.sampling.evaluate),
+        "multiplier": multipliers(point.sliders, trial.motion, trial.periodic_slider, point.balance.sampling.evaluate),
         "share": np.bincount(status.ravel(), minlength=3) / status.size,
     }
 
 
-def _is_one(best: Best, at: int) -> bool:
+def _is_one(best: Optima, index: int) -> bool:
     """Whether both limits are the same to less than a jump."""
-    if any((at, side) not in best for side in LimitSide):
+    if any((index, side) not in best for side in LimitSide):
         return False
-    lower, upper = (best[at, side].value for side in LimitSide)
+    lower, upper = (best[index, side].value for side in LimitSide)
     return abs(upper - lower) <= JUMP * abs(upper)
 
 
-def _jumps(curve: LimitCurve, best: Best, key: Key, step: int) -> bool:
+def _jumps(curve: LimitCurve, best: Optima, key: LimitKey, step: int) -> bool:
     """Whether a neighbour's state does not become this one."""
-    (at, side), optimum, point = key, best[key], curve.point(key[0])
+    (index, side), optimum, point = key, best[key], curve.point(key[0])
     worse = JUMP * max(abs(optimum.value), point.measure.least)
     if side * (optimum.value - optimum.followed.get(step, -side * np.inf)) <= worse:
         return False
-    settled = follow(curve, side, best[at + step, side], at + step, at)
+    settled = continue_optimum(curve, side, best[index + step, side], index + step, index)
     return settled is None or side * (optimum.value - local_search(point, settled, side).value) > worse

@@ -86,9 +86,9 @@ def dragged_reaches(
                 for test, before in enumerate(states):
                     states[test] = state = _next(point, before, sliders[test], last)
                     if state is not None:
-                        last, sliders[test] = state, state.carried
+                        last, sliders[test] = state, state.periodic_slider
                         # The place of a slider that slips is no memory.
-                        beyond = np.abs(state.carried - box.nominal) - box.reach
+                        beyond = np.abs(state.periodic_slider - box.nominal) - box.reach
                         excess[row] = np.maximum(excess[row], np.where(state.sticking, beyond, 0.0))
                 done += 1
                 if report is not None:
@@ -107,7 +107,7 @@ def _next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialS
 
     One that is not found is missed by one test at one of its frequencies, where each of very many would take seconds.
     """
-    near = None if before is None else point.solve(before.x, w)
+    near = None if before is None else point.solve(before.motion, w)
     if near is None and last is not None:
         near = point.towards(w, last)
     return near or point.from_rest(w) or point.from_few_starts(w)

@@ -1,7 +1,7 @@
 r"""A local search over the sliders that knows Coulomb's bounds: sequential linear programming in a trust region.
 
-At a steady state the objective and the intervals of the free sliders are linear in a change d of their starts, to first
-order. The step solves
+At a steady state the objective and the intervals of the undetermined sliders are linear in a change d of their starts,
+to first order. The step solves
 
 .. math:: \max \pm \nabla J \cdot d, \qquad w_\mathrm{low} + w_\mathrm{low}' d \le w + d \le w_\mathrm{high} +
           w_\mathrm{high}' d, \qquad |w + d - w_\mathrm{nominal}| \le w_\mathrm{max}, \qquad |d| \le \Delta\, r
@@ -53,9 +53,9 @@ class LimitSide(IntEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SliderDerivative:
-    """By the starts of the n free sliders; s sliders, d directions."""
+    """By the starts of the n undetermined sliders; s sliders, d directions."""
 
-    free: Int[Whole, " n"]
+    undetermined: Int[Whole, " n"]
     """Which sliders these are, shape (n,)."""
     gradient: Float[Real, " n"]
     """Of the objective, shape (n,) [its unit / m]."""
@@ -68,16 +68,16 @@ class SliderDerivative:
 
 def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
     """Derivative of a steady state; at a kink that of one side."""
-    free, table, A = trial.free, point.sliders, point.condensed.receptance
-    tangent, kt = table.tangent[free], table.stiffness[free]
+    own, table, A = trial.undetermined, point.sliders, point.condensed.receptance
+    tangent, kt = table.tangent[own], table.stiffness[own]
     first, count = point.balance.joint_of_direction
-    d, nh = trial.x.shape
-    moved = np.zeros((d, nh, len(free)))
+    d, nh = trial.motion.shape
+    moved = np.zeros((d, nh, len(own)))
     moved[:, 0] = A[0].real[:, tangent] * kt
     rows = active_rows(trial.forces.active)
-    by_x, by_g = point.measure.slopes(point.balance.level, trial.x, trial.forces.coefficients)
+    by_x, by_g = point.measure.slopes(point.balance.level, trial.motion, trial.forces.coefficients)
     gradient = -kt * by_g[tangent, 0]
-    if len(rows) and len(free):
+    if len(rows) and len(own):
         at, harmonic = rows[:, 0], rows[:, 1]
         law = trial.forces.jacobian[at, harmonic].reshape(len(rows), -1, nh)[:, :, 0]
         others = np.minimum(first[at][:, None] + np.arange(law.shape[1]), d - 1)
@@ -95,14 +95,14 @@ def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
     gradient = gradient + np.tensordot(by_x, moved, 2)
     ends = []
     for instants, pressed, sign in (
-        (trial.cone.at_low[free], trial.cone.pressed_low[free], -1.0),
-        (trial.cone.at_high[free], trial.cone.pressed_high[free], 1.0),
+        (trial.intervals.at_low[own], trial.intervals.limit_slope_low[own], -1.0),
+        (trial.intervals.at_high[own], trial.intervals.limit_slope_high[own], 1.0),
     ):
         basis = point.balance.sampling.instants[instants]
         slide = np.einsum("ia,iak->ik", basis, moved[tangent])
-        press = np.einsum("ia,iak->ik", basis, moved[table.normal[free]])
+        press = np.einsum("ia,iak->ik", basis, moved[table.normal[own]])
         ends.append(slide + sign * pressed[:, None] * press)
-    return SliderDerivative(free=free, gradient=gradient, motion=moved, low=ends[0], high=ends[1])
+    return SliderDerivative(undetermined=own, gradient=gradient, motion=moved, low=ends[0], high=ends[1])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,7 +123,7 @@ class LinearStep:
     """How far each slider may move in the box, in lengths, shape (n,)."""
 
     def step(self, radius: float) -> tuple[Float[Real, " n"], float]:
-        """The best move of the free sliders [m] and the gain that it predicts."""
+        """The best move of the undetermined sliders [m] and the gain that it predicts."""
         largest = np.abs(self.cost).max(initial=0.0)
         if not largest > 0:
             return np.zeros_like(self.cost), 0.0
@@ -136,14 +136,14 @@ class LinearStep:
 def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> LinearStep:
     """The linear programme at a steady state."""
     derivative = slider_derivative(point, trial)
-    free, n = derivative.free, len(derivative.free)
-    low, high, w = trial.cone.low[free], trial.cone.high[free], trial.w[free]
+    own, n = derivative.undetermined, len(derivative.undetermined)
+    low, high, w = trial.intervals.low[own], trial.intervals.high[own], trial.initial_slider[own]
     length = high - low
     length = np.maximum(length, NARROW * length.mean()) if n else length
     rows = np.vstack([derivative.low - np.eye(n), np.eye(n) - derivative.high]) * length
     bound = np.maximum(np.concatenate([w - low, high - w]), 0.0)
     size = np.abs(rows).max(axis=1, initial=np.finfo(float).tiny)
-    moved, reach = w - point.box.nominal[free], point.box.reach[free]
+    moved, reach = w - point.box.nominal[own], point.box.reach[own]
     return LinearStep(
         derivative=derivative,
         length=length,
@@ -157,9 +157,9 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
 
 def take_step(point: LimitPoint, trial: TrialState, linear: LinearStep, step: Float[Real, " n"]) -> TrialState | None:
     """The steady state after a step, started from where the derivative predicts it, else from where it was."""
-    w = trial.w.copy()
-    w[linear.derivative.free] += step
-    return point.settle(trial.x + linear.derivative.motion @ step, w) or point.settle(trial.x, w, HASTY)
+    w = trial.initial_slider.copy()
+    w[linear.derivative.undetermined] += step
+    return point.settle(trial.motion + linear.derivative.motion @ step, w) or point.settle(trial.motion, w, HASTY)
 
 
 def local_search(point: LimitPoint, trial: TrialState, side: LimitSide, max_step: int = MAX_STEP) -> TrialState:

@@ -116,8 +116,8 @@ class LossMeasure:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PaperLimits:
-    """The paper's limits."""
+class LossFactorLimits:
+    """Limits of an output where the loss factor is extreme: those of Ferhatoglu, Botto and Zucca."""
 
     loss_factor: ResponseLimits
     """Least and largest loss factor, with their states and certificates."""
@@ -126,7 +126,7 @@ class PaperLimits:
     limit, shape (2, l, f) [m]."""
 
 
-def paper_limits(
+def loss_factor_limits(
     balance: HarmonicBalance,
     output: OutputHarmonic,
     angular_frequency: Sequence[float] | Real,
@@ -135,8 +135,8 @@ def paper_limits(
     nominal: Sequence[float] | Real | None = None,
     reach: float = np.inf,
     **options: Any,
-) -> PaperLimits:
-    """The paper's limits of an output: its amplitude where the loss factor is extreme, eqs 9-12.
+) -> LossFactorLimits:
+    """Amplitude of an output where the loss factor is extreme, eqs 9-12.
 
     They bound the amplitude at resonance alone; `docs/response_limits.md` says why.
 
@@ -157,7 +157,7 @@ def paper_limits(
         if np.isfinite(answer.value[at]):
             omega, level = float(answer.angular_frequency[at[2]]), float(answer.level[at[1]])
             point = problem.at(omega, level)
-            trial = point.trial(answer.motion[at], answer.slider[at], float(answer.residual[at]))
+            trial = point.trial(answer.motion[at], answer.initial_slider[at], float(answer.residual_norm[at]))
             measure = output.measure(balance, point.condensed)
-            amplitude[at] = measure.value(level, trial.x, trial.forces.coefficients)
-    return PaperLimits(loss_factor=answer, amplitude=amplitude[::-1])
+            amplitude[at] = measure.value(level, trial.motion, trial.forces.coefficients)
+    return LossFactorLimits(loss_factor=answer, amplitude=amplitude[::-1])

@@ -21,7 +21,7 @@ from hbsolve.errors import BalanceError
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import forces_at
-from hbsolve.state import checked_harmonic, slider_start
+from hbsolve.state import checked_harmonic, make_initial_sliders
 from reduction.array_input import finite_array
 from reduction.array_type import Array, Real, Whole
 
@@ -216,7 +216,7 @@ class ContactForceHarmonic:
 
 def _rest_forces(balance: HarmonicBalance, condensed: Condensed) -> Real:
     """Size of the force of each direction at rest, and of each tangent's limit, shape (d,) [N]."""
-    table, start = slider_table(balance), slider_start(balance, None)
+    table, start = slider_table(balance), make_initial_sliders(balance, None)
     rest = balance.linear(condensed, 0.0)
     forces = forces_at(balance, condensed.angular_frequency, rest, start, FORCE)
     result = np.abs(forces.coefficients[:, 0] + balance.table.reference * rest[:, 0])

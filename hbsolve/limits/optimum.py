@@ -26,10 +26,10 @@ class Optimum:
 
     value: float
     """Value of the objective."""
-    x: Float[Real, "d nh"]
-    w: Float[Real, " s"]
+    motion: Float[Real, "d nh"]
+    initial_slider: Float[Real, " s"]
     """Motion of the directions, shape (d, nh) [m], and slider positions, shape (s,) [m]."""
-    residual: float
+    residual_norm: float
     """|R| relative to the linear motion [-]."""
     repaired: bool = False
     """Whether it, or what it came from, was found from a sampled state that lay outside the limits before."""
@@ -39,13 +39,13 @@ class Optimum:
     """Values that the neighbours' states have here, by the step to the neighbour, -1 or +1."""
 
 
-#: Number of the frequency, and side.
-Key: TypeAlias = tuple[int, LimitSide]
+#: Index of the frequency, and side.
+LimitKey: TypeAlias = tuple[int, LimitSide]
 #: Optima of one level.
-Best: TypeAlias = dict[Key, Optimum]
+Optima: TypeAlias = dict[LimitKey, Optimum]
 
 
-def offer(best: Best, key: Key, trial: TrialState | None, *, repaired: bool = False) -> float:
+def keep_if_better(best: Optima, key: LimitKey, trial: TrialState | None, *, repaired: bool = False) -> float:
     """Take a state where it is better than the optimum; returns the gain, relative to the optimum before."""
     if trial is None:
         return 0.0
@@ -57,32 +57,34 @@ def offer(best: Best, key: Key, trial: TrialState | None, *, repaired: bool = Fa
         best[key] = replace(before, starts=starts)
         return 0.0
     best[key] = Optimum(
-        value=trial.value, x=trial.x, w=trial.w, residual=trial.residual, repaired=repaired, starts=starts,
-        followed=before.followed if before else {},
+        value=trial.value, motion=trial.motion, initial_slider=trial.initial_slider, residual_norm=trial.residual_norm,
+        repaired=repaired, starts=starts, followed=before.followed if before else {},
     )  # fmt: skip
     return gain
 
 
-def improve(point: LimitPoint, best: Best, key: Key, x: Real, w: Sliders, *, repaired: bool = False) -> float:
-    """Settle a state, search from it and offer the result; returns the gain, relative to the optimum before.
+def improve(point: LimitPoint, best: Optima, key: LimitKey, x: Real, w: Sliders, *, repaired: bool = False) -> float:
+    """Settle a state, search from it and keep a better result; returns the gain, relative to the optimum before.
 
     `best` is changed in place; `repaired` says that the state comes from an audit.
     """
     settled = point.settle(x, w)
-    return offer(best, key, settled and local_search(point, settled, key[1]), repaired=repaired)
+    return keep_if_better(best, key, settled and local_search(point, settled, key[1]), repaired=repaired)
 
 
-def follow(curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, after: int) -> TrialState | None:
-    """Carry an optimum from one frequency to another; the state there is not yet improved.
+def continue_optimum(
+    curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, after: int
+) -> TrialState | None:
+    """The state that an optimum becomes at another frequency; not yet improved there.
 
     Branches end in folds: with its sliders a lower limit may not exist any more a little further on, while with others
     it does. So where one step does not arrive, or on another branch, sliders are improved on the way in smaller ones.
     """
-    direct = curve.point(after).settle(optimum.x, optimum.w)
+    direct = curve.point(after).settle(optimum.motion, optimum.initial_slider)
     if direct is not None and side * curve.point(after).gain(direct.value, optimum.value) > -WORSE:
         return direct
-    first, last = (float(curve.angular_frequency[at]) for at in (before, after))
-    x, w, value = optimum.x, optimum.w, optimum.value
+    first, last = (float(curve.angular_frequency[index]) for index in (before, after))
+    x, w, value = optimum.motion, optimum.initial_slider, optimum.value
     for number in range(1, STEPS + 1):
         there = curve.problem.at(first + number / STEPS * (last - first), curve.level)
         trial = there.settle(x, w)
@@ -90,12 +92,12 @@ def follow(curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, af
             return direct
         if number < STEPS:
             trial = local_search(there, trial, side, SEARCH)
-        x, w, value = trial.x, trial.w, trial.value
+        x, w, value = trial.motion, trial.initial_slider, trial.value
     return trial if direct is None or side * (value - direct.value) > 0 else direct
 
 
-def is_open(best: Best, at: int) -> bool:
+def is_open(best: Optima, index: int) -> bool:
     """Whether there is more than one value at a frequency: between both limits, or between ends of local searches."""
-    here = [best[at, side] for side in LimitSide if (at, side) in best]
+    here = [best[index, side] for side in LimitSide if (index, side) in best]
     values = np.concatenate([(optimum.value, *optimum.starts) for optimum in here])
     return bool(np.ptp(values) > CLOSED * np.abs(values).max())

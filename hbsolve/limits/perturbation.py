@@ -1,4 +1,4 @@
-"""Optima that are kicked out of where they are.
+"""Perturbation of optima, so that a search leaves their basin.
 
 Basins come in families. A damper that was turned one way in its grooves is about as good as one that was turned the
 other way, but no step leads from the one to the other: the way goes through the state between, which is far worse. So
@@ -9,9 +9,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from hbsolve.limits.exchange import HOPELESS
 from hbsolve.limits.local_search import GAIN
-from hbsolve.limits.optimum import Best, Key, improve
+from hbsolve.limits.optimum import LimitKey, Optima, improve
+from hbsolve.limits.optimum_continuation import HOPELESS
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.slider_bounds import random_sliders
@@ -19,23 +19,25 @@ from hbsolve.limits.sliders import SliderTable
 
 #: Combinations of lines that are turned about at most.
 MOST_TURNS = 15
-#: Random kicks of each optimum, and their sizes, in lengths of the intervals.
-N_RANDOM, KICKS = 12, (0.3, 1.0)
+#: Random perturbations of each optimum, and their sizes, in lengths of the intervals.
+N_RANDOM, SIZES = 12, (0.3, 1.0)
 
 
-def perturb(curve: LimitCurve, best: Best, keys: Iterable[Key], seed: Sequence[int]) -> tuple[Best, set[Key]]:
+def perturb(
+    curve: LimitCurve, best: Optima, keys: Iterable[LimitKey], seed: Sequence[int]
+) -> tuple[Optima, set[LimitKey]]:
     """Search again from changes of some optima; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     random = np.random.default_rng(seed)
     for key in keys:
         point, optimum, side = curve.point(key[0]), best[key], key[1]
-        trial = point.trial(optimum.x, optimum.w, optimum.residual)
-        kicks = reverse_lines(point.sliders, point.box.nominal, optimum.w, random)
-        for w in (*kicks, *(_random_kick(point, best, key, trial, random) for _ in range(N_RANDOM))):
+        trial = point.trial(optimum.motion, optimum.initial_slider, optimum.residual_norm)
+        turned = reverse_lines(point.sliders, point.box.nominal, optimum.initial_slider, random)
+        for w in (*turned, *(_perturb_at_random(point, best, key, trial, random) for _ in range(N_RANDOM))):
             reached = point.towards(point.box.clip(w), trial, tries=8)
             if reached is None or side * point.gain(reached.value, trial.value) < -HOPELESS:
                 continue
-            if improve(point, best, key, reached.x, reached.w) > 10 * GAIN:
+            if improve(point, best, key, reached.motion, reached.initial_slider) > 10 * GAIN:
                 gained.add(key)
     return best, gained
 
@@ -57,19 +59,21 @@ def reverse_lines(table: SliderTable, nominal: Sliders, w: Sliders, random: np.r
     return result
 
 
-def _random_kick(point: LimitPoint, best: Best, key: Key, trial: TrialState, random: np.random.Generator) -> Sliders:
+def _perturb_at_random(
+    point: LimitPoint, best: Optima, key: LimitKey, trial: TrialState, random: np.random.Generator
+) -> Sliders:
     """Sliders moved at random, or those of another optimum."""
     table, n = point.sliders, len(point.sliders.tangent)
-    length = np.abs(trial.cone.high - trial.cone.low)
+    length = np.abs(trial.intervals.high - trial.intervals.low)
     length = np.maximum(length, length.mean())
     kind = random.integers(4)
     if kind == 0:
         some = random.random(n) < 0.5
-        return np.asarray(trial.w + some * random.normal(size=n) * random.choice(KICKS) * length)
+        return np.asarray(trial.initial_slider + some * random.normal(size=n) * random.choice(SIZES) * length)
     if kind == 1:
-        return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.w)
+        return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.initial_slider)
     # A line of another optimum nearby, of either limit, or all of it.
     others = sorted(item for item in best if item != key)
-    other = best[others[random.integers(len(others))]].w if others else trial.w
+    other = best[others[random.integers(len(others))]].initial_slider if others else trial.initial_slider
     line = int(random.integers(int(table.line.max()) + 1))
-    return np.where(table.line == line, other, trial.w) if kind == 2 else other
+    return np.where(table.line == line, other, trial.initial_slider) if kind == 2 else other

@@ -8,20 +8,22 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
 from hbsolve.joint_law.registry import JACOBIAN
 from hbsolve.limits.objective import Measure
 from hbsolve.limits.slider_bounds import SliderBox
-from hbsolve.limits.sliders import Cone, SliderTable, cone
+from hbsolve.limits.sliders import SliderTable, StickIntervals, compute_stick_intervals
 from hbsolve.newton import RELATIVE, apply_receptance, newton_step
 from hbsolve.solution import TOLERANCE, forces_at, ramp
 from hbsolve.steady_state import FEW_STARTS, from_many_starts, steady_state
 from reduction.array_type import Real, Whole
 
 Sliders = Float[Real, " s"]
+#: Motion and sliders that a search starts from.
+SearchStart = tuple[Real, Sliders]
 
 #: Newton steps at most; after each three of them |R| must have fallen to a share, which is large for states that are
 #: worth the wait.
@@ -40,37 +42,39 @@ TRIES, LEAST_SHARE, SHORTER, LONGER = 12, 0.02, 0.4, 2.0
 class TrialState:
     """One steady state."""
 
-    x: Real
+    motion: Real
     """Motion of the directions, shape (d, nh) [m]."""
-    w: Sliders
+    initial_slider: Sliders
     """Slider positions at the first instant, shape (s,) [m]."""
     value: float
     """Of the objective."""
-    residual: float
+    residual_norm: float
     """|R| relative to the linear motion [-]."""
     forces: JointForces
     """Of the joints, with their Jacobian."""
-    cone: Cone
+    intervals: StickIntervals
     """Where its sliders stick."""
 
     @property
     def sticking(self) -> Bool[NDArray[np.bool_], " s"]:
         """Sliders that stick over the whole period, dragged there or not."""
-        return self.cone.low <= self.cone.high
+        return self.intervals.low <= self.intervals.high
 
     @property
     def dragged(self) -> Bool[NDArray[np.bool_], " s"]:
         """Those of them whose start lies outside their interval."""
-        return self.sticking & ((self.w < self.cone.low) | (self.w > self.cone.high))
+        return self.sticking & (
+            (self.initial_slider < self.intervals.low) | (self.initial_slider > self.intervals.high)
+        )
 
     @property
-    def free(self) -> Whole:
-        """Sliders that keep memory: the response depends on where they start."""
-        return np.flatnonzero((self.cone.low < self.cone.high) & ~self.dragged)
+    def undetermined(self) -> Whole:
+        """Sliders that the motion leaves where they start, so that it depends on their history."""
+        return np.flatnonzero((self.intervals.low < self.intervals.high) & ~self.dragged)
 
     @property
-    def carried(self) -> Sliders:
-        """Where the sliders are when the steady period begins."""
+    def periodic_slider(self) -> Sliders:
+        """Slider positions at the start of the steady period, shape (s,) [m]."""
         return np.asarray(self.forces.slider[:, -1])
 
 
@@ -90,43 +94,48 @@ class LimitPoint:
 
     scale: float = 0.0
 
-    def trial(self, x: Real, w: Sliders, residual: float) -> TrialState:
+    def trial(self, x: Real, w: Sliders, residual_norm: float) -> TrialState:
         """A motion that is known to be a steady state."""
         # Copied: compiled code takes read-only arrays, such as those of a result, for another type.
         x, w = np.array(x), np.array(w)
         forces = forces_at(self.balance, self.condensed.angular_frequency, x, _start(w), JACOBIAN)
-        return self._trial(x, w, residual, forces, cone(x, self.sliders, self.balance.sampling.evaluate))
+        intervals = compute_stick_intervals(x, self.sliders, self.balance.sampling.evaluate)
+        return self._trial(x, w, residual_norm, forces, intervals)
 
-    def _trial(self, x: Real, w: Sliders, residual: float, forces: JointForces, interval: Cone) -> TrialState:
+    def _trial(
+        self, x: Real, w: Sliders, residual_norm: float, forces: JointForces, intervals: StickIntervals
+    ) -> TrialState:
         value = self.measure.value(self.balance.level, x, forces.coefficients)
-        return TrialState(x=x, w=w, value=value, residual=residual, forces=forces, cone=interval)
+        return TrialState(
+            motion=x, initial_slider=w, value=value, residual_norm=residual_norm, forces=forces, intervals=intervals
+        )
 
     def solve(self, x: Real, w: Sliders, hopeless: float = HASTY) -> TrialState | None:
         """Newton's method from a motion nearby; none where it fails."""
         balance, tolerance = self.balance, TOLERANCE * self.scale
         first, count = balance.joint_of_direction
-        result, norm, forces, interval = newton_near(
+        result, norm, forces, intervals = newton_near(
             np.array(x), self.linear, self.condensed.angular_frequency, self.condensed.columns,
             balance.table, first, count, _start(w), balance.sampling, self.sliders, tolerance, LIMIT, PATIENCE,
             hopeless,
         )  # fmt: skip
-        return self._trial(result, w, norm / self.scale, forces, interval) if norm <= tolerance else None
+        return self._trial(result, w, norm / self.scale, forces, intervals) if norm <= tolerance else None
 
     def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> TrialState | None:
         """As `solve` from the nearest state in the box; dragged sliders then start where they end, if the box has it.
 
-        Afterwards each slider is free, or slips, or is dragged from a bound of the box.
+        Afterwards each slider is undetermined, or slips, or is dragged from a bound of the box.
         """
         trial = self.solve(x, self.box.clip(w), hopeless)
         for _ in range(ROUNDS):
             if trial is None or not trial.dragged.any():
                 break
-            margin = INSIDE * (trial.cone.high - trial.cone.low)
-            ended = np.clip(trial.w, trial.cone.low + margin, trial.cone.high - margin)
-            moved = self.box.clip(np.where(trial.dragged, ended, trial.w))
-            if np.array_equal(moved, trial.w):
+            margin = INSIDE * (trial.intervals.high - trial.intervals.low)
+            ended = np.clip(trial.initial_slider, trial.intervals.low + margin, trial.intervals.high - margin)
+            moved = self.box.clip(np.where(trial.dragged, ended, trial.initial_slider))
+            if np.array_equal(moved, trial.initial_slider):
                 break
-            trial = self.solve(trial.x, moved, hopeless)
+            trial = self.solve(trial.motion, moved, hopeless)
         return trial
 
     def towards(self, w: Sliders, known: TrialState, tries: int = TRIES) -> TrialState | None:
@@ -135,7 +144,7 @@ class LimitPoint:
         while share < 1 and tries and step > LEAST_SHARE:
             tries -= 1
             target = min(1.0, share + step)
-            trial = self.solve(reached.x, known.w + target * (w - known.w))
+            trial = self.solve(reached.motion, known.initial_slider + target * (w - known.initial_slider))
             if trial is None:
                 step *= SHORTER
             else:
@@ -203,8 +212,8 @@ def newton_near(
                 break
         if not np.isfinite(norm):
             break
-    return x, norm, forces, cone(x, sliders, sampling.evaluate)
+    return x, norm, forces, compute_stick_intervals(x, sliders, sampling.evaluate)
 
 
-def _start(w: Sliders) -> Start:
-    return Start(np.array(w), np.zeros(len(w), dtype=np.int64))
+def _start(w: Sliders) -> InitialSliders:
+    return InitialSliders(np.array(w), np.zeros(len(w), dtype=np.int64))

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hbsolve.limits.local_search import LimitSide, local_search
-from hbsolve.limits.optimum import Best, Key, follow, improve, offer
-from hbsolve.limits.point import LimitPoint, Sliders, TrialState
+from hbsolve.limits.optimum import LimitKey, Optima, continue_optimum, improve, keep_if_better
+from hbsolve.limits.point import LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
 
@@ -17,65 +17,65 @@ N_BEST, N_BEST_AT_END = 2, 6
 SAME = 1e-4
 
 
-def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> Best:
-    """Limits at frequencies in order; `numbers` says which of all they are."""
+def first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> Optima:
+    """Limits at the frequencies of these indices, in order."""
     # What is swept up stays on the branch that it came by, which is another one than that of a sweep down.
-    up = swept_states(curve, numbers, starts)
-    down = swept_states(curve, numbers[::-1], starts)
-    chosen: dict[Key, list[tuple[Real, Sliders]]] = {}
-    for at in numbers:
-        box, count = curve.box, number_of_starts(curve, at)
+    up = swept_states(curve, indices, starts)
+    down = swept_states(curve, indices[::-1], starts)
+    chosen: dict[LimitKey, list[SearchStart]] = {}
+    for index in indices:
+        box, count = curve.box, number_of_starts(curve, index)
         for side in LimitSide:
-            states = _distinct([*up[at], *down[at]], side, count)
-            chosen[at, side] = [(trial.x, box.clip(trial.carried)) for trial in states]
-    return improved_along(curve, numbers, chosen)
+            states = _distinct([*up[index], *down[index]], side, count)
+            chosen[index, side] = [(trial.motion, box.clip(trial.periodic_slider)) for trial in states]
+    return improved_along(curve, indices, chosen)
 
 
-def number_of_starts(curve: LimitCurve, at: int) -> int:
+def number_of_starts(curve: LimitCurve, index: int) -> int:
     """Local searches of each side at a frequency, besides that from the frequency before."""
-    return N_BEST_AT_END if at in (0, len(curve.angular_frequency) - 1) else N_BEST
+    return N_BEST_AT_END if index in (0, len(curve.angular_frequency) - 1) else N_BEST
 
 
 def improved_along(
-    curve: LimitCurve, numbers: Sequence[int], chosen: Mapping[Key, Sequence[tuple[Real, Sliders]]]
-) -> Best:
+    curve: LimitCurve, indices: Sequence[int], chosen: Mapping[LimitKey, Sequence[SearchStart]]
+) -> Optima:
     """Limits at frequencies in order, from motions and sliders of each, and from the limit before."""
-    best: Best = {}
-    for at in numbers:
-        point = curve.point(at)
+    best: Optima = {}
+    for index in indices:
+        point = curve.point(index)
         for side in LimitSide:
-            for x, w in chosen.get((at, side), ()):
-                improve(point, best, (at, side), x, w)
-            if (at - 1, side) in best:
-                settled = follow(curve, side, best[at - 1, side], at - 1, at)
-                offer(best, (at, side), settled and local_search(point, settled, side))
+            for x, w in chosen.get((index, side), ()):
+                improve(point, best, (index, side), x, w)
+            if (index - 1, side) in best:
+                settled = continue_optimum(curve, side, best[index - 1, side], index - 1, index)
+                keep_if_better(best, (index, side), settled and local_search(point, settled, side))
     return best
 
 
-def swept_states(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
+def swept_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
     """States of the members at frequencies in this order, each from where it was at the one before."""
     result: dict[int, list[TrialState]] = {}
     members = list(starts)
     motions: list[Real | None] = [None] * len(members)
-    for at in numbers:
-        point = curve.point(at)
-        result[at] = []
+    for index in indices:
+        point = curve.point(index)
+        result[index] = []
         for number, w in enumerate(members):
             motion = motions[number]
             trial = None if motion is None else point.solve(motion, w)
-            trial = trial or _from_others(point, w, result[at])
-            motions[number] = None if trial is None else trial.x
+            trial = trial or _from_others(point, w, result[index])
+            motions[number] = None if trial is None else trial.motion
             if trial is not None:
                 # On the way to a member another one may be all that was reached.
-                members[number] = trial.w
-                result[at].append(trial)
+                members[number] = trial.initial_slider
+                result[index].append(trial)
     return result
 
 
 def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) -> TrialState | None:
     """From a member that is solved, else from rest."""
     if solved:
-        nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.w - w)))
+        nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.initial_slider - w)))
         return point.towards(w, nearest)
     return point.from_rest(w) or point.from_anywhere(w)
 

@@ -88,6 +88,6 @@ class LimitCurve:
         """Of the initial slider states at this level."""
         return self.problem.box_at(self.level)
 
-    def point(self, at: int) -> LimitPoint:
-        """The balance at one of the frequencies, by its number."""
-        return self.problem.at(float(self.angular_frequency[at]), self.level)
+    def point(self, index: int) -> LimitPoint:
+        """The balance at one of the frequencies."""
+        return self.problem.at(float(self.angular_frequency[index]), self.level)

@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.limits.local_search import LimitSide
-from hbsolve.limits.optimum import Best, Key, improve
+from hbsolve.limits.optimum import LimitKey, Optima, improve
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.result import ResponseLimits
@@ -44,41 +44,41 @@ class SampledStates:
 
 
 @on_one_blas_thread
-def sampled_states(curve: LimitCurve, numbers: Sequence[int], count: int, seed: Sequence[int]) -> SampledStates:
-    """Sample random histories at the frequencies `numbers`, half of them swept up and half down."""
+def sampled_states(curve: LimitCurve, indices: Sequence[int], count: int, seed: Sequence[int]) -> SampledStates:
+    """Sample random histories at the frequencies of these indices, half of them swept up and half down."""
     box = curve.box
-    value = np.full((len(numbers), count), np.nan)
+    value = np.full((len(indices), count), np.nan)
     extreme: dict[tuple[int, LimitSide], TrialState] = {}
-    for row, number, trial in random_states(curve, numbers, count, seed):
+    for row, number, trial in random_states(curve, indices, count, seed):
         value[row, number] = trial.value
         for side in LimitSide:
-            key = numbers[row], side
+            key = indices[row], side
             if key not in extreme or side * (trial.value - extreme[key].value) > 0:
                 extreme[key] = trial
     return SampledStates(
-        value=value, extreme={key: (trial.x, box.clip(trial.carried)) for key, trial in extreme.items()}
+        value=value, extreme={key: (trial.motion, box.clip(trial.periodic_slider)) for key, trial in extreme.items()}
     )
 
 
 def random_states(
-    curve: LimitCurve, numbers: Sequence[int], count: int, seed: Sequence[int]
+    curve: LimitCurve, indices: Sequence[int], count: int, seed: Sequence[int]
 ) -> Iterator[tuple[int, int, TrialState]]:
-    """States of random histories as they are found: place in `numbers`, number of the history, state."""
+    """States of random histories as they are found: place in `indices`, number of the history, state."""
     table, box, random = curve.problem.sliders, curve.box, np.random.default_rng(seed)
     for way in (0, 1):
         carried: dict[int, TrialState] = {}
         waiting = {number: random_sliders(table, box, random, number) for number in range(count)}
-        order = range(len(numbers)) if way == 0 else range(len(numbers) - 1, -1, -1)
+        order = range(len(indices)) if way == 0 else range(len(indices) - 1, -1, -1)
         for row in order:
-            point = curve.point(numbers[row])
-            over = replace(curve, level=curve.level * random.uniform(*OVERSHOOT)).point(numbers[row])
+            point = curve.point(indices[row])
+            over = replace(curve, level=curve.level * random.uniform(*OVERSHOOT)).point(indices[row])
             last: TrialState | None = None
             for number in range(way, count, 2):
                 trial = _next(point, over, carried.get(number), waiting[number], last, random)
                 if trial is None:
                     carried.pop(number, None)
                     continue
-                waiting[number] = box.clip(trial.carried)
+                waiting[number] = box.clip(trial.periodic_slider)
                 carried[number] = last = trial
                 yield row, number, trial
 
@@ -88,14 +88,14 @@ def _next(
     random: np.random.Generator,
 ) -> TrialState | None:  # fmt: skip
     """The state of one history at its next frequency."""
-    trial = None if before is None else point.solve(before.x, w)
+    trial = None if before is None else point.solve(before.motion, w)
     if before is not None and random.random() < EVENT:
         kind = int(random.integers(N_KIND))
         known = trial or last
         if kind >= 6 and trial is not None:
-            passed = over.solve(trial.x, w)
+            passed = over.solve(trial.motion, w)
             if passed is not None:
-                trial = point.solve(trial.x, point.box.clip(passed.carried)) or trial
+                trial = point.solve(trial.motion, point.box.clip(passed.periodic_slider)) or trial
         elif kind < 6 and known is not None:
             trial = point.towards(random_sliders(point.sliders, point.box, random, kind), known) or trial
     if trial is not None:
@@ -118,28 +118,28 @@ class Audit:
 
 
 def audit(
-    curve: LimitCurve, numbers: Sequence[int], best: Best, count: int, seed: Sequence[int]
-) -> tuple[Best, set[Key], dict[int, Audit]]:
+    curve: LimitCurve, indices: Sequence[int], best: Optima, count: int, seed: Sequence[int]
+) -> tuple[Optima, set[LimitKey], dict[int, Audit]]:
     """Sample histories at a level; returns the repaired limits, which of them were, and the counts before."""
     best, repaired = dict(best), set()
-    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
+    swept = range(max(indices[0] - RUN_IN, 0), min(indices[-1] + RUN_IN + 1, len(curve.angular_frequency)))
     sampled = sampled_states(curve, swept, count, seed)
     audits = {}
-    for row, at in enumerate(swept):
-        if at not in numbers:
+    for row, index in enumerate(swept):
+        if index not in indices:
             continue
         values = sampled.value[row][np.isfinite(sampled.value[row])]
-        point = curve.point(at)
+        point = curve.point(index)
         outside = {}
         for side in LimitSide:
-            limit = best.get((at, side))
+            limit = best.get((index, side))
             excess = [side * point.gain(value, limit.value) for value in values] if limit else [np.inf] * len(values)
             outside[side] = int((np.array(excess) > OUTSIDE).sum())
             if not len(values) or max(excess) <= REPAIR:
                 continue
-            if improve(point, best, (at, side), *sampled.extreme[at, side], repaired=True) > 0:
-                repaired.add((at, side))
-        audits[at] = Audit(
+            if improve(point, best, (index, side), *sampled.extreme[index, side], repaired=True) > 0:
+                repaired.add((index, side))
+        audits[index] = Audit(
             count=len(values),
             lowest=float(values.min(initial=np.inf)),
             highest=float(values.max(initial=-np.inf)),
@@ -188,10 +188,10 @@ def independent_histories(
         As there; one task per level.
     """
     run = Runner.of(problem, limits.angular_frequency, store, executor, progress)
-    numbers = range(len(limits.angular_frequency))
+    indices = range(len(limits.angular_frequency))
     tasks = [
         SearchTask(
-            f"independent histories, level {number}", sampled_states, float(level), (numbers, count, (seed, number, 3))
+            f"independent histories, level {number}", sampled_states, float(level), (indices, count, (seed, number, 3))
         )
         for number, level in enumerate(limits.level)
     ]

@@ -84,7 +84,7 @@ def _refined(
     def measured(finer: HarmonicBalance, found: SteadyState) -> tuple[float, float]:
         condensed = finer.at(found.angular_frequency)
         measure = problem.objective.measure(finer, condensed)
-        forces = forces_at(finer, found.angular_frequency, found.motion, found.start, FORCE)
+        forces = forces_at(finer, found.angular_frequency, found.motion, found.sliders, FORCE)
         value = measure.value(finer.level, found.motion, forces.coefficients)
         return value, max(measure.least, least)
 

@@ -9,11 +9,11 @@ import numpy as np
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
+from hbsolve.limits.auxiliary_frequencies import SearchedFrequencies, add_auxiliary_frequencies
 from hbsolve.limits.certificate import RADII, Certificate
-from hbsolve.limits.companions import SearchedFrequencies, add_companions
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
-from hbsolve.limits.optimum import Best, Key
+from hbsolve.limits.optimum import LimitKey, Optima
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
 from hbsolve.limits.result import ResponseLimits, blank_arrays
@@ -38,7 +38,7 @@ def limit_problem(
     balance
         The system; friction contacts with one tangent, or two with limits of their own.
     objective
-        `Output`, `ContactForce` or `LossFactor`.
+        `OutputHarmonic`, `ContactForceHarmonic` or `LossFactor`.
     nominal
         Centre of the box, shape (s,) [m]; by default where the static load leaves the sliders.
     reach
@@ -97,7 +97,7 @@ def response_limits(
     chosen = settings or LimitSettings()
     omega = ascending(angular_frequency, "angular_frequency")
     scale = ascending(levels, "levels")
-    searched = add_companions(problem.balance, omega, chosen.frequencies)
+    searched = add_auxiliary_frequencies(problem.balance, omega, chosen.frequencies)
     starts = starts_by_level(problem, searched.angular_frequency, scale, chosen)
     run = Runner.of(problem, searched.angular_frequency, store, executor, progress)
     best, audits, certificates = StagedSearch(run=run, levels=scale.tolist(), starts=starts, settings=chosen).limits()
@@ -133,30 +133,30 @@ def collect_limits(
     problem: LimitProblem,
     searched: SearchedFrequencies,
     levels: Real,
-    best: list[Best],
+    best: list[Optima],
     audits: list[dict[int, Audit]],
-    certificates: list[dict[Key, Certificate]],
+    certificates: list[dict[LimitKey, Certificate]],
 ) -> ResponseLimits:
     """Arrays of the optima, audits and certificates of each level, at the frequencies asked for."""
-    balance, omega = problem.balance, searched.angular_frequency[searched.asked]
-    point = {int(number): at for at, number in enumerate(searched.asked)}
+    balance, omega = problem.balance, searched.angular_frequency[searched.requested]
+    requested = {int(index): row for row, index in enumerate(searched.requested)}
     arrays = blank_arrays(
         side=2, level=len(levels), point=len(omega), direction=balance.n_direction, radius=len(RADII), state=3,
         coefficient=2 * balance.n_harmonic - 1, slider_number=balance.n_slider,
     )  # fmt: skip
     for level in range(len(levels)):
-        for (number, side), optimum in best[level].items():
-            if (at := point.get(number)) is None:
+        for (index, side), optimum in best[level].items():
+            if (row := requested.get(index)) is None:
                 continue
-            answer = {"value": optimum.value, "motion": optimum.x, "slider": optimum.w}
-            for name, value in (answer | certificates[level][number, side]).items():
-                arrays[name][list(LimitSide).index(side), level, at] = value
-        for number, audit in audits[level].items():
-            if (at := point.get(number)) is None:
+            answer = {"value": optimum.value, "motion": optimum.motion, "initial_slider": optimum.initial_slider}
+            for name, value in (answer | certificates[level][index, side]).items():
+                arrays[name][list(LimitSide).index(side), level, row] = value
+        for index, audit in audits[level].items():
+            if (row := requested.get(index)) is None:
                 continue
-            arrays["n_sampled"][level, at] = audit.count
-            arrays["sampled"][:, level, at] = (audit.lowest, audit.highest) if audit.count else np.nan
-            arrays["n_outside"][:, level, at] = audit.below, audit.above
+            arrays["n_sampled"][level, row] = audit.count
+            arrays["sampled"][:, level, row] = (audit.lowest, audit.highest) if audit.count else np.nan
+            arrays["n_outside"][:, level, row] = audit.below, audit.above
     reach = np.array([problem.box_at(level).reach for level in levels.tolist()])
     given = {"angular_frequency": omega, "level": levels, "nominal": problem.box.nominal, "reach": reach}
     return ResponseLimits(**arrays | given)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     import xarray
 
 SIDES = ("lower", "upper")
+#: Variables of data sets and files by field, where these have other names.
+VARIABLES = {"initial_slider": "slider", "residual_norm": "residual", "n_undetermined": "stuck"}
 #: Arrays that a refinement fills.
 REFINED = ("refined", "refined_error", "refined_harmonic", "refined_moved")
 
@@ -45,13 +47,13 @@ class ResponseLimits(Exported):
     """The limits, shape (2, l, f) [unit of the objective]."""
     motion: Float[Real, "side=2 level point direction coefficient"]
     """Coefficients of the joint directions there, shape (2, l, f, d, nh) [m]."""
-    slider: Float[Real, "side=2 level point slider_number"]
+    initial_slider: Float[Real, "side=2 level point slider_number"]
     """Slider positions at the first instant, shape (2, l, f, s) [m]."""
     multiplier: Float[Real, "side=2 level point slider_number"]
     """The same as m of eq. 11, shape (2, l, f, s) [-]."""
     share: Float[Real, "side=2 level point state=3"]
     """Shares of the period in which sliders stick, slip and separate, mean over sliders, shape (2, l, f, 3) [-]."""
-    residual: Float[Real, "side=2 level point"]
+    residual_norm: Float[Real, "side=2 level point"]
     """|R| relative to the linear motion, shape (2, l, f) [-]."""
     predicted: Float[Real, "side=2 level point radius=3"]
     realised: Float[Real, "side=2 level point radius=3"]
@@ -60,8 +62,8 @@ class ResponseLimits(Exported):
     spread: Float[Real, "side=2 level point"]
     starts: Int[Whole, "side=2 level point"]
     """Between the ends of local searches from different starts, over the value, and how many, shape (2, l, f)."""
-    stuck: Int[Whole, "side=2 level point"]
-    """Sliders that keep memory, shape (2, l, f) [-]."""
+    n_undetermined: Int[Whole, "side=2 level point"]
+    """Sliders that the motion leaves where history put them, shape (2, l, f) [-]."""
     drift: Float[Real, "side=2 level point"]
     on_bound: Int[Whole, "side=2 level point"]
     """Largest |w - nominal| [m], and how many sliders the box holds [-], shape (2, l, f)."""
@@ -130,7 +132,7 @@ class ResponseLimits(Exported):
             balance.at_level(float(self.level[level])),
             float(self.angular_frequency[frequency]),
             start=self.motion[at],
-            slider=self.slider[at],
+            slider=self.initial_slider[at],
         )
 
     def to_xarray(self) -> "xarray.Dataset":
@@ -138,7 +140,10 @@ class ResponseLimits(Exported):
         import xarray
 
         data = xarray.Dataset(
-            {item.name: (dimensions(self).get(item.name, ()), getattr(self, item.name)) for item in fields(self)},
+            {
+                VARIABLES.get(item.name, item.name): (dimensions(self).get(item.name, ()), getattr(self, item.name))
+                for item in fields(self)
+            },
             coords={"side": list(SIDES), "state": ["stick", "slip", "separated"]},
         )
         return data.assign_coords(frequency=("point", self.frequency, {"units": "Hz"}))
@@ -149,9 +154,9 @@ class ResponseLimits(Exported):
 
         level, point = np.indices(self.value.shape[1:]).reshape(2, -1)
         columns = {"level [-]": self.level[level], "frequency [Hz]": self.frequency[point]}
-        for name in ("value", "sampled", "residual", "repaired", "jump", "n_outside", "refined"):
+        for name in ("value", "sampled", "residual_norm", "repaired", "jump", "n_outside", "refined"):
             for side, word in enumerate(SIDES):
-                label = word if name == "value" else f"{word} {name.replace('_', ' ')}"
+                label = word if name == "value" else f"{word} {VARIABLES.get(name, name).replace('_', ' ')}"
                 columns[label] = getattr(self, name)[side].ravel()
         return pandas.DataFrame(columns)
 
@@ -182,7 +187,8 @@ def limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
     # Older files know nothing of refinement.
     blank = blank_arrays(**{str(name): size for name, size in data.sizes.items()})
     values = {
-        name: data[name].values if name in data or name not in REFINED else unknown for name, unknown in blank.items()
+        name: unknown if name in REFINED and name not in data else data[VARIABLES.get(name, name)].values
+        for name, unknown in blank.items()
     }
     return ResponseLimits(**{name: array.astype(blank[name].dtype) for name, array in values.items()})
 

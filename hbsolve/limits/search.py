@@ -8,30 +8,34 @@ comes out the same with any number of workers.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 from hbsolve.errors import BalanceError
 from hbsolve.limits.certificate import Certificate, certify
-from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_level
 from hbsolve.limits.local_search import GAIN
-from hbsolve.limits.optimum import Best, Key, is_open
+from hbsolve.limits.optimum import LimitKey, Optima, is_open
+from hbsolve.limits.optimum_continuation import (
+    FURTHEST,
+    continue_across_gaps,
+    continue_from_level,
+    continue_to_neighbours,
+    find_gaps,
+)
 from hbsolve.limits.perturbation import perturb
-from hbsolve.limits.point import Sliders
+from hbsolve.limits.point import SearchStart
 from hbsolve.limits.population import first_limits, improved_along
 from hbsolve.limits.random_histories import Audit, audit
 from hbsolve.limits.task import Runner, SearchTask
 from reduction.array_input import whole_number
 from reduction.array_type import Real
 
-#: Rounds in which blocks hand optima across their edges.
+#: Rounds in which optima are continued across the edges of blocks.
 ROUNDS = 8
-#: Kicks go to each fifth frequency, in each round from another of a block's first ones: neighbours hand on what gains.
-KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
-KICKS = len(KICKED_FROM)
-#: Rounds in which gaps between branches are tried.
-BRIDGES = 4
-#: Motions and sliders from which searches start.
-Starts: TypeAlias = Sequence[tuple[Real, Sliders]]
+#: Each fifth frequency is perturbed, in each round from another of a block's first: neighbours take over what gains.
+STRIDE, FIRST_PERTURBED = 5, (2, 4, 0)
+PERTURBATIONS = len(FIRST_PERTURBED)
+#: Rounds in which optima are continued across gaps between branches.
+GAP_ROUNDS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,12 +55,12 @@ class LimitSettings:
     block: int = 15
     """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
     seed: int = 0
-    """Of random starts, kicks and histories."""
-    kicks: int = KICKS
-    """Rounds of kicks after levels have handed on their optima, at most 3 [-]."""
+    """Of random starts, perturbations and histories."""
+    perturbations: int = PERTURBATIONS
+    """Rounds of perturbations after optima were continued from level to level, at most 3 [-]."""
     frequencies: int = 24
     """Least number of frequencies of a search: where fewer are asked for it adds some, as far as the next resonance
-    (`hbsolve.limits.companions`); 1 adds none [-]."""
+    (`hbsolve.limits.auxiliary_frequencies`); 1 adds none [-]."""
 
     def __post_init__(self) -> None:
         for name, least in (
@@ -64,14 +68,14 @@ class LimitSettings:
             ("sample", 0),
             ("block", 1),
             ("seed", 0),
-            ("kicks", 0),
+            ("perturbations", 0),
             ("frequencies", 1),
         ):
             value = whole_number(getattr(self, name), name, BalanceError)
             if value < least:
                 raise BalanceError(f"{name} = {value} must be {least} at least")
-        if self.kicks > KICKS:
-            raise BalanceError(f"kicks = {self.kicks} must be {KICKS} at most")
+        if self.perturbations > PERTURBATIONS:
+            raise BalanceError(f"perturbations = {self.perturbations} must be {PERTURBATIONS} at most")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,71 +93,75 @@ class StagedSearch:
 
     @property
     def blocks(self) -> list[range]:
-        """Numbers of the frequencies of each block."""
+        """Indices of the frequencies of each block."""
         count = len(self.run.angular_frequency)
         edges = [*range(0, count, self.settings.block), count]
         return [range(first, last) for first, last in pairwise(edges)]
 
-    def limits(self) -> tuple[list[Best], list[dict[int, Audit]], list[dict[Key, Certificate]]]:
+    def limits(self) -> tuple[list[Optima], list[dict[int, Audit]], list[dict[LimitKey, Certificate]]]:
         """Optima, audits and certificates of each level."""
-        result = self._stage("population", first_limits, lambda level, numbers: (numbers, self.starts[level]))
+        result = self._stage("population", first_limits, lambda level, block: (block, self.starts[level]))
         best = [_merged(parts) for parts in result]
-        self._developed(best)
+        self._improve_all(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.settings.sample:
             parts = self._stage(
                 "audit", audit,
-                lambda level, numbers: (
-                    numbers, self._near(best[level], numbers), self.settings.sample,
-                    (self.settings.seed, level, numbers[0], 2),
+                lambda level, block: (
+                    block, self._near(best[level], block), self.settings.sample,
+                    (self.settings.seed, level, block[0], 2),
                 ),
             )  # fmt: skip
-            audits = [{at: result for part in item for at, result in part[2].items()} for item in parts]
-            self._exchanged("after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)])
-        return best, audits, self._certified(best)
+            audits = [{index: result for part in item for index, result in part[2].items()} for item in parts]
+            self._continue_to_neighbours(
+                "after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)]
+            )
+        return best, audits, self._certify(best)
 
-    def limits_from(self, chosen: Sequence[Mapping[Key, Starts]]) -> tuple[list[Best], list[dict[Key, Certificate]]]:
+    def limits_from(
+        self, chosen: Sequence[Mapping[LimitKey, Sequence[SearchStart]]]
+    ) -> tuple[list[Optima], list[dict[LimitKey, Certificate]]]:
         """Optima and certificates of each level, searched for from motions and sliders at each frequency and side."""
 
-        def near(level: int, numbers: range) -> tuple[range, dict[Key, Starts]]:
-            return numbers, {key: value for key, value in chosen[level].items() if key[0] in numbers}
+        def near(level: int, block: range) -> tuple[range, dict[LimitKey, Sequence[SearchStart]]]:
+            return block, {key: value for key, value in chosen[level].items() if key[0] in block}
 
         best = [_merged(parts) for parts in self._stage("population", improved_along, near)]
-        self._developed(best)
-        return best, self._certified(best)
+        self._improve_all(best)
+        return best, self._certify(best)
 
-    def _developed(self, best: list[Best]) -> None:
-        """Hand optima to neighbours and other levels, kick them, and carry them over gaps."""
-        self._exchanged("neighbours", best, [set(item) for item in best])
-        self._kicked(best, "first kicks", 1)
-        self._levels(best)
-        self._kicked(best, "kicks", self.settings.kicks)
-        self._bridged(best)
+    def _improve_all(self, best: list[Optima]) -> None:
+        """Continue optima to neighbours, other levels and across gaps, and perturb them."""
+        self._continue_to_neighbours("neighbours", best, [set(item) for item in best])
+        self._perturb(best, "first perturbations", 1)
+        self._continue_over_levels(best)
+        self._perturb(best, "perturbations", self.settings.perturbations)
+        self._cross_gaps(best)
 
-    def _certified(self, best: list[Best]) -> list[dict[Key, Certificate]]:
+    def _certify(self, best: list[Optima]) -> list[dict[LimitKey, Certificate]]:
         """What is known of each optimum, by level."""
-        result = self._stage(
-            "certificates", certify, lambda level, numbers: (numbers, self._near(best[level], numbers))
-        )
+        result = self._stage("certificates", certify, lambda level, block: (block, self._near(best[level], block)))
         return [{key: value for part in item for key, value in part.items()} for item in result]
 
-    def _levels(self, best: list[Best]) -> None:
-        """Hand optima from each level to the next, down and up again."""
+    def _continue_over_levels(self, best: list[Optima]) -> None:
+        """Continue optima from each level to the next, down and up again."""
         order = [*reversed(range(len(best))), *range(1, len(best))]
         for number, (source, target) in enumerate(pairwise(order)):
             name = f"level {source} to {target}, {number}"
             tasks = [
                 self._task(
-                    name, target, from_level,
-                    (numbers, best[target], self.levels[source], best[source]), numbers,
+                    name, target, continue_from_level,
+                    (block, best[target], self.levels[source], best[source]), block,
                 )
-                for numbers in self.blocks
+                for block in self.blocks
             ]  # fmt: skip
             gained = self._take(best, target, self.run("levels", tasks))
-            self._exchanged(f"after {name}", best, [gained if at == target else set() for at in range(len(best))])
+            self._continue_to_neighbours(
+                f"after {name}", best, [gained if at == target else set() for at in range(len(best))]
+            )
 
-    def _kicked(self, best: list[Best], name: str, rounds: int) -> None:
-        """Kick optima at some frequencies of each block; once more at others in levels where some gained.
+    def _perturb(self, best: list[Optima], name: str, rounds: int) -> None:
+        """Perturb optima at some frequencies of each block; once more at others in levels where some gained.
 
         Where both limits are one and searches from all starts have ended alike there is nothing to gain.
         """
@@ -161,45 +169,45 @@ class StagedSearch:
         for number in range(rounds):
             jobs = []
             for level in reversed(levels):
-                for numbers in self.blocks:
-                    chosen = numbers[min(KICKED_FROM[number], len(numbers) - 1) :: KICK_STRIDE]
+                for block in self.blocks:
+                    chosen = block[min(FIRST_PERTURBED[number], len(block) - 1) :: STRIDE]
                     keys = [key for key in sorted(best[level]) if key[0] in chosen and is_open(best[level], key[0])]
-                    seed = (self.settings.seed, level, numbers[0], 1, number, rounds)
+                    seed = (self.settings.seed, level, block[0], 1, number, rounds)
                     if keys:
-                        jobs.append((level, numbers, (self._near(best[level], numbers), keys, seed)))
-            gained = self._improved(best, f"{name}, round {number}", "kicks", perturb, jobs)
+                        jobs.append((level, block, (self._near(best[level], block), keys, seed)))
+            gained = self._improved(best, f"{name}, round {number}", "perturbations", perturb, jobs)
             levels = [level for level in levels if gained[level]]
 
-    def _bridged(self, best: list[Best]) -> None:
-        """Carry optima over gaps between branches, as long as some gain."""
-        fresh = [at_a_gap(item) for item in best]
-        for number in range(BRIDGES):
+    def _cross_gaps(self, best: list[Optima]) -> None:
+        """Continue optima across gaps between branches, as long as some gain."""
+        fresh = [find_gaps(item) for item in best]
+        for number in range(GAP_ROUNDS):
             jobs = [
-                (level, numbers, keys)
+                (level, block, keys)
                 for level in reversed(range(len(best)))
-                for numbers in self.blocks
-                if (keys := sorted(key for key in fresh[level] if key[0] in numbers))
+                for block in self.blocks
+                if (keys := sorted(key for key in fresh[level] if key[0] in block))
             ]
-            gained = self._improved(best, f"gaps, round {number}", "gaps", bridge, [
-                (level, numbers, (self._near(best[level], numbers), keys)) for level, numbers, keys in jobs
+            gained = self._improved(best, f"gaps, round {number}", "gaps", continue_across_gaps, [
+                (level, block, (self._near(best[level], block), keys)) for level, block, keys in jobs
             ])  # fmt: skip
             # Where nothing has changed there is nothing new to try.
             fresh = [
-                {key for key in at_a_gap(item) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
+                {key for key in find_gaps(item) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
                 for item, gain in zip(best, gained, strict=True)
             ]
 
     def _improved(
-        self, best: list[Best], name: str, stage: str, call: Callable[..., Any],
+        self, best: list[Optima], name: str, stage: str, call: Callable[..., Any],
         jobs: Sequence[tuple[int, range, tuple[Any, ...]]],
-    ) -> list[set[Key]]:  # fmt: skip
-        """Run a call that returns optima and which of them improved, take them over and hand them on."""
-        tasks = [self._task(name, level, call, given, numbers) for level, numbers, given in jobs]
-        gained: list[set[Key]] = [set() for _ in best]
-        for (level, numbers, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
-            best[level].update({key: value for key, value in result.items() if key[0] in numbers})
+    ) -> list[set[LimitKey]]:  # fmt: skip
+        """Run a call that returns optima and which of them improved, take them over and continue them to neighbours."""
+        tasks = [self._task(name, level, call, given, block) for level, block, given in jobs]
+        gained: list[set[LimitKey]] = [set() for _ in best]
+        for (level, block, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
+            best[level].update({key: value for key, value in result.items() if key[0] in block})
             gained[level] |= better
-        self._exchanged(f"after {name}", best, gained)
+        self._continue_to_neighbours(f"after {name}", best, gained)
         return gained
 
     def _stage(
@@ -207,66 +215,64 @@ class StagedSearch:
     ) -> list[list[Any]]:
         """Run a call for each level and block; results by level."""
         tasks = [
-            self._task(name, level, call, arguments(level, numbers), numbers)
+            self._task(name, level, call, arguments(level, block), block)
             for level in reversed(range(len(self.levels)))
-            for numbers in self.blocks
+            for block in self.blocks
         ]
         results = self.run(name, tasks)
         n = len(self.blocks)
         return [results[n * k : n * (k + 1)] for k in range(len(self.levels))][::-1]
 
     def _task(
-        self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], numbers: range
+        self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], block: range
     ) -> SearchTask:
         return SearchTask(
-            key=f"{name}; level {level}, frequencies {numbers.start} to {numbers.stop - 1}",
+            key=f"{name}; level {level}, frequencies {block.start} to {block.stop - 1}",
             call=call,
             level=self.levels[level],
             arguments=arguments,
         )
 
-    def _near(self, best: Best, numbers: range) -> Best:
+    def _near(self, best: Optima, block: range) -> Optima:
         """Optima of a block and of its neighbours in frequency."""
-        return {
-            key: value for key, value in best.items() if numbers.start - FURTHEST <= key[0] < numbers.stop + FURTHEST
-        }
+        return {key: value for key, value in best.items() if block.start - FURTHEST <= key[0] < block.stop + FURTHEST}
 
-    def _take(self, best: list[Best], level: int, parts: Iterable[Any]) -> set[Key]:
+    def _take(self, best: list[Optima], level: int, parts: Iterable[Any]) -> set[LimitKey]:
         """Take over what blocks of a level return, first their own optima, then those of them that improved."""
-        gained: set[Key] = set()
-        for numbers, (result, better, *_) in zip(self.blocks, parts, strict=True):
-            best[level].update({key: value for key, value in result.items() if key[0] in numbers})
+        gained: set[LimitKey] = set()
+        for block, (result, better, *_) in zip(self.blocks, parts, strict=True):
+            best[level].update({key: value for key, value in result.items() if key[0] in block})
             gained |= better
         return gained
 
-    def _exchanged(self, name: str, best: list[Best], fresh: list[set[Key]]) -> None:
-        """Hand optima to neighbours, within blocks and across their edges, until none improves."""
+    def _continue_to_neighbours(self, name: str, best: list[Optima], fresh: list[set[LimitKey]]) -> None:
+        """Continue optima to neighbours, within blocks and across their edges, until none improves."""
         for number in range(ROUNDS):
             jobs = []
             for level, keys in enumerate(fresh):
-                for numbers in self.blocks:
-                    near = {key for key in keys if numbers.start - 1 <= key[0] <= numbers.stop}
+                for block in self.blocks:
+                    near = {key for key in keys if block.start - 1 <= key[0] <= block.stop}
                     if near:
-                        jobs.append((level, numbers, near))
+                        jobs.append((level, block, near))
             if not jobs:
                 return
             tasks = [
                 self._task(
-                    f"{name}, round {number}", level, exchange,
-                    (numbers, self._near(best[level], numbers), sorted(near)), numbers,
+                    f"{name}, round {number}", level, continue_to_neighbours,
+                    (block, self._near(best[level], block), sorted(near)), block,
                 )
-                for level, numbers, near in jobs
+                for level, block, near in jobs
             ]  # fmt: skip
             fresh = [set() for _ in best]
-            for (level, numbers, _), result in zip(jobs, self.run("neighbours", tasks), strict=True):
+            for (level, block, _), result in zip(jobs, self.run("neighbours", tasks), strict=True):
                 for key, optimum in result.items():
                     before = best[level].get(key)
                     best[level][key] = optimum
-                    if key[0] in (numbers.start, numbers.stop - 1) and (
+                    if key[0] in (block.start, block.stop - 1) and (
                         before is None or key[1] * (optimum.value - before.value) > GAIN * abs(before.value)
                     ):
                         fresh[level].add(key)
 
 
-def _merged(parts: Iterable[Best]) -> Best:
+def _merged(parts: Iterable[Optima]) -> Optima:
     return {key: value for part in parts for key, value in part.items()}

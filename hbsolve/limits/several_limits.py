@@ -8,15 +8,16 @@ from typing import Any
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.errors import BalanceError
-from hbsolve.limits.companions import add_companions
+from hbsolve.limits.auxiliary_frequencies import add_auxiliary_frequencies
 from hbsolve.limits.objective import Objective
-from hbsolve.limits.optimum import Key
+from hbsolve.limits.optimum import LimitKey
+from hbsolve.limits.point import SearchStart
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
 from hbsolve.limits.response_limits import ascending, collect_limits, starts_by_level
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings, StagedSearch
-from hbsolve.limits.shared_histories import SharedStates, Start, share_histories
+from hbsolve.limits.shared_histories import SharedStates, share_histories
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
@@ -80,7 +81,7 @@ def several_limits(
         raise BalanceError("there is no objective: give one at least")
     chosen = settings or LimitSettings()
     omega, scale = ascending(angular_frequency, "angular_frequency"), ascending(levels, "levels")
-    searched = add_companions(problem.balance, omega, chosen.frequencies)
+    searched = add_auxiliary_frequencies(problem.balance, omega, chosen.frequencies)
     problems = {name: replace(problem, objective=item) for name, item in objectives.items()}
     shared_work = WORK_PER_HISTORY * (2 * chosen.population + chosen.sample)
     total = shared_work + len(problems)
@@ -126,7 +127,7 @@ def _shared(
     return [[next(results) for _ in blocks] for _ in levels][::-1]
 
 
-def _starts(parts: Sequence[SharedStates], number: int) -> dict[Key, Sequence[Start]]:
+def _starts(parts: Sequence[SharedStates], number: int) -> dict[LimitKey, Sequence[SearchStart]]:
     """Starts of one objective at one level."""
     return {key: states for part in parts for key, states in part.starts[number].items()}
 
@@ -135,7 +136,7 @@ def _audits(parts: Sequence[SharedStates], number: int) -> dict[int, Audit]:
     """What was sampled of one objective at one level, by frequency."""
     result = {}
     for part in parts:
-        for at, ends in part.sampled.items():
+        for index, ends in part.sampled.items():
             lowest, highest = ends[:, number].tolist()
-            result[at] = Audit(count=part.count[at], lowest=lowest, highest=highest, below=0, above=0)
+            result[index] = Audit(count=part.count[index], lowest=lowest, highest=highest, below=0, above=0)
     return result

@@ -16,23 +16,20 @@ from jaxtyping import Float
 from hbsolve.continuation.multiple_states import motions_along_the_level
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
-from hbsolve.limits.optimum import Key
-from hbsolve.limits.point import PATIENT, LimitPoint, Sliders, TrialState
+from hbsolve.limits.optimum import LimitKey
+from hbsolve.limits.point import PATIENT, LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.population import SAME, number_of_starts, swept_states
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.random_histories import RUN_IN, random_states
-from hbsolve.state import slider_start
+from hbsolve.state import make_initial_sliders
 from reduction.array_type import Real
-
-#: Motion and sliders of a state.
-Start = tuple[Real, Sliders]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SharedStates:
-    """States at some frequencies of one level, seen by o objectives."""
+    """States at some frequencies of one level, evaluated by o objectives."""
 
-    starts: tuple[Mapping[Key, Sequence[Start]], ...]
+    starts: tuple[Mapping[LimitKey, Sequence[SearchStart]], ...]
     """States furthest out, by objective, frequency and side."""
     sampled: Mapping[int, Float[Real, "2 o"]]
     """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without any."""
@@ -43,18 +40,17 @@ class SharedStates:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Seen:
-    """One state, and whether it belongs to a random history."""
+class _EvaluatedState:
+    """One state by the o objectives, and whether it belongs to a random history."""
 
-    x: Real
-    w: Sliders
+    start: SearchStart
     value: Float[Real, " o"]
     is_random: bool
 
 
 def share_histories(
     curve: LimitCurve,
-    numbers: Sequence[int],
+    indices: Sequence[int],
     objectives: Sequence[Objective],
     population: Sequence[Sliders],
     count: int,
@@ -62,14 +58,14 @@ def share_histories(
     *,
     branches: bool = True,
 ) -> SharedStates:
-    """Continue a population and random histories along the frequencies `numbers`, up and down.
+    """Continue a population and random histories along the frequencies of these indices, up and down.
 
     Parameters
     ----------
     curve
         System, level and all frequencies; its own objective does not matter.
-    numbers
-        Which of the frequencies.
+    indices
+        Of the frequencies.
     objectives
         What is bounded.
     population
@@ -81,59 +77,66 @@ def share_histories(
     branches
         Whether an arc over the level looks for branches that no slider leads to, which takes longer than all else.
     """
-    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
-    seen: dict[int, list[_Seen]] = {at: [] for at in numbers}
+    swept = range(max(indices[0] - RUN_IN, 0), min(indices[-1] + RUN_IN + 1, len(curve.angular_frequency)))
+    evaluated: dict[int, list[_EvaluatedState]] = {index: [] for index in indices}
     balance, box, level = curve.problem.balance, curve.box, curve.level
-    measures = {at: [item.measure(balance, curve.point(at).condensed) for item in objectives] for at in numbers}
+    measures = {
+        index: [item.measure(balance, curve.point(index).condensed) for item in objectives] for index in indices
+    }
 
-    def look(at: int, trial: TrialState, is_random: bool) -> None:
-        value = np.array([item.value(level, trial.x, trial.forces.coefficients) for item in measures[at]])
-        seen[at].append(_Seen(x=trial.x, w=box.clip(trial.carried), value=value, is_random=is_random))
+    def evaluate(index: int, trial: TrialState, is_random: bool) -> None:
+        value = np.array([item.value(level, trial.motion, trial.forces.coefficients) for item in measures[index]])
+        evaluated[index].append(
+            _EvaluatedState(start=(trial.motion, box.clip(trial.periodic_slider)), value=value, is_random=is_random)
+        )
 
-    for order in (numbers, numbers[::-1]):
-        for at, trials in swept_states(curve, order, population).items():
+    for order in (indices, indices[::-1]):
+        for index, trials in swept_states(curve, order, population).items():
             for trial in trials:
-                look(at, trial, is_random=False)
-    for at in numbers if branches else ():
-        for trial in _branches(curve.point(at)):
-            look(at, trial, is_random=False)
+                evaluate(index, trial, is_random=False)
+    for index in indices if branches else ():
+        for trial in _branches(curve.point(index)):
+            evaluate(index, trial, is_random=False)
     for row, _, trial in random_states(curve, swept, count, seed):
-        if swept[row] in seen:
-            look(swept[row], trial, is_random=True)
-    starts: list[dict[Key, Sequence[Start]]] = [{} for _ in objectives]
-    for at, states in seen.items():
+        if swept[row] in evaluated:
+            evaluate(swept[row], trial, is_random=True)
+    starts: list[dict[LimitKey, Sequence[SearchStart]]] = [{} for _ in objectives]
+    for index, states in evaluated.items():
         for number, chosen in enumerate(starts):
             for side in LimitSide:
-                chosen[at, side] = _furthest(states, number, side, number_of_starts(curve, at))
-    random = {at: np.array([item.value for item in states if item.is_random]) for at, states in seen.items()}
+                chosen[index, side] = _furthest(states, number, side, number_of_starts(curve, index))
+    random = {index: np.array([item.value for item in states if item.is_random]) for index, states in evaluated.items()}
     return SharedStates(
         starts=tuple(starts),
-        sampled={at: _ends(values, len(objectives)) for at, values in random.items()},
-        count={at: len(values) for at, values in random.items()},
-        reached={at: _ends(np.array([item.value for item in states]), len(objectives)) for at, states in seen.items()},
+        sampled={index: _ends(values, len(objectives)) for index, values in random.items()},
+        count={index: len(values) for index, values in random.items()},
+        reached={
+            index: _ends(np.array([item.value for item in states]), len(objectives))
+            for index, states in evaluated.items()
+        },
     )
 
 
 def _branches(point: LimitPoint) -> Iterator[TrialState]:
     """States of the sliders at rest on an arc over the level."""
     w = point.box.nominal
-    start = slider_start(point.balance, w)
+    start = make_initial_sliders(point.balance, w)
     for x in motions_along_the_level(point.balance, point.condensed.angular_frequency, start):
         trial = point.solve(x, w, PATIENT)
         if trial is not None:
             yield trial
 
 
-def _furthest(states: Sequence[_Seen], number: int, side: LimitSide, count: int) -> list[Start]:
+def _furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, count: int) -> list[SearchStart]:
     """The states furthest out for one objective whose values differ."""
-    result: list[_Seen] = []
+    result: list[_EvaluatedState] = []
     for state in sorted(states, key=lambda item: -side * float(item.value[number])):
         value = state.value[number]
         if all(abs(value - other.value[number]) > SAME * abs(other.value[number]) for other in result):
             result.append(state)
         if len(result) == count:
             break
-    return [(state.x, state.w) for state in result]
+    return [state.start for state in result]
 
 
 def _ends(values: Real, n_objective: int) -> Float[Real, "2 o"]:

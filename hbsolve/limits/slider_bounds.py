@@ -14,9 +14,9 @@ from jaxtyping import Float
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import BalanceError
-from hbsolve.limits.sliders import SliderTable, cone, slider_table
+from hbsolve.limits.sliders import SliderTable, compute_stick_intervals, slider_table
 from hbsolve.solution import solve_at
-from hbsolve.state import slider_start
+from hbsolve.state import make_initial_sliders
 from reduction.array_input import real_array, real_number
 from reduction.array_type import Real
 
@@ -95,12 +95,12 @@ def slider_box(
     NoSteadyState
         There is no rest under the static load.
     """
-    given = slider_start(balance, nominal)
+    given = make_initial_sliders(balance, nominal)
     rest = solve_at(balance.at_level(0.0), condensed, None, given)
-    interval = cone(rest.motion, slider_table(balance), balance.sampling.evaluate)
-    radius = np.maximum(interval.high - interval.low, 0.0) / 2
-    centre = given.value if nominal is not None else rest.slider_at_start
-    middle = (interval.low + interval.high) / 2
+    intervals = compute_stick_intervals(rest.motion, slider_table(balance), balance.sampling.evaluate)
+    radius = np.maximum(intervals.high - intervals.low, 0.0) / 2
+    centre = given.value if nominal is not None else rest.periodic_slider
+    middle = (intervals.low + intervals.high) / 2
     return SliderBox(nominal=np.array(centre), reach=_reach(reach, radius), radius=radius, middle=middle)
 
 

@@ -41,19 +41,18 @@ class SliderTable(NamedTuple):
     """Number of the line (and tangent) that a slider belongs to: contacts whose names differ in a last number alone."""
 
 
-class Cone(NamedTuple):
+class StickIntervals(NamedTuple):
     """Where sliders stick in one motion, shape (s,) each."""
 
     low: Real
-    """w_low [m]."""
     high: Real
-    """w_high [m]."""
+    """w_low and w_high [m]."""
     at_low: Whole
-    """Instant that sets it."""
     at_high: Whole
-    pressed_low: Real
-    """d(mu N / k_t)/dv at that instant: 0 where the contact is open [-]."""
-    pressed_high: Real
+    """Instants that set them."""
+    limit_slope_low: Real
+    limit_slope_high: Real
+    """d(mu N / k_t)/dv at these instants: 0 where the contact is open [-]."""
 
 
 def slider_table(balance: HarmonicBalance) -> SliderTable:
@@ -98,13 +97,13 @@ def slider_table(balance: HarmonicBalance) -> SliderTable:
 
 
 @compiled
-def cone(x: Any, sliders: Any, evaluate: Any) -> Any:
+def compute_stick_intervals(x: Any, sliders: Any, evaluate: Any) -> Any:
     """Intervals in the motion x of the joint directions, shape (d, nh)."""
     s, n = len(sliders.tangent), evaluate.shape[1]
     u = np.dot(x, evaluate)
     low, high = np.full(s, -np.inf), np.full(s, np.inf)
     at_low, at_high = np.zeros(s, np.int64), np.zeros(s, np.int64)
-    pressed_low, pressed_high = np.zeros(s), np.zeros(s)
+    slope_low, slope_high = np.zeros(s), np.zeros(s)
     for i in range(s):
         kt, slope = sliders.stiffness[i], sliders.by_normal[i] / sliders.stiffness[i]
         for k in range(n):
@@ -114,10 +113,10 @@ def cone(x: Any, sliders: Any, evaluate: Any) -> Any:
             closed = limit > 0.0
             radius = limit if closed else 0.0
             if u[sliders.tangent[i], k] - radius > low[i]:
-                low[i], at_low[i], pressed_low[i] = u[sliders.tangent[i], k] - radius, k, slope if closed else 0.0
+                low[i], at_low[i], slope_low[i] = u[sliders.tangent[i], k] - radius, k, slope if closed else 0.0
             if u[sliders.tangent[i], k] + radius < high[i]:
-                high[i], at_high[i], pressed_high[i] = u[sliders.tangent[i], k] + radius, k, slope if closed else 0.0
-    return Cone(low, high, at_low, at_high, pressed_low, pressed_high)
+                high[i], at_high[i], slope_high[i] = u[sliders.tangent[i], k] + radius, k, slope if closed else 0.0
+    return StickIntervals(low, high, at_low, at_high, slope_low, slope_high)
 
 
 def multipliers(sliders: SliderTable, x: Real, w: Real, evaluate: Real) -> Real:

@@ -9,7 +9,7 @@ from jaxtyping import Complex, Int
 from scipy.optimize import brentq
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane, tangent
 from hbsolve.continuation.branch import ResponseBranch
@@ -142,9 +142,10 @@ class _Walk:
                 f"{balance.system.n_dof}: give the balance with which it was found"
             )
         names = tuple(joint.name for joint in balance.system.joints)
-        if branch.joint_names != names or branch.slider.shape[1] != balance.n_slider:
+        n_slider = branch.periodic_slider.shape[1]
+        if branch.joint_names != names or n_slider != balance.n_slider:
             raise BalanceError(
-                f"the branch has the joints {', '.join(branch.joint_names) or 'none'} with {branch.slider.shape[1]} "
+                f"the branch has the joints {', '.join(branch.joint_names) or 'none'} with {n_slider} "
                 f"sliders, the balance {', '.join(names) or 'none'} with {balance.n_slider}: give the balance with "
                 "which it was found"
             )
@@ -157,12 +158,12 @@ class _Walk:
         """Real coefficients of the joint directions at a point."""
         return self.branch.start(self.balance, index)
 
-    def sliders(self, index: int) -> Start:
+    def sliders(self, index: int) -> InitialSliders:
         """Sliders of a point."""
-        place = np.array(self.branch.slider[index])
-        return Start(place, np.zeros(len(place), dtype=np.int64))
+        place = np.array(self.branch.periodic_slider[index])
+        return InitialSliders(place, np.zeros(len(place), dtype=np.int64))
 
-    def at(self, angular_frequency: float, motion: Real, sliders: Start) -> Stability:
+    def at(self, angular_frequency: float, motion: Real, sliders: InitialSliders) -> Stability:
         """Stability of a motion, on which the level has no bearing."""
         return compute_stability(self.balance, self.modes, angular_frequency, motion, sliders, self.n_sample)
 

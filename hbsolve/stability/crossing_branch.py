@@ -14,7 +14,7 @@ Seydel, Practical Bifurcation and Stability Analysis (2010), section 5.6.
 import numpy as np
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane, tangent
 from hbsolve.continuation.branch import ResponseBranch
@@ -85,7 +85,7 @@ def _leave(
     path: Path, values: Real, branch: ResponseBranch, balance: HarmonicBalance, point: BifurcationPoint, side: int
 ) -> tuple[SteadyState, ContinuationState] | None:
     """First point of the other branch to one side, and the state of a continuation there."""
-    x, value, start = point.state.motion, _value(path, point.state), point.state.start
+    x, value, start = point.state.motion, _value(path, point.state), point.state.sliders
     metric = Metric(float(np.linalg.norm(x)) or 1.0, float(np.ptp(values)))
     after = branch.start(balance, point.index + 1) - branch.start(balance, point.index)
     way = Direction(after, float(values[point.index + 1] - values[point.index]))
@@ -109,7 +109,7 @@ def _leave(
 
 
 def _find_second_direction(
-    path: Path, x: Real, value: float, start: Start, way: Direction, metric: Metric
+    path: Path, x: Real, value: float, start: InitialSliders, way: Direction, metric: Metric
 ) -> Direction:
     """Direction in the kernel square to the tangent of the known branch, of length 1."""
     here = equation(path, value, x, start)

@@ -25,7 +25,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fe.compiled import compiled
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.joint_arrays import instant_force, slope_table, step_slopes
 from hbsolve.joint_law.registry import FORCE
@@ -50,7 +50,7 @@ class Active(NamedTuple):
 
 
 def monodromy(
-    balance: HarmonicBalance, modes: LinearModes, angular_frequency: float, motion: Real, start: Start
+    balance: HarmonicBalance, modes: LinearModes, angular_frequency: float, motion: Real, start: InitialSliders
 ) -> tuple[Float[Real, "m m"], int]:
     """Monodromy matrix of a periodic motion, and how many multipliers of zero it has more than the motion.
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Complex
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.linear_modes import LinearModes, linear_modes
@@ -74,7 +74,7 @@ def stability(balance: HarmonicBalance, state: SteadyState, *, n_sample: int = 0
     check_state(balance, state)
     refuse_stiffer_joints(balance)
     return compute_stability(
-        balance, linear_modes(balance), state.angular_frequency, state.motion, state.start, n_sample
+        balance, linear_modes(balance), state.angular_frequency, state.motion, state.sliders, n_sample
     )
 
 
@@ -83,7 +83,7 @@ def compute_stability(
     modes: LinearModes,
     angular_frequency: float,
     motion: Real,
-    start: Start,
+    start: InitialSliders,
     n_sample: int = 0,
 ) -> Stability:
     """The same for the motion of the joint directions, real coefficients of shape (d, 2 H + 1) [m]."""

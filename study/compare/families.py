@@ -266,7 +266,7 @@ def family_search(
             sample=table.samples,
             block=table.block,
             seed=table.seed,
-            kicks=1,
+            perturbations=1,
             frequencies=1,  # `choose_frequencies` has filled in those between measured ones
         ),
     )

@@ -238,7 +238,7 @@ def _readings(
     for number, level in enumerate(search.levels):
         states = [
             LimitStates(
-                sensor=name, harmonic=harmonic, motion=limits.motion[:, number], slider=limits.slider[:, number]
+                sensor=name, harmonic=harmonic, motion=limits.motion[:, number], slider=limits.initial_slider[:, number]
             )
             for (name, harmonic), limits in zip(search.channels, found, strict=True)
         ]

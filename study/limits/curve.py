@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.errors import ComputationFailed
 from hbsolve.errors import NoSteadyState
-from hbsolve.limits.loss_factor import LossFactor, paper_limits
+from hbsolve.limits.loss_factor import LossFactor, loss_factor_limits
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import response_limits
 from hbsolve.limits.result import ResponseLimits
@@ -20,10 +20,10 @@ from hbsolve.limits.task import StageProgress
 from pipeline.store import stage
 from study.limits.model import LimitSearch
 
-#: Where the stages end, as measured on the wedge damper with 100 histories: what is handed on between frequencies and
+#: Where the stages end, as measured on the wedge damper with 100 histories: what is continued between frequencies and
 #: levels has no number of tasks that is known beforehand, and so moves within its share.
 END = {
-    "population": 0.38, "neighbours": 0.4, "levels": 0.42, "kicks": 0.46, "gaps": 0.51, "audit": 0.98,
+    "population": 0.38, "neighbours": 0.4, "levels": 0.42, "perturbations": 0.46, "gaps": 0.51, "audit": 0.98,
     "certificates": 1.0,
 }  # fmt: skip
 #: Share of the way from which on it tells the time left: the first tasks also read what is compiled.
@@ -127,8 +127,8 @@ def found_limits(
             return FoundLimits(limits=limits, amplitude=None)
         assert search.row is not None
         assert search.reach is not None
-        paper = paper_limits(
+        at_extremes = loss_factor_limits(
             problem.balance, OutputHarmonic(row=search.row, harmonic=search.harmonic, base=search.base),
             search.angular_frequency, search.levels, nominal=search.nominal, reach=search.reach, **options,
         )  # fmt: skip
-        return FoundLimits(limits=paper.loss_factor, amplitude=paper.amplitude)
+        return FoundLimits(limits=at_extremes.loss_factor, amplitude=at_extremes.amplitude)

@@ -20,7 +20,7 @@ def limits_document(limited: LimitsResult) -> dict[str, Any]:
         "n_frequency": len(limits.frequency),
         "n_slider": len(limits.nominal),
         "reach_m": float(limits.reach.max()),
-        "largest_residual": find_largest(limits.residual),
+        "largest_residual": find_largest(limits.residual_norm),
         "largest_realised_gain": find_largest(limits.realised),
         **describe_refinement([limited.curves]),
         "levels": describe_levels(limited.curves),

@@ -28,7 +28,7 @@ def test_each_point_begins_where_the_last_one_left_the_sliders(small: Model, poi
     for way in (1, -1):
         for frequency in grid[::way]:
             state = steady_state(balance, 2 * np.pi * frequency, slider=slider)
-            slider = state.slider_at_start
+            slider = state.periodic_slider
             tip.setdefault(frequency, []).append(state.coefficients[1, 2])
     for frequency, (up, down) in tip.items():
         here = (points.frequency == frequency) & (points.sensor == "tip") & (points.harmonic == 1)
@@ -38,7 +38,7 @@ def test_each_point_begins_where_the_last_one_left_the_sliders(small: Model, poi
     # It matters: without, each point begins at rest.
     rest = Predictor(points=points).predict(small)
     assert np.abs(prediction.value - rest.value).max() > 1e-4 * np.abs(rest.value).max()
-    assert set(prediction.others) == set(prediction.states)
+    assert set(prediction.states_back) == set(prediction.states)
 
 
 def test_where_nothing_slips_sweeps_change_nothing(small: Model, points: Points) -> None:
@@ -53,7 +53,7 @@ def test_the_free_structure_forgets(small: Model, paper: ModuleType) -> None:
     free = everything.where(everything.free)
     one, both = (Predictor(points=free, sweeps=sweeps).predict(small) for sweeps in ((), (1, -1)))
     np.testing.assert_array_equal(both.value, one.value)
-    assert not both.others
+    assert not both.states_back
 
 
 def test_sweeps_are_those_of_the_jointed_structure_in_their_order(small: Model, paper: ModuleType) -> None:

@@ -14,7 +14,7 @@ from hbsolve.continuation.response import frequency_response
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.solution import forces_at
 from hbsolve.stability.branch_stability import branch_stability
-from hbsolve.state import slider_start
+from hbsolve.state import make_initial_sliders
 from hbsolve.steady_state import steady_state
 from reduction.base_excitation import BaseExcitation, BaseMotion
 from reduction.craig_bampton import craig_bampton
@@ -118,7 +118,11 @@ def test_a_curve_of_a_held_displacement_is_that_of_single_states_and_has_stabili
         # Two ends of Newton's method.
         np.testing.assert_allclose(state.coefficients, curve.coefficients[index], atol=1e-7 * 3e-4)
     assert branch_stability(balance, curve, n_sample=512).is_stable.all()
-    path, x, still = FrequencyPath(balance=balance, level_power=2), curve.start(balance, 5), slider_start(balance, None)
+    path, x, still = (
+        FrequencyPath(balance=balance, level_power=2),
+        curve.start(balance, 5),
+        make_initial_sliders(balance, None),
+    )
     at, step = float(curve.angular_frequency[5]), 1e-3
     ends = [equation(path, at + way, x, still).residual for way in (step, -step)]
     difference = (ends[0] - ends[1]) / (2 * step)
@@ -174,7 +178,7 @@ def test_limits_of_an_absolute_motion_bound_what_a_sensor_reads() -> None:
     state = steady_state(balance, omega)
     absolute = excitation.absolute(state.coefficients, omega, state.level)
     output = OutputHarmonic(row=1, base=complex(excitation.acceleration[1, 1]))
-    g = forces_at(balance, omega, state.motion, state.start).coefficients
+    g = forces_at(balance, omega, state.motion, state.sliders).coefficients
     found = output.measure(balance, balance.at(omega)).value(2.0, state.motion, g)
     # The motion solves its equations to 1e-9.
     assert found == pytest.approx(abs(absolute[1, 1]), rel=1e-7)

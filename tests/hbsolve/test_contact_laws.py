@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import gamma
 
-from hbsolve.aft import Start, joint_forces
+from hbsolve.aft import InitialSliders, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.joint_arrays import joint_table
@@ -51,7 +51,7 @@ class Prescribed:
         table, samples = joint_table([joint]), sampling((x.shape[1] + 1) // 2, n_sample)
         count = int(table.slider[-1])
         value = np.zeros(count) if start is None else np.asarray(start, dtype=float)
-        out = joint_forces(x, OMEGA, table, Start(value, np.full(count, int(multiplier))), samples, 0)
+        out = joint_forces(x, OMEGA, table, InitialSliders(value, np.full(count, int(multiplier))), samples, 0)
         self.u = x @ samples.evaluate
         self.force = out.force + table.reference[:, None] * self.u
         #: f_k of each direction, shape (H + 1, d).

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.joint_arrays import joint_table
@@ -113,7 +113,7 @@ def test_a_contact_that_sticks_after_a_start_beyond_its_limit_is_derived_through
     begin = random.uniform(-0.2, 0.2, 2)
 
     def forces(x: Array, begin: Array, want: int) -> JointForces:
-        start = Start(begin, np.zeros(2, np.int64))
+        start = InitialSliders(begin, np.zeros(2, np.int64))
         found: JointForces = joint_forces(x, 1.0, joint_table([contact]), start, sampling(3, 64), want)
         return found
 
@@ -134,7 +134,7 @@ def test_the_error_of_a_prescribed_motion_falls_by_four_with_twice_the_samples()
     x = np.array([[0.0, 1.0, 0.0, 0.0, 0.1], [0.0, 0.2, 0.7, 0.1, 0.0], [0.8, 0.1, 0.15, 0.0, 0.05]])
 
     def force(n_sample: int) -> Array:
-        start = Start(np.zeros(2), np.zeros(2, np.int64))
+        start = InitialSliders(np.zeros(2), np.zeros(2, np.int64))
         forces = joint_forces(x, 1.0, joint_table([contact]), start, sampling(3, n_sample), FORCE)
         assert (forces.status[0] == SLIP).all()
         coefficients: Array = forces.coefficients[:2]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.joint_arrays import joint_table
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK
 from hbsolve.sampling import Sampling, sampling
@@ -74,11 +74,11 @@ def motion_of(joint: Joint, kind: str, seed: int) -> NDArray[np.float64]:
     return x
 
 
-def start_of(joint: Joint, by_multiplier: int, seed: int) -> Start:
+def start_of(joint: Joint, by_multiplier: int, seed: int) -> InitialSliders:
     """Sliders off the middle, near enough to the motion that a stuck contact stays on them."""
     count = int(joint_table([joint]).slider[-1])
     share = np.random.default_rng(seed + 100).uniform(0.2, 0.7, count) * [1, -1][:count]
-    return Start(share if by_multiplier else 0.1 * share, np.full(count, by_multiplier))
+    return InitialSliders(share if by_multiplier else 0.1 * share, np.full(count, by_multiplier))
 
 
 def central(evaluate: Callable[[NDArray[np.float64]], JointForces], at: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -120,12 +120,14 @@ def test_derivatives_equal_central_differences(law: str, kind: str, by_multiplie
         if len(start.value):
             check(
                 np.moveaxis(exact.by_start[:, :d], 0, -1),
-                central(lambda v, y=x, s=start: evaluate(y, table, Start(v, s.by_multiplier), samples), start.value),
+                central(
+                    lambda v, y=x, s=start: evaluate(y, table, InitialSliders(v, s.by_multiplier), samples), start.value
+                ),
             )
 
 
 def evaluate(
-    x: NDArray[np.float64], table: object, start: Start, samples: Sampling, omega: float = OMEGA
+    x: NDArray[np.float64], table: object, start: InitialSliders, samples: Sampling, omega: float = OMEGA
 ) -> JointForces:
     forces: JointForces = joint_forces(x, omega, table, start, samples, 0)
     return forces

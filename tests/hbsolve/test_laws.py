@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.energy import energy_balance
 from hbsolve.joint_arrays import instant_force, joint_table, slope_table, step_slopes
@@ -74,7 +74,9 @@ def evaluated(
     if values is not None:
         table = table._replace(value=values)
     flags = np.zeros(len(start), dtype=np.int64)
-    forces: JointForces = joint_forces(x, omega, table, Start(start, flags), sampling(N_HARMONIC, N_SAMPLE), want)
+    forces: JointForces = joint_forces(
+        x, omega, table, InitialSliders(start, flags), sampling(N_HARMONIC, N_SAMPLE), want
+    )
     return forces
 
 

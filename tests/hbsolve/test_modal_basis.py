@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import compute_dense_modes
 from hbsolve.condensed import CondensedStructure
-from hbsolve.diagonal_but_few import MOST, diagonal_but_few
+from hbsolve.diagonal_plus_low_rank import MOST, split_diagonal_plus_low_rank
 from hbsolve.dynamic_stiffness import DynamicStiffness
 
 Matrix = NDArray[np.float64]
@@ -98,20 +98,20 @@ def test_a_structure_with_contacts_is_condensed_as_by_dense_solves() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 6])
-def test_few_directions_are_told_from_entries_off_the_diagonal(count: int) -> None:
+def test_low_rank_is_split_from_the_diagonal(count: int) -> None:
     random = np.random.default_rng(4)
     diagonal, U = random.uniform(1.0, 100.0, R), random.standard_normal((R, count))
     matrix = np.diag(diagonal) + (U * random.uniform(-1.0, 3.0, count)) @ U.T
-    found = diagonal_but_few(matrix)
+    found = split_diagonal_plus_low_rank(matrix)
     assert found is not None
     assert len(found.strength) == count
     again = np.diag(found.diagonal) + (found.directions * found.strength) @ found.directions.T
     np.testing.assert_allclose(again, matrix, rtol=0, atol=1e-9 * np.abs(matrix).max())
 
 
-def test_many_directions_are_not_few() -> None:
+def test_a_matrix_of_high_rank_is_not_split() -> None:
     random = np.random.default_rng(5)
     U = random.standard_normal((3 * MOST, MOST + 5))
-    assert diagonal_but_few(np.eye(3 * MOST) + U @ U.T) is None
+    assert split_diagonal_plus_low_rank(np.eye(3 * MOST) + U @ U.T) is None
     full = random.standard_normal((R, R))
-    assert diagonal_but_few(full + full.T + 20 * np.eye(R)) is None
+    assert split_diagonal_plus_low_rank(full + full.T + 20 * np.eye(R)) is None

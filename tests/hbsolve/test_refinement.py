@@ -66,7 +66,7 @@ def true_error(balance: HarmonicBalance, state: SteadyState, rows: NDArray[np.fl
     finest = balance.with_harmonics(max(TIMES * HIGHEST, 4 * (balance.n_harmonic - 1)) + 1, 4096)
     motion = np.zeros((finest.n_direction, 2 * finest.n_harmonic - 1))
     motion[:, : state.motion.shape[1]] = state.motion
-    exact = newton_from(finest, finest.at(state.angular_frequency), motion, state.start)
+    exact = newton_from(finest, finest.at(state.angular_frequency), motion, state.sliders)
     assert exact is not None
     q = state.coefficients[1]
     return float(relative_change(balance, exact.coefficients[1] - q, q, rows).max())

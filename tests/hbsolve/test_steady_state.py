@@ -15,7 +15,7 @@ from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import solve_at
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import along_an_arc, from_many_starts, rescue, steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, IwanJoint, JenkinsElement, JointedSystem
 
@@ -44,7 +44,7 @@ def amplitudes(omega: float) -> NDArray[np.float64]:
 
 
 def none(balance: HarmonicBalance) -> object:
-    return slider_start(balance, None, multiplier=False)
+    return make_initial_sliders(balance, None, multiplier=False)
 
 
 def test_an_arc_from_another_frequency_stays_on_its_branch() -> None:
@@ -105,7 +105,7 @@ def test_sliders_of_the_states_found_are_those_given() -> None:
         mass=[[1.0]], damping=[[0.05]], stiffness=[[1.0]], joints=[slider], harmonic_force=[[0.0], [0.05]]
     )
     balance = HarmonicBalance(system=system, n_harmonic=3)
-    sliders = slider_start(balance, [0.6], multiplier=False)
+    sliders = make_initial_sliders(balance, [0.6], multiplier=False)
     found = from_many_starts(balance, balance.at(0.9), None, sliders)
     reached = along_an_arc(balance, 0.9, None, sliders)
     assert found is not None

@@ -18,7 +18,7 @@ from casefile.errors import Problem
 from diagnosis.candidate.user_effect import read_effects
 from diagnosis.threshold.detection_threshold import Thresholds
 from fe.system import LinearSystem
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.limits.local_search import LimitSide
 from pipeline.codec import decode, encode
 from reduction.joint_law.friction_contact import Friction
@@ -65,7 +65,7 @@ def test_a_sparse_matrix_comes_back_as_rows(make: Any) -> None:
     [
         Path("/a/b"), frozenset({1, (2, 3)}), range(1, 9, 2), slice(None, 4), MappingProxyType({"a": 1}),
         np.float64(0.1), np.int32(3), np.complex128(1 - 2j), np.str_("é"), np.bool_(True),
-        Start(np.arange(3.0), np.arange(3)), Friction.COULOMB,
+        InitialSliders(np.arange(3.0), np.arange(3)), Friction.COULOMB,
     ],
 )  # fmt: skip
 def test_other_values_come_back_as_what_they_were(value: Any) -> None:

@@ -5,7 +5,14 @@ from collections.abc import Callable
 from hbsolve.limits.several_limits import SeveralProgress
 
 #: Share of the work of one objective at the end of each stage, as measured on the beam; sampling is shared.
-STAGE_END = {"population": 0.2, "neighbours": 0.4, "kicks": 0.7, "levels": 0.75, "gaps": 0.95, "certificates": 1.0}
+STAGE_END = {
+    "population": 0.2,
+    "neighbours": 0.4,
+    "perturbations": 0.7,
+    "levels": 0.75,
+    "gaps": 0.95,
+    "certificates": 1.0,
+}
 
 
 class SeveralSearchProgress:

@@ -18,7 +18,7 @@ def several_limits_document(limited: SeveralLimitsResult) -> dict[str, Any]:
         "n_frequency": len(limits.frequency),
         "n_slider": len(limits.nominal),
         "reach_m": float(limits.reach.max()),
-        "largest_residual": find_largest(np.array([item.limits.residual for item in limited.curves])),
+        "largest_residual": find_largest(np.array([item.limits.residual_norm for item in limited.curves])),
         "largest_realised_gain": find_largest(np.array([item.limits.realised for item in limited.curves])),
         **describe_refinement(limited.curves),
         "quantities": [

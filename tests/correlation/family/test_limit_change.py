@@ -54,7 +54,7 @@ def read_rubbed_mass() -> LimitReadings:
     for sign in (-1, 1):
         # A slider that starts far away is dragged along as far as the contact sticks: the spring is left tight.
         dragged = [
-            steady_state(balance.at_level(LEVEL), omega, slider=-sign * 10 * box.static).slider_at_start
+            steady_state(balance.at_level(LEVEL), omega, slider=-sign * 10 * box.static).periodic_slider
             for omega in OMEGA
         ]
         motion.append(
@@ -115,7 +115,7 @@ def test_limits_of_a_contact_that_is_open_at_rest_are_read_at_other_preloads() -
     model = rubbed_mass(static_load=[0.0, -2 * PRELOAD])
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic)
     free = [steady_state(balance.at_level(LEVEL), omega) for omega in OMEGA]
-    motion, slider = np.array([state.motion for state in free]), np.array([state.slider for state in free])
+    motion, slider = np.array([state.motion for state in free]), np.array([state.initial_slider for state in free])
     problem = limit_problem(balance, objective_of(model, model.sensors[0], 0), reach=1e-5)
     states = LimitStates(sensor="T", harmonic=0, motion=np.array([motion] * 2), slider=np.array([slider] * 2))
     curve = LimitCurve(problem=problem, level=LEVEL, angular_frequency=OMEGA)

@@ -11,7 +11,7 @@ from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import compute_jump_errors, find_rows_between_jumps, take_measured_branch
 from correlation.metric.peak_error import compute_peak_errors, find_unread_peaks
 from correlation.noise.covariance import Whitening
-from correlation.prediction import Jump, Points, Prediction
+from correlation.prediction import Points, Prediction, SweepJump
 
 DUFFING = Oscillator(kind="hardening", frequency=50.0, damping=0.005, strength=0.05)
 FORCE = 0.01 * (2 * np.pi * 50.0) ** 2
@@ -39,7 +39,7 @@ def arrange(rows: list[tuple[float, int, complex]]) -> Observation:
     return Observation(points=points, repeat=value[:, None], motion=ones[:, 0], taken=ones)
 
 
-def prediction(of: Observation, *jumps: Jump) -> Prediction:
+def prediction(of: Observation, *jumps: SweepJump) -> Prediction:
     return Prediction(points=of.points, value=of.value, states={}, jumps=jumps)
 
 
@@ -72,9 +72,9 @@ def test_points_between_a_measured_and_a_predicted_jump_are_found() -> None:
     of = observed((1, -1))
     (up, down) = compute_jump_errors(of, prediction(of), (1, -1))
     model = (
-        Jump(False, 3.0, 1, up.frequency - 0.4, True),
-        Jump(False, 3.0, -1, down.frequency - 0.2, False),
-        Jump(False, 3.0, 1, 49.0, False),
+        SweepJump(False, 3.0, 1, up.frequency - 0.4, True),
+        SweepJump(False, 3.0, -1, down.frequency - 0.2, False),
+        SweepJump(False, 3.0, 1, 49.0, False),
     )
     errors = compute_jump_errors(of, prediction(of, *model), (1, -1))
     matched = [each for each in errors if np.isfinite(each.frequency_error)]
@@ -102,7 +102,7 @@ def test_between_two_jumps_the_model_is_read_on_the_branch_of_the_structure(
     first = np.where(frequency > end, below, upper)
     by_sweep = np.stack([first, below][: len(sweeps)])
     swept = np.where(of.points.sweep == 0, by_sweep.mean(axis=0), np.where(of.points.sweep == 1, first, below))
-    model = replace(prediction(of, Jump(False, 3.0, 1, end, True)), value=swept, by_sweep=by_sweep)
+    model = replace(prediction(of, SweepJump(False, 3.0, 1, end, True)), value=swept, by_sweep=by_sweep)
     value = take_measured_branch(of, model, sweeps)
     between = find_rows_between_jumps(of, compute_jump_errors(of, model, sweeps))
     assert between.sum() > 3

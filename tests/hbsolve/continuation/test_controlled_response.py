@@ -13,7 +13,7 @@ from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.solution import forces_at, residual
-from hbsolve.state import slider_start
+from hbsolve.state import make_initial_sliders
 from hbsolve.steady_state import steady_state
 from reduction.base_excitation import BaseExcitation, BaseMotion
 from reduction.jointed_system import JenkinsElement, JointedSystem, along
@@ -124,7 +124,7 @@ def test_states_under_control_are_states_of_the_balance_at_their_level(
     assert branch.stop_reason is StopReason.REACHED
     assert branch.contact_share[:, :, 1].max() > 0.2  # slips
     np.testing.assert_allclose(branch.amplitude(row, derivative=derivative), held, rtol=2e-9)  # solved to 1e-9
-    sliders = slider_start(balance, None)
+    sliders = make_initial_sliders(balance, None)
     for point in range(0, len(branch.level), 4):
         omega, at_level = float(branch.angular_frequency[point]), balance.at_level(float(branch.level[point]))
         condensed, x = balance.at(omega), branch.start(balance, point)
@@ -154,7 +154,7 @@ def test_the_slope_along_frequency_equals_central_differences(damping: str, deri
     path = ControlledAmplitude(
         balance=balance, row=2, amplitude=0.3, derivative=derivative, base=base if on_base else None
     )
-    sliders = slider_start(balance, None)
+    sliders = make_initial_sliders(balance, None)
     x = 1.1 * balance.linear(balance.at(7.0))
     here, below, above = (equation(path, value, x, sliders) for value in (7.0, 7.0 - 1e-5, 7.0 + 1e-5))
     difference = (above.residual - below.residual) / 2e-5

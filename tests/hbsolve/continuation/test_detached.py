@@ -16,7 +16,7 @@ from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.stability.branch_stability import branch_stability
-from hbsolve.state import slider_start
+from hbsolve.state import make_initial_sliders
 from reduction.joint_law.registry import LAWS
 from reduction.jointed_system import CubicSpring, JenkinsElement, Joint, JointedSystem
 from tests.slow import slow
@@ -278,7 +278,7 @@ def test_an_arc_over_the_level_tells_its_folds_and_the_states_between_them() -> 
     balance = HarmonicBalance(
         system=duffing(CubicSpring(name="hardening", direction=ONE, stiffness=cubic)), n_harmonic=2, level=level
     )
-    arc = follow_level(balance, omega, slider_start(balance, None))
+    arc = follow_level(balance, omega, make_initial_sliders(balance, None))
     # F^2 = A^2 ((1 - Omega^2 + 3/4 cubic A^2)^2 + (c Omega)^2), a cubic in A^2.
     square = Polynomial([0, (1 - omega**2) ** 2 + (0.1 * omega) ** 2, 1.5 * cubic * (1 - omega**2), 9 / 16 * cubic**2])
     turns = np.sqrt(square(np.sort(square.deriv().roots().real)))

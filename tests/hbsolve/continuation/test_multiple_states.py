@@ -92,7 +92,7 @@ def test_a_stuck_slider_has_one_state_for_each_history() -> None:
     assert len(states) == 8
     stuck = 0.05 / abs(1 + KT - OMEGA**2 + 1j * OMEGA * DAMPING)
     for state in states:
-        w = float(state.slider_at_start[0])
+        w = float(state.periodic_slider[0])
         mean, vibration = state.coefficients[0, 0].real, state.amplitude(0)
         np.testing.assert_allclose(mean, KT * w / (1 + KT), atol=1e-9)  # residual, of a motion of 0.1
         np.testing.assert_allclose(vibration, stuck, rtol=1e-8)
@@ -101,7 +101,7 @@ def test_a_stuck_slider_has_one_state_for_each_history() -> None:
     means = sorted(state.coefficients[0, 0].real for state in states)
     assert np.diff(means).min() > 1e-3
     assert np.ptp(means) > 0.3  # a fair part of the continuum, +- limit / k less what vibrates
-    assert any(state.slider_at_start[0] == 0 for state in states)  # springs without tension
+    assert any(state.periodic_slider[0] == 0 for state in states)  # springs without tension
 
 
 def test_a_slider_that_slips_both_ways_forgets_its_history() -> None:

@@ -357,12 +357,12 @@ def test_a_branch_survives_its_file(tmp_path: Path) -> None:
     branch = frequency_response(balance, 4.0, 6.0, step=0.5)
     branch.save(tmp_path / "branch.nc")
     read = load_branch(tmp_path / "branch.nc")
-    for name in ("angular_frequency", "coefficients", "residual_norm", "level", "iterations", "slider"):
+    for name in ("angular_frequency", "coefficients", "residual_norm", "level", "iterations", "periodic_slider"):
         np.testing.assert_array_equal(getattr(read, name), getattr(branch, name), err_msg=name)
     np.testing.assert_array_equal(read.contact_share, branch.contact_share)
     assert read.contact_share.shape == (len(branch.angular_frequency), 6, 3)
     np.testing.assert_allclose(read.contact_share.sum(axis=2), 1)
-    assert read.slider.shape[1] == balance.n_slider == 4
+    assert read.periodic_slider.shape[1] == balance.n_slider == 4
     assert (read.stop_reason, read.joint_names) == (branch.stop_reason, branch.joint_names)
 
 

@@ -26,7 +26,7 @@ def test_a_stable_state_of_integration_in_time_lies_inside_limits_that_were_sear
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     objectives = {sensor.name: objective_of(model, sensor, 1) for sensor in model.sensors}
     problem = limit_problem(balance, objectives["near"])
-    settings = LimitSettings(population=8, sample=16, kicks=1)
+    settings = LimitSettings(population=8, sample=16, perturbations=1)
     found = several_limits(problem, objectives, omega, [LEVEL], settings=settings)
     measured = {"near": swept.motion[:, 0, 0], "a_t": swept.force[:, 0, 1], "a_n": swept.force[:, 1, 1]}
     assert swept.periodic[-1]

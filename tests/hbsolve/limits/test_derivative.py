@@ -30,13 +30,15 @@ def partly_sliding(system: JointedSystem, objective: Objective) -> tuple[LimitPo
     random = np.random.default_rng(3)
     for _ in range(40):
         start = point.from_rest(random.uniform(-1e-5, 1e-5, 4))
-        trial = start and point.settle(start.x, start.w)
-        if trial is None or not 0 < len(trial.free) < 4:
+        trial = start and point.settle(start.motion, start.initial_slider)
+        if trial is None or not 0 < len(trial.undetermined) < 4:
             continue
-        w, margin = trial.w.copy(), 0.2 * (trial.cone.high - trial.cone.low)
-        w[trial.free] = np.clip(w, trial.cone.low + margin, trial.cone.high - margin)[trial.free]
-        inside = point.solve(trial.x, w)
-        if inside is not None and 0 < len(inside.free) < 4 and not inside.dragged.any():
+        w, margin = trial.initial_slider.copy(), 0.2 * (trial.intervals.high - trial.intervals.low)
+        w[trial.undetermined] = np.clip(w, trial.intervals.low + margin, trial.intervals.high - margin)[
+            trial.undetermined
+        ]
+        inside = point.solve(trial.motion, w)
+        if inside is not None and 0 < len(inside.undetermined) < 4 and not inside.dragged.any():
             return point, inside
     raise AssertionError("no state sticks in part")
 
@@ -47,21 +49,21 @@ def test_gradient_and_intervals_are_those_of_differences(wedge: JointedSystem, o
     derivative = slider_derivative(point, trial)
     # 1e-4 of an interval, far from the next instant that could set it.
     step = 1e-10
-    for number, slider in enumerate(derivative.free):
+    for number, slider in enumerate(derivative.undetermined):
         either = []
         for sign in (1, -1):
-            w = trial.w.copy()
+            w = trial.initial_slider.copy()
             w[slider] += sign * step
-            moved = point.solve(trial.x, w)
+            moved = point.solve(trial.motion, w)
             assert moved is not None
             either.append(moved)
         ahead, back = either
-        free = derivative.free
+        free = derivative.undetermined
         by_differences = (ahead.value - back.value) / (2 * step)
         # Newton's tolerance of 1e-9 over the step's effect, of some 1e-5 of the motion.
         scale = max(np.abs(derivative.gradient).max(), 1e-300)
         assert derivative.gradient[number] == pytest.approx(by_differences, abs=1e-3 * scale)
-        low = (ahead.cone.low - back.cone.low)[free] / (2 * step)
-        high = (ahead.cone.high - back.cone.high)[free] / (2 * step)
+        low = (ahead.intervals.low - back.intervals.low)[free] / (2 * step)
+        high = (ahead.intervals.high - back.intervals.high)[free] / (2 * step)
         np.testing.assert_allclose(derivative.low[:, number], low, atol=1e-3)
         np.testing.assert_allclose(derivative.high[:, number], high, atol=1e-3)

@@ -19,7 +19,7 @@ from transient.virtual_bench.sweep import SweptBench
 
 FREQUENCY = 284.0 * np.linspace(0.9, 1.02, 5)
 LEVELS = [3.0, 5.0]
-QUICK = LimitSettings(population=8, sample=16, kicks=1)
+QUICK = LimitSettings(population=8, sample=16, perturbations=1)
 
 
 @pytest.fixture(scope="module")

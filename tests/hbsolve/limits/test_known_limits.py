@@ -86,7 +86,7 @@ def test_the_unbounded_lower_limit_is_the_closed_form(balance: HarmonicBalance, 
     receptance = limits.lower / np.array(LEVELS)[:, None]
     np.testing.assert_allclose(receptance, np.tile(LEAST, (2, 1)), rtol=1e-4)
     np.testing.assert_allclose(receptance[0], receptance[1], rtol=1e-5)
-    assert (limits.residual <= 1e-9).all()
+    assert (limits.residual_norm <= 1e-9).all()
 
 
 @slow
@@ -114,7 +114,7 @@ def test_no_slider_state_of_a_grid_lies_outside_the_limits(balance: HarmonicBala
     assert last is not None
     grid = np.linspace(-1, 1, 5) * problem.box.reach[0]
     for w in problem.box.nominal + np.stack(np.meshgrid(*[grid] * 4), axis=-1).reshape(-1, 4):
-        trial = point.solve(last.x, w) or point.towards(w, last) or point.from_rest(w)
+        trial = point.solve(last.motion, w) or point.towards(w, last) or point.from_rest(w)
         if trial is not None:
             values.append(trial.value)
             last = trial

@@ -13,7 +13,7 @@ from hbsolve.contact_motion import contact_motion
 from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import LimitSide
-from hbsolve.limits.loss_factor import LossFactor, paper_limits
+from hbsolve.limits.loss_factor import LossFactor, loss_factor_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import limit_problem, response_limits
@@ -47,8 +47,8 @@ def same(one: ResponseLimits, other: ResponseLimits) -> None:
 
 
 def test_every_limit_is_a_steady_state_in_the_box(balance: HarmonicBalance, limits: ResponseLimits) -> None:
-    assert (limits.residual <= 1e-9).all()
-    assert (np.abs(limits.slider - limits.nominal) <= limits.reach[:, None] * (1 + 1e-12)).all()
+    assert (limits.residual_norm <= 1e-9).all()
+    assert (np.abs(limits.initial_slider - limits.nominal) <= limits.reach[:, None] * (1 + 1e-12)).all()
     assert (np.abs(limits.multiplier) <= 1).all()
     for side in LimitSide:
         state = limits.state(balance, side, 1, 3)
@@ -84,7 +84,7 @@ def test_certified_steps_gain_next_to_nothing(limits: ResponseLimits) -> None:
     # A vertex that the linear programme can still improve would have been improved by the search: 1e-4 and a tenth.
     assert (limits.realised <= 1e-3).all()
     assert (limits.starts >= 1).all()
-    assert (limits.stuck <= 4).all()
+    assert (limits.n_undetermined <= 4).all()
 
 
 def test_stopped_search_goes_on_where_it_stopped(balance: HarmonicBalance, limits: ResponseLimits) -> None:
@@ -119,7 +119,14 @@ def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: Respon
             progress=stages.append,
         )  # fmt: skip
     same(found, limits)
-    assert {each.stage for each in stages} >= {"population", "neighbours", "levels", "kicks", "audit", "certificates"}
+    assert {each.stage for each in stages} >= {
+        "population",
+        "neighbours",
+        "levels",
+        "perturbations",
+        "audit",
+        "certificates",
+    }
     assert all(each.done <= each.total for each in stages)
 
 
@@ -188,7 +195,7 @@ def test_the_papers_limits_lie_within_those_of_the_amplitude(balance: HarmonicBa
     output = OutputHarmonic(row=0)
     reach = limit_problem(balance, output).box.reach
     amplitude = response_limits(limit_problem(balance, output), CURVE, [0.4], settings=QUICK)
-    paper = paper_limits(balance, output, CURVE, [0.4], reach=reach, settings=QUICK)
+    paper = loss_factor_limits(balance, output, CURVE, [0.4], reach=reach, settings=QUICK)
     assert (paper.loss_factor.lower <= paper.loss_factor.upper).all()
     assert (paper.amplitude <= amplitude.upper * 1.002).all()
     assert (paper.amplitude >= amplitude.lower * 0.998).all()

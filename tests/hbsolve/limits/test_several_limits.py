@@ -100,7 +100,7 @@ def test_each_level_is_searched_in_its_own_box(balance: HarmonicBalance, objecti
         alone = several_limits(single, objectives, OMEGA, LEVELS[number : number + 1], settings=SETTINGS)
         for name, limits in both.items():
             np.testing.assert_array_equal(limits.reach[number], reach)
-            away = np.abs(limits.slider[:, number] - limits.nominal)
+            away = np.abs(limits.initial_slider[:, number] - limits.nominal)
             assert (away <= reach * (1 + 1e-12)).all()  # round-off
             size = np.abs(limits.value).max()
             # Two searches agree to what one leaves to be gained, as above.

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.joint_law.registry import FORCE
-from hbsolve.limits.sliders import cone, multipliers, slider_table
+from hbsolve.limits.sliders import compute_stick_intervals, multipliers, slider_table
 from hbsolve.solution import forces_at
 from reduction.jointed_system import CubicSpring, Friction, FrictionContact, JenkinsElement, JointedSystem
 
@@ -41,12 +41,12 @@ def test_a_slider_inside_its_interval_stays_and_one_outside_is_dragged_to_its_en
     table, evaluate = slider_table(balance), balance.sampling.evaluate
     random = np.random.default_rng(seed)
     x = random.normal(size=(4, 5)) * [1e-5, 2e-5, 2e-5, 1e-5, 1e-5]
-    interval = cone(x, table, evaluate)
-    sticks = interval.low <= interval.high
-    for start in (0.5 * (interval.low + interval.high), interval.low - 1e-5, interval.high + 1e-5):
-        sliders = Start(start, np.zeros(3, dtype=np.int64))
+    intervals = compute_stick_intervals(x, table, evaluate)
+    sticks = intervals.low <= intervals.high
+    for start in (0.5 * (intervals.low + intervals.high), intervals.low - 1e-5, intervals.high + 1e-5):
+        sliders = InitialSliders(start, np.zeros(3, dtype=np.int64))
         marched = forces_at(balance, OMEGA, x, sliders, FORCE).slider
-        expected = np.clip(start, interval.low, interval.high)
+        expected = np.clip(start, intervals.low, intervals.high)
         # The same numbers in another order of operations.
         np.testing.assert_allclose(marched[sticks], np.tile(expected[sticks][:, None], (1, 64)), atol=1e-18)
         m = multipliers(table, x, marched[:, -1], evaluate)

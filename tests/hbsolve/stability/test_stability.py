@@ -118,7 +118,7 @@ def rub(n_mass: int, friction: Friction = Friction.UNCOUPLED, n_tangent: int = 1
 
 
 def monodromy_by_integration(system: JointedSystem, state: SteadyState, settle: int) -> Array:
-    start = start_from(system, state.angular_frequency, state.coefficients, state.slider_at_start)
+    start = start_from(system, state.angular_frequency, state.coefficients, state.periodic_slider)
     for steps in (COARSE, STEPS):
         stepper = Stepper(system, state.angular_frequency, steps, start)
         for _ in range(settle if steps == COARSE else min(settle, 5)):

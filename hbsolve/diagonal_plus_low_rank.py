@@ -1,9 +1,9 @@
-r"""A symmetric matrix that is diagonal but for few directions, told from its entries off the diagonal alone.
+r"""A symmetric matrix as diagonal plus low rank, split by means of its entries off the diagonal alone.
 
 .. math:: A = \mathrm{diag}(d) + U \, \mathrm{diag}(s) \, U^T
 
-with few columns in U. Entries off the diagonal are those of the second part, and determine it: of indices in three
-sets, those of one with the second, and of the third with both, give what this part adds to the diagonal of the first,
+with few columns in U. Entries off the diagonal are those of the second part, and determine it: with the indices in
+three sets, the blocks off the diagonal give what this part adds to the diagonal,
 
 .. math:: L_{ii} = A_{iQ} A_{PQ}^{+} A_{Pi}, \qquad i, P, Q \text{ in different sets} .
 
@@ -19,7 +19,7 @@ from jaxtyping import Float
 
 from reduction.array_type import Matrix, Real
 
-#: Most directions: with more of them a dense solve is not much dearer.
+#: Highest rank: beyond it a dense solve is not much dearer.
 MOST = 24
 #: Least size of a matrix: two indices in each of three sets.
 LEAST = 6
@@ -29,15 +29,18 @@ OWN_ROUND_OFF, ROUND_OFF = 1e-10, 1e-14
 SEED, ROUNDS = 0, 8
 
 
-class DiagonalButFew(NamedTuple):
-    """Both parts of a matrix of shape (r, r)."""
+class DiagonalPlusLowRank(NamedTuple):
+    """diag(d) + U diag(s) U^T."""
 
     diagonal: Float[Real, " r"]
+    """d, shape (r,)."""
     directions: Float[Real, "r k"]
+    """U, shape (r, k)."""
     strength: Float[Real, " k"]
+    """s, shape (k,)."""
 
 
-def diagonal_but_few(matrix: Matrix) -> DiagonalButFew | None:
+def split_diagonal_plus_low_rank(matrix: Matrix) -> DiagonalPlusLowRank | None:
     """Both parts of a symmetric matrix, shape (r, r); None if it has no such parts, or too few entries to tell them."""
     size = np.abs(np.diag(matrix))
     if not size.all():
@@ -47,7 +50,7 @@ def diagonal_but_few(matrix: Matrix) -> DiagonalButFew | None:
     allowed = OWN_ROUND_OFF + ROUND_OFF * np.abs(matrix).max() / np.outer(root, root)
     apart = ~np.eye(len(matrix), dtype=bool)
     if not (apart & (np.abs(scaled) > allowed)).any():
-        return DiagonalButFew(np.diag(matrix).copy(), np.zeros((len(matrix), 0)), np.zeros(0))
+        return DiagonalPlusLowRank(np.diag(matrix).copy(), np.zeros((len(matrix), 0)), np.zeros(0))
     found = _complete(scaled, allowed)
     if found is None:
         return None
@@ -59,13 +62,13 @@ def diagonal_but_few(matrix: Matrix) -> DiagonalButFew | None:
         part = (vectors[:, few] * values[few]) @ vectors[:, few].T
         if not (apart & (np.abs(scaled - part) > allowed)).any():
             diagonal = size * (np.diag(scaled) - np.diag(part))
-            return DiagonalButFew(diagonal, root[:, None] * vectors[:, few], values[few])
+            return DiagonalPlusLowRank(diagonal, root[:, None] * vectors[:, few], values[few])
         added = np.diag(part).copy()
     return None
 
 
 def _complete(scaled: Matrix, allowed: Matrix) -> tuple[Float[Real, " r"], int] | None:
-    """What the few directions add to the diagonal, and how many there are."""
+    """What the part of low rank adds to the diagonal, and its rank."""
     r = len(scaled)
     if r < LEAST:
         return None

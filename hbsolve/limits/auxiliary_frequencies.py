@@ -1,8 +1,8 @@
-"""Frequencies that a search adds to those that were asked for.
+"""Frequencies that a search adds to those that are requested.
 
 A state at one frequency is often reached from another one alone: branches that begin at the resonance of a contact that
 slips end far beside it, and no search at their end finds them. So limits are searched for at some frequencies between
-those that were asked for and the resonance next to them. Resonances move between those of the structure without its
+those that are requested and the resonance next to them. Resonances move between those of the structure without its
 joints and those with all joints stuck and closed.
 """
 
@@ -15,7 +15,7 @@ from fe.dense_modes import compute_dense_modes
 from hbsolve.balance import HarmonicBalance
 from reduction.array_type import Real, Whole
 
-#: Frequencies beyond these shares of those asked for are not searched [-].
+#: Frequencies beyond these shares of those requested are not searched [-].
 BELOW, ABOVE = 0.75, 1.33
 #: Resonances are passed by this share of them, so that a branch is seen from both sides [-].
 BEYOND = 0.03
@@ -26,25 +26,25 @@ class SearchedFrequencies(NamedTuple):
 
     angular_frequency: Real
     """Ascending, shape (f,) [rad/s]."""
-    asked: Int[Whole, " a"]
-    """Numbers of those that were asked for, shape (a,)."""
+    requested: Int[Whole, " a"]
+    """Indices of those that are requested, shape (a,)."""
 
 
-def add_companions(balance: HarmonicBalance, angular_frequency: Real, fewest: int) -> SearchedFrequencies:
-    """Frequencies asked for, ascending, and evenly spaced ones about them up to a number of all of them [rad/s]."""
+def add_auxiliary_frequencies(balance: HarmonicBalance, angular_frequency: Real, fewest: int) -> SearchedFrequencies:
+    """Frequencies requested, ascending, and evenly spaced ones about them up to a number of all of them [rad/s]."""
     missing = fewest - len(angular_frequency)
     low, high = _window(balance, angular_frequency)
     if missing <= 0 or high <= low:
         return SearchedFrequencies(angular_frequency, np.arange(len(angular_frequency)))
     grid = np.linspace(low, high, fewest)
-    for asked in angular_frequency:
-        grid = np.delete(grid, np.abs(grid - asked).argmin())
+    for requested in angular_frequency:
+        grid = np.delete(grid, np.abs(grid - requested).argmin())
     merged = np.sort(np.concatenate([angular_frequency, grid]))
     return SearchedFrequencies(merged, np.searchsorted(merged, angular_frequency))
 
 
 def _window(balance: HarmonicBalance, angular_frequency: Real) -> tuple[float, float]:
-    """From the frequencies asked for to the resonances next to them [rad/s]."""
+    """From the frequencies requested to the resonances next to them [rad/s]."""
     first, last = float(angular_frequency[0]), float(angular_frequency[-1])
     free = np.sqrt(compute_dense_modes(balance.system.mass, balance.system.stiffness).lambda_.clip(min=0))
     stuck = np.sqrt(balance.structure.stuck.modes.lambda_.clip(min=0))
@@ -52,8 +52,8 @@ def _window(balance: HarmonicBalance, angular_frequency: Real) -> tuple[float, f
     harmonic = max(int(driven[0]), 1) if len(driven) else 1
     intervals = np.sort(np.stack([free, stuck]), axis=0) / harmonic
     ends = [first, last]
-    for asked in (first, last):
-        away = np.maximum(np.maximum(intervals[0] - asked, asked - intervals[1]), 0.0)
+    for requested in (first, last):
+        away = np.maximum(np.maximum(intervals[0] - requested, requested - intervals[1]), 0.0)
         near = intervals[:, away.argmin()]
         ends += [(1 - BEYOND) * near[0], (1 + BEYOND) * near[1]]
     return max(min(ends), BELOW * first), min(max(ends), ABOVE * last)

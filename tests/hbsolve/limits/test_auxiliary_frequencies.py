@@ -5,7 +5,7 @@ import pytest
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
-from hbsolve.limits.companions import ABOVE, BELOW, add_companions
+from hbsolve.limits.auxiliary_frequencies import ABOVE, BELOW, add_auxiliary_frequencies
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.search import LimitSettings
@@ -25,10 +25,10 @@ def balance() -> HarmonicBalance:
 
 
 def test_those_asked_for_are_among_them_and_the_rest_reach_the_resonance(balance: HarmonicBalance) -> None:
-    searched = add_companions(balance, ASKED, 24)
+    searched = add_auxiliary_frequencies(balance, ASKED, 24)
     omega = searched.angular_frequency
     assert len(omega) == 24
-    np.testing.assert_array_equal(omega[searched.asked], ASKED)
+    np.testing.assert_array_equal(omega[searched.requested], ASKED)
     assert (np.diff(omega) > 0).all()
     assert BELOW * ASKED[0] <= omega[0] < ASKED[0]
     assert 2 * np.pi * 283 < omega[-1] <= ABOVE * ASKED[1]  # 283 Hz: all contacts stuck
@@ -36,9 +36,9 @@ def test_those_asked_for_are_among_them_and_the_rest_reach_the_resonance(balance
 
 def test_a_curve_of_enough_frequencies_is_searched_as_it_is(balance: HarmonicBalance) -> None:
     omega = np.linspace(1600, 1900, 24)
-    searched = add_companions(balance, omega, 24)
+    searched = add_auxiliary_frequencies(balance, omega, 24)
     np.testing.assert_array_equal(searched.angular_frequency, omega)
-    np.testing.assert_array_equal(searched.asked, np.arange(24))
+    np.testing.assert_array_equal(searched.requested, np.arange(24))
 
 
 @pytest.mark.parametrize("number", [0, pytest.param(1, marks=slow)])

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from fe.compiled import compiled
-from hbsolve.aft import Start, joint_forces
+from hbsolve.aft import InitialSliders, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.joint_law.registry import FORCE
@@ -18,12 +18,12 @@ from hbsolve.newton import apply_receptance, newton_with_forces
 from reduction.array_type import Array, Real, Whole
 
 
-class Way(NamedTuple):
-    """Where n states of a sequence are; F frequencies, d joint directions, nh = 2 H + 1."""
+class StateSequence(NamedTuple):
+    """n states, each by its frequency and a guess; F frequencies, d joint directions, nh = 2 H + 1."""
 
-    place: Int[Whole, " n"]
-    """Number of the frequency of each state, shape (n,)."""
-    twin: Int[Whole, " n"]
+    frequency_index: Int[Whole, " n"]
+    """Index of the frequency of each state, shape (n,)."""
+    earlier_state: Int[Whole, " n"]
     """Earlier state of the same frequency, which is the same if its sliders are; -1 if there is none, shape (n,)."""
     angular_frequency: Float[Real, " F"]
     """Shape (F,) [rad/s]."""
@@ -36,15 +36,15 @@ class Way(NamedTuple):
 
 
 class Track(NamedTuple):
-    """What `follow` finds."""
+    """States that `follow` finds."""
 
     motion: Float[Real, "n d nh"]
     """Shape (n, d, nh) [m]."""
     force: Float[Real, "n d nh"]
     """Joint force beyond D x, shape (n, d, nh) [N]."""
-    start: Float[Real, "n s"]
+    initial_slider: Float[Real, "n s"]
     """Slider positions that each state begins with, shape (n, s) [m]."""
-    end: Float[Real, "n s"]
+    periodic_slider: Float[Real, "n s"]
     """Slider positions at the start of the steady period, shape (n, s) [m]."""
     norm: Float[Real, " n"]
     """|R| relative to the linear motion; NaN where there is no state, shape (n,) [-]."""
@@ -66,7 +66,7 @@ def empty_track(n: int, n_direction: int, nh: int, n_slider: int) -> Track:
 
 @compiled
 def follow(
-    first_state: int, carried: bool, near: bool, way: Any, table: Any, first: Any, count: Any, slider: Any,
+    first_state: int, carried: bool, from_guess: bool, sequence: Any, table: Any, first: Any, count: Any, slider: Any,
     sampling: Any, tolerance: float, max_iteration: int, track: Any,
 ) -> Any:  # fmt: skip
     """Write the states from number `first_state` on into a track, up to one where Newton's method alone fails.
@@ -77,10 +77,10 @@ def follow(
         Number of the first state; the one before it, if any, is in the track.
     carried
         Whether a state begins with the sliders that the one before left, and not with `slider`.
-    near
+    from_guess
         Whether a state starts from its guess, moved by what its neighbour differs from its own guess; else from its
         neighbour.
-    way, table, first, count, sampling, tolerance, max_iteration
+    sequence, table, first, count, sampling, tolerance, max_iteration
         As for `hbsolve.newton`; the tolerance is relative to the linear motion.
     slider
         Slider positions that the first state begins with, shape (s,) [m].
@@ -91,39 +91,41 @@ def follow(
     -------
     Number of the state that failed; n if none did.
     """
-    n = len(way.place)
+    n = len(sequence.frequency_index)
     by_multiplier = np.zeros(len(slider), np.int64)
     value = slider.copy()
     for i in range(first_state, n):
-        at = way.place[i]
+        index = sequence.frequency_index[i]
         before = i - 1
         neighboured = before >= 0 and np.isfinite(track.norm[before])
         if carried and neighboured:
-            value = track.end[before].copy()
-        track.start[i] = value
-        twin = way.twin[i]
-        if twin >= 0 and np.isfinite(track.norm[twin]) and np.all(track.start[twin] == value):
-            track.motion[i], track.force[i], track.end[i] = track.motion[twin], track.force[twin], track.end[twin]
-            track.norm[i], track.iterations[i] = track.norm[twin], 0
+            value = track.periodic_slider[before].copy()
+        track.initial_slider[i] = value
+        known = sequence.earlier_state[i]
+        if known >= 0 and np.isfinite(track.norm[known]) and np.all(track.initial_slider[known] == value):
+            track.motion[i], track.force[i] = track.motion[known], track.force[known]
+            track.periodic_slider[i] = track.periodic_slider[known]
+            track.norm[i], track.iterations[i] = track.norm[known], 0
             continue
-        linear = way.linear[at]
+        linear = sequence.linear[index]
         scale = np.sqrt((linear * linear).sum())
         if scale == 0.0:
             scale = 1.0
-        guessed = np.isfinite(way.guess[i]).all()
-        if near and guessed:
-            x = way.guess[i].copy()
-            if neighboured and np.isfinite(way.guess[before]).all():
-                x += track.motion[before] - way.guess[before]
+        guessed = np.isfinite(sequence.guess[i]).all()
+        if from_guess and guessed:
+            x = sequence.guess[i].copy()
+            if neighboured and np.isfinite(sequence.guess[before]).all():
+                x += track.motion[before] - sequence.guess[before]
         elif neighboured:
             x = track.motion[before].copy()
         elif guessed:
-            x = way.guess[i].copy()
+            x = sequence.guess[i].copy()
         else:
             x = linear.copy()
-        omega, columns, start = way.angular_frequency[at], way.columns[at], Start(value, by_multiplier)
+        omega, columns = sequence.angular_frequency[index], sequence.columns[index]
+        start = InitialSliders(value, by_multiplier)
         norm, iteration = np.inf, 0
-        if near and (not neighboured or track.iterations[before] == 0):
+        if from_guess and (not neighboured or track.iterations[before] == 0):
             # Many states are as the guess says, and stay so: nothing has to be derived for them.
             forces = joint_forces(x, omega, table, start, sampling, FORCE)
             R = x - linear + apply_receptance(columns, forces.coefficients)
@@ -136,7 +138,7 @@ def follow(
             return i
         track.motion[i], track.force[i] = x, forces.coefficients
         # The last instant of one period precedes the first of the next.
-        track.end[i] = forces.slider[:, -1]
+        track.periodic_slider[i] = forces.slider[:, -1]
         track.norm[i], track.iterations[i] = norm / scale, iteration
     return n
 
@@ -164,11 +166,11 @@ def follow_one(
     """
     linear = balance.linear(condensed)[None]
     omega, columns = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.columns)[None]
-    way = Way(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, columns, start[None].copy())
+    sequence = StateSequence(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, columns, start[None].copy())
     track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
     begin, count = balance.joint_of_direction
     follow(
-        0, False, True, way, balance.table, begin, count, slider.astype(float), balance.sampling, tolerance,
+        0, False, True, sequence, balance.table, begin, count, slider.astype(float), balance.sampling, tolerance,
         max_iteration, track,
     )  # fmt: skip
     return track

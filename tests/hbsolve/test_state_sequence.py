@@ -7,26 +7,37 @@ import pytest
 
 from benchmarks.random_systems import random_problem
 from hbsolve.balance import HarmonicBalance
-from hbsolve.follow import Way, empty_track, follow
 from hbsolve.sampling import real_from_complex
 from hbsolve.solution import MAX_ITERATION, TOLERANCE
+from hbsolve.state_sequence import StateSequence, empty_track, follow
 from hbsolve.steady_state import steady_state
 
 N = 12
 
 
-def track_of(balance: HarmonicBalance, omega: np.ndarray, slider: np.ndarray, guess: np.ndarray, *, near: bool):
+def track_of(balance: HarmonicBalance, omega: np.ndarray, slider: np.ndarray, guess: np.ndarray, *, from_guess: bool):
     condensed = [balance.at(float(item)) for item in omega]
     linear = real_from_complex(np.array([item.static + balance.level * item.dynamic for item in condensed]))
-    place = np.array([*range(len(omega)), *range(len(omega) - 1, -1, -1)])
-    twin = np.array([-1] * len(omega) + list(range(len(omega) - 1, -1, -1)))
-    way = Way(place, twin, omega, linear, np.array([item.columns for item in condensed]), guess)
-    track = empty_track(len(place), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
+    index = np.array([*range(len(omega)), *range(len(omega) - 1, -1, -1)])
+    earlier_state = np.array([-1] * len(omega) + list(range(len(omega) - 1, -1, -1)))
+    sequence = StateSequence(index, earlier_state, omega, linear, np.array([item.columns for item in condensed]), guess)
+    track = empty_track(len(index), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
     first, count = balance.joint_of_direction
     done = follow(
-        0, True, near, way, balance.table, first, count, slider, balance.sampling, TOLERANCE, MAX_ITERATION, track
+        0,
+        True,
+        from_guess,
+        sequence,
+        balance.table,
+        first,
+        count,
+        slider,
+        balance.sampling,
+        TOLERANCE,
+        MAX_ITERATION,
+        track,
     )
-    return done, track, place
+    return done, track, index
 
 
 @pytest.mark.parametrize("seed", [3, 7, 12])
@@ -35,15 +46,15 @@ def test_a_followed_sweep_is_that_of_single_solves(seed: int) -> None:
     balance = HarmonicBalance(system=problem.system, n_harmonic=6, n_sample=128)
     omega = np.sort(problem.angular_frequency)[:N].copy()
     guess = np.full((2 * N, balance.n_direction, 2 * balance.n_harmonic - 1), np.nan)
-    done, track, place = track_of(balance, omega, problem.slider, guess, near=False)
+    done, track, index = track_of(balance, omega, problem.slider, guess, from_guess=False)
     sliders, before = problem.slider, None
     for number in range(done):
-        before = steady_state(balance, float(omega[place[number]]), start=before, slider=sliders)
-        sliders = before.slider_at_start
+        before = steady_state(balance, float(omega[index[number]]), start=before, slider=sliders)
+        sliders = before.periodic_slider
         scale = np.abs(before.motion).max()
         # Both are solutions to 1e-9 of the linear motion, which is up to a hundred times as large near a resonance.
         np.testing.assert_allclose(track.motion[number], before.motion, rtol=0, atol=1e-6 * scale)
-        np.testing.assert_allclose(track.end[number], sliders, rtol=0, atol=1e-6 * scale)
+        np.testing.assert_allclose(track.periodic_slider[number], sliders, rtol=0, atol=1e-6 * scale)
     assert done > N // 2
 
 
@@ -52,9 +63,9 @@ def test_states_that_are_guessed_right_take_no_iteration() -> None:
     balance = HarmonicBalance(system=problem.system, n_harmonic=6, n_sample=128)
     omega = np.sort(problem.angular_frequency)[:N].copy()
     unknown = np.full((2 * N, balance.n_direction, 2 * balance.n_harmonic - 1), np.nan)
-    done, track, _ = track_of(balance, omega, problem.slider, unknown, near=False)
+    done, track, _ = track_of(balance, omega, problem.slider, unknown, from_guess=False)
     assert done == 2 * N
-    again = track_of(balance, omega, problem.slider, track.motion.copy(), near=True)[1]
+    again = track_of(balance, omega, problem.slider, track.motion.copy(), from_guess=True)[1]
     assert not again.iterations.any()
     np.testing.assert_array_equal(again.motion, track.motion)
 
