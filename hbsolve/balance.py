@@ -14,6 +14,7 @@ from jaxtyping import Float, Int
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.errors import BalanceError, DampingWarning
 from hbsolve.fourier import Coefficients
+from hbsolve.free_body import is_free
 from hbsolve.joint_arrays import JointTable, force_addresses, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
@@ -33,6 +34,9 @@ STIFFEST, BEYOND = 1e6, 1e10
 ROUND_OFF = 1e-9
 #: Arrays of instants and coefficients while a basis is made, and Jacobians of all joints while they are used [-].
 BASES, JACOBIANS = 11, 2
+#: Springs that centre a body which joints alone hold, over the stiffness of the joints: where all of them slip, nothing
+#: else says where it vibrates.
+CENTRING = 1e-9
 #: Memory below which nobody asks how much is free [byte].
 LITTLE = 2e8
 #: Largest load [N]: norms of what it moves must not overflow.
@@ -140,15 +144,18 @@ class HarmonicBalance:
         dynamic = np.zeros_like(static)
         static[0] = system.static
         dynamic[: min(len(system.dynamic), self.n_harmonic)] = system.dynamic[: self.n_harmonic]
-        rows = [joint.directions for joint in system.joints]
+        rows = np.vstack([np.zeros((0, system.n_dof)), *(joint.directions for joint in system.joints)])
+        stiffness = system.stiffness
+        if is_free(stiffness):
+            stiffness = stiffness + rows.T @ (CENTRING * table.reference[:, None] * rows)
         return CondensedStructure(
             mass=system.mass,
             damping=system.damping,
-            stiffness=system.stiffness,
+            stiffness=stiffness,
             # A structure that has grown by a body is no longer near.
             basis=system.basis if system.basis is not None and system.basis.shape == system.mass.shape else None,
             structural=system.structural_damping,
-            directions=np.vstack(rows) if rows else np.zeros((0, system.n_dof)),
+            directions=rows,
             reference=table.reference,
             static=static,
             dynamic=dynamic,

@@ -29,6 +29,7 @@ class Failure(Enum):
     """Why no steady state was found; the value is advice."""
 
     NEWTON = "start from a neighbouring state, or continue a branch to here"
+    DRIFT = "hold the body by a support or a spring, or give a load without a mean"
     SLIDERS_UNSET = (
         "its sliders start at 0: give `slider`, start from a neighbouring state, or continue a branch to here"
     )

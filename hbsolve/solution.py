@@ -3,7 +3,7 @@
 import numpy as np
 
 from hbsolve.aft import InitialSliders, JointForces, joint_forces
-from hbsolve.balance import HarmonicBalance
+from hbsolve.balance import CENTRING, HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
 from hbsolve.joint_law.registry import FORCE, JACOBIAN
@@ -15,6 +15,8 @@ from reduction.array_type import Real
 #: |R| of a solution relative to the linear motion of the directions.
 TOLERANCE = 1e-9
 MAX_ITERATION = 40
+#: Force of the springs that centre a body, over those of joints that stick, which no body at rest has.
+DRIFT = 1e-6
 #: First step of the level in the ramp, the smallest one, and iterations in each: a state near another needs few.
 FIRST_STEP, LEAST_STEP, STEP_ITERATION = 0.2, 1e-3, 15
 
@@ -57,11 +59,13 @@ def solve_at(
         result, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
         iterations += count
         if norm <= TOLERANCE * scale:
+            refuse_drift(balance, condensed, result)
             return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
     for guess in (linear, 0 * linear):
         result, norm, count = ramp(balance, condensed, guess, sliders, scale)
         iterations += count
         if norm <= TOLERANCE * scale:
+            refuse_drift(balance, condensed, result)
             return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
     contacts = [joint for joint in balance.system.joints if joint.normal_direction is not None]
     pressed = [contact.name for contact in contacts if not contact.open_at_rest]
@@ -73,6 +77,26 @@ def solve_at(
         + (f'; "{pressed[0]}" is pressed before it moves' if unset else ""),
         Failure.SLIDERS_UNSET if unset else Failure.NEWTON,
     )
+
+
+def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real) -> None:
+    """Refuse a body that joints alone hold and that a mean force pushes on: the springs that centre it carry it.
+
+    Raises
+    ------
+    NoSteadyState
+        It drifts.
+    """
+    if balance.structure.stiffness is balance.system.stiffness:
+        return
+    reference = balance.structure.reference[:, None]
+    carried = float(np.linalg.norm(CENTRING * reference[:, 0] * x[:, 0]))
+    if carried > DRIFT * float(np.linalg.norm(reference * x[:, 1:])):
+        raise NoSteadyState(
+            f"at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, the body that joints "
+            "alone hold drifts: all of them slip, and the mean of their forces is not zero",
+            Failure.DRIFT,
+        )
 
 
 def newton_at(

@@ -16,8 +16,9 @@ from hbsolve.condensed import Condensed
 from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
-from hbsolve.errors import NoSteadyState
-from hbsolve.solution import TOLERANCE, newton_at, recover_state, solve_at
+from hbsolve.errors import Failure, NoSteadyState
+from hbsolve.sampling import real_from_complex
+from hbsolve.solution import TOLERANCE, newton_at, recover_state, refuse_drift, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders, start_motion
 from reduction.array_type import Real
 
@@ -72,11 +73,14 @@ def steady_state(
     condensed = balance.at(angular_frequency)
     try:
         return solve_at(balance, condensed, x, sliders)
-    except NoSteadyState:
+    except NoSteadyState as error:
+        if error.failure is Failure.DRIFT:
+            raise
         state = rescue(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
         if state is None:
             raise
-        return state
+    refuse_drift(balance, condensed, real_from_complex(state.displacement))
+    return state
 
 
 def rescue(

@@ -254,9 +254,10 @@ class ResponseBranch(Exported):
         import pandas
 
         columns: dict[str, Real] = {"frequency [Hz]": self.frequency, "level [-]": self.level}
+        which = "" if harmonic == 1 else f" of harmonic {harmonic}"
         for name, row in (outputs or {}).items():
-            values = self.output(row, harmonic)
-            columns |= {f"{name} amplitude [m]": np.abs(values), f"{name} phase [deg]": np.degrees(np.angle(values))}
+            values, of = self.output(row, harmonic), f"{name}{which}"
+            columns |= {f"{of} amplitude [m]": np.abs(values), f"{of} phase [deg]": np.degrees(np.angle(values))}
         for number, joint in enumerate(self.joint_names):
             for state, name in enumerate(STATES):
                 columns[f"{joint} {name} [-]"] = self.contact_share[:, number, state]

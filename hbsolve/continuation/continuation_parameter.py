@@ -9,6 +9,7 @@ import numpy as np
 from hbsolve.aft import InitialSliders, JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
+from hbsolve.continuation.linear_resonance import find_resonance_frequencies
 from hbsolve.errors import BalanceError
 from hbsolve.joint_law.registry import PARAMETERS
 from hbsolve.newton import apply_receptance
@@ -59,6 +60,11 @@ class Path(ABC):
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """dR/dlambda at fixed motion."""
 
+    def stops(self, first: float, last: float) -> tuple[Real, Real]:
+        """Values between two others that no step may pass, ascending, and how far each may be missed; none here."""
+        del first, last
+        return np.zeros(0), np.zeros(0)
+
 
 def equation(path: Path, value: float, x: Real, sliders: InitialSliders) -> Equation:
     """Residual and derivatives at a point of a path."""
@@ -106,6 +112,10 @@ class FrequencyPath(Path):
         moved = -real_from_complex(balance.level * (slopes.dynamic + growth * condensed.dynamic))
         moved += apply_receptance(slopes.columns, forces.coefficients)
         return np.asarray(moved + apply_receptance(condensed.columns, forces.by_frequency))
+
+    def stops(self, first: float, last: float) -> tuple[Real, Real]:
+        """Where the structure with stuck joints resonates."""
+        return find_resonance_frequencies(self.balance.structure, min(first, last), max(first, last))
 
 
 def level_at(balance: HarmonicBalance, angular_frequency: float, level_power: int) -> HarmonicBalance:

@@ -1,8 +1,9 @@
 r"""One step of a continuation round folds: how long it is, whether it is taken, and where the branch ends.
 
 The steps themselves are `hbsolve.continuation.arclength`'s. s_x is the amplitude of the vibration at the last point and
-s_lambda a share of the range: a step changes the motion by a share ds of itself, or lambda by that share of s_lambda,
-whichever comes first.
+s_lambda a share of the range: a step changes the motion of the joints by a share ds of itself, or lambda by that share
+of s_lambda, whichever comes first. Over frequency it stops at the resonances of the structure with stuck joints, of
+which the joints may feel nothing (`hbsolve.continuation.linear_resonance`).
 
 References
 ----------
@@ -10,6 +11,7 @@ Seydel, Practical Bifurcation and Stability Analysis (2010), section 4.5: scalin
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +41,8 @@ NEAR = 0.5
 #: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
 #: lie close together are no closed branch), and runs on in the same direction, by this cosine.
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
+#: Amplitude that is none, over that of the linear structure at the ends of the range.
+LEAST_AMPLITUDE = 1e-6
 #: Steps of largest length over the range by default, and points at most.
 STEPS, MOST_POINTS = 50, 5000
 
@@ -114,6 +118,17 @@ class Continuation:
         way = abs(self.last - self.first)
         return (way / STEPS if self.step is None else min(self.step, way)) / self.largest
 
+    @cached_property
+    def _least_amplitude(self) -> float:
+        """Amplitude below which a vibration counts as none: steps would shrink with it for ever [m]."""
+        ends = (self.path.at(end) for end in (self.first, self.last))
+        return LEAST_AMPLITUDE * max(_amplitude(balance.linear(condensed)) for balance, condensed in ends)
+
+    @cached_property
+    def _stops(self) -> tuple[Real, Real]:
+        """Values that no step may pass, and how far each may be missed."""
+        return self.path.stops(self.first, self.last)
+
     def state_at(self, motion: Real, sliders: InitialSliders) -> ContinuationState:
         """Where the branch begins, for a solution at the first value."""
         rest = np.zeros_like(motion)
@@ -133,9 +148,9 @@ class Continuation:
         """The next point, and the state after it; no point, and a stop reason, if there is none."""
         sliders = InitialSliders(np.array(state.slider), np.array(state.by_multiplier))
         x, value = np.array(state.motion), state.value
-        metric = Metric(_amplitude(x), self._scale)
+        metric = Metric(max(_amplitude(x), self._least_amplitude), self._scale)
         t, orientation = self._set_out(state, metric, sliders)
-        step = state.step
+        step = usual = min(state.step, self._reach(value, t))
         while step >= LEAST:
             if self._ends(value, t, step):
                 ahead = (self.last - value) / t.value
@@ -147,10 +162,20 @@ class Continuation:
                 turned = metric.cosine(onward, result.way) < TURN or sign != orientation
                 if step <= SURE or not turned:
                     after = self._accept(replace(state, orientation=sign), result, onward, step, metric, sliders)
+                    if after is not None and step == usual < state.step and after[1].stop_reason is None:
+                        # A stop on the way says nothing of how far the next step may go.
+                        after = after[0], replace(after[1], step=max(after[1].step, state.step))
                     if after is not None:
                         return after
             step *= RETRY
         return self._leap(state, x, sliders, t.value)
+
+    def _reach(self, value: float, t: Direction) -> float:
+        """Length of the step to the next value that no step may pass."""
+        stops, margin = self._stops
+        ahead = (stops - value) * np.sign(t.value)
+        ahead = ahead[ahead > margin]
+        return max(float(ahead.min() / abs(t.value)), LEAST) if ahead.size and t.value else np.inf
 
     def _set_out(self, state: ContinuationState, metric: Metric, sliders: InitialSliders) -> tuple[Direction, int]:
         """Tangent at the last point, of length 1, and its orientation."""

@@ -55,8 +55,12 @@ class ElasticStop(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """f^2 / (2 k)."""
-        return np.asarray(force[0] ** 2 / (2 * parameters["stiffness"]))
+        """About its mean displacement."""
+        stiffness, gap = parameters["stiffness"], parameters["gap"]
+        u = displacement[0]
+        closed, mean = np.maximum(u - gap, 0.0), u.mean()
+        at_mean = max(mean - gap, 0.0)
+        return np.asarray(stiffness * (closed**2 / 2 - at_mean**2 / 2 - at_mean * (u - mean)))
 
     def pyharm(self, scale: float) -> Mapping[str, Any]:
         """PenaltyUnilateralGap."""

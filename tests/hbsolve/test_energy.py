@@ -12,9 +12,11 @@ from reduction.jointed_system import (
     ElasticStop,
     Friction,
     FrictionContact,
+    HertzContact,
     JenkinsElement,
     Joint,
     JointedSystem,
+    Play,
     QuadraticDamper,
     along,
     between,
@@ -156,3 +158,24 @@ def test_a_quadratic_damper_takes_eight_thirds_of_the_cube() -> None:
     energy = energy_balance(balance, state)
     np.testing.assert_allclose(energy.joint_dissipation, [8 / 3 * c * omega**2 * state.amplitude(0) ** 3], rtol=1e-5)
     np.testing.assert_allclose(energy.input_work, energy.dissipated, rtol=1e-5)  # chords of 2 pi / n
+
+
+def test_one_spring_has_one_loss_factor_however_it_is_written() -> None:
+    """A spring beyond a gap on either side: as play, as two stops, as two contacts of Hertz with the exponent 1."""
+    k, gap = 2.0, 0.3
+    sides = (("up", ONE), ("down", -ONE))
+    written = (
+        [Play(name="play", direction=ONE, stiffness=k, gap=gap)],
+        [ElasticStop(name=name, direction=side, stiffness=k, gap=gap) for name, side in sides],
+        [
+            HertzContact(name=name, direction=side, stiffness=k, reference=1.0, exponent=1.0, gap=gap)
+            for name, side in sides
+        ],
+    )
+    energies = []
+    for joints in written:
+        balance = HarmonicBalance(system=oscillator(*joints, damping=0.05), n_harmonic=8, n_sample=1024)
+        energies.append(energy_balance(balance, steady_state(balance, 1.3)))
+    for energy in energies[1:]:
+        assert energy.stored == pytest.approx(energies[0].stored, rel=1e-6)
+        assert energy.loss_factor == pytest.approx(energies[0].loss_factor, rel=1e-6)

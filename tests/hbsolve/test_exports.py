@@ -42,6 +42,8 @@ def test_a_table_of_a_curve_has_a_row_for_each_point(curve: ResponseBranch) -> N
     read = table["sum amplitude [m]"] * np.exp(1j * np.radians(table["sum phase [deg]"]))
     # Round-off of an angle.
     np.testing.assert_allclose(read, curve.output(np.ones(2)), rtol=1e-12)
+    third = curve.to_pandas({"tip": 1}, harmonic=3)
+    np.testing.assert_allclose(third["tip of harmonic 3 amplitude [m]"], curve.amplitude(1, 3))
     shares = table[["pad stick [-]", "pad slip [-]", "pad separated [-]"]]
     np.testing.assert_allclose(shares.sum(axis=1), 1.0)
     assert (table["pad slip [-]"] > 0).any()

@@ -1,0 +1,70 @@
+r"""Frequencies that a curve must not step over: where the structure resonates with its joints stuck.
+
+The steps of a continuation are measured by the motion of the joints. A mode that they hardly feel resonates without
+changing this motion, and a step may pass it by. Its phase turns by 180 degrees across the resonance, at
+
+.. math:: \Omega = \omega_j (1 - \zeta_j \cot \theta) / k
+
+by the angle theta, of a load in harmonic k. A curve stops at each of a few angles of every mode that some degree of
+freedom would show.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from hbsolve.condensed import CondensedStructure
+from reduction.array_type import Real
+
+#: Angles at which a curve stops, the resonance in their middle [rad].
+ANGLES = np.pi / 12 * np.arange(1, 12)
+#: A mode shows if its peak adds this share to the response of a degree of freedom by all others.
+SHOWN = 0.1
+#: Least damping ratio: a resonance without damping has no peak.
+UNDAMPED = 1e-6
+
+
+def find_resonance_frequencies(
+    structure: CondensedStructure, lower: float, upper: float
+) -> tuple[Float[Real, " s"], Float[Real, " s"]]:
+    """Frequencies at which a curve stops, ascending, and how far each may be missed.
+
+    Parameters
+    ----------
+    structure
+        Structure between its joints, with its loads.
+    lower, upper
+        Range of Omega [rad/s].
+
+    Returns
+    -------
+    Omega of each, and a quarter of the distance to its neighbours of the same mode, shapes (s,) [rad/s].
+    """
+    stuck = structure.stuck
+    V, natural = stuck.modes.shapes, np.sqrt(stuck.modes.lambda_.clip(min=0.0))
+    viscous = np.einsum("ij,ij->j", V, stuck.damping @ V)
+    hysteretic = 0.0 if stuck.structural is None else np.einsum("ij,ij->j", V, stuck.structural @ V)
+    found, margin = [np.zeros(0)], [np.zeros(0)]
+    for harmonic in range(1, len(structure.dynamic)):
+        modal_force = V.T @ structure.dynamic[harmonic]
+        inside = (natural > harmonic * lower) & (natural < harmonic * upper) & (np.abs(modal_force) > 0)
+        for mode in np.flatnonzero(inside):
+            omega = natural[mode]
+            loss = omega * viscous + hysteretic
+            ratio = float(loss[mode] / (2 * omega**2 * stuck.modes.mu[mode]))
+            impedance = 1 - (stuck.modes.shift + omega**2) * stuck.modes.mu + 1j * loss
+            if ratio < UNDAMPED or not _shows(V, modal_force, impedance, int(mode)):
+                continue
+            found.append(omega * (1 - ratio / np.tan(ANGLES)) / harmonic)
+            margin.append(np.full(len(ANGLES), 0.25 * ratio * omega * ANGLES[0] / harmonic))
+    frequency, near = np.concatenate(found), np.concatenate(margin)
+    order = np.argsort(frequency)
+    order = order[(frequency[order] > lower) & (frequency[order] < upper)]
+    return frequency[order], near[order]
+
+
+def _shows(V: Real, modal_force: Real, impedance: Real, mode: int) -> bool:
+    """Whether the peak of a mode shows in some degree of freedom."""
+    amplitude = modal_force / np.where(impedance == 0, np.inf, impedance)
+    own = np.abs(V[:, mode] * amplitude[mode])
+    amplitude[mode] = 0.0
+    return bool(np.any(own > SHOWN * np.abs(V @ amplitude)))
