@@ -7,7 +7,7 @@ from pathlib import Path
 
 from correlation.file.column import Column, MeasuredFile
 from study.campaign.column_role import Role, recognise_column
-from study.campaign.run_name import naming_scheme
+from study.campaign.run_name import LEVEL_IN_NAME, level_value, naming_scheme
 
 #: Shorter columns are parameters, not series.
 FEWEST = 3
@@ -30,6 +30,12 @@ class Table:
         Single numbers that stand beside them, by their short names.
     group
         Group in which all channels of the file stand, and which tells nothing apart; empty for none.
+    of_set
+        Words that tell these channels from other sets of channels beside them, such as "3N"; empty without others.
+    names
+        Names of channels without these words, by the names of their columns.
+    harmonic
+        Harmonic of all responses [-].
     """
 
     file: MeasuredFile
@@ -37,15 +43,25 @@ class Table:
     columns: tuple[Column, ...]
     scalars: Mapping[str, float] = field(default_factory=dict)
     group: str = ""
+    of_set: str = ""
+    names: Mapping[str, str] = field(default_factory=dict)
+    harmonic: int = 1
 
     def short_name(self, column: Column) -> str:
-        """Name of a column without the path of the table."""
+        """Name of a column without the path of the table and without the words that tell its set of channels."""
+        if column.name in self.names:
+            return self.names[column.name]
         return column.name.removeprefix(self.path or self.group).lstrip("./") or column.name
 
     @property
     def label(self) -> str:
         """Name of the table for people and for names of tests."""
-        return f"{file_stem(self.file.path.name)} {self.path}".strip()
+        return " ".join(word for word in (file_stem(self.file.path.name), self.path, self.of_set) if word)
+
+    @property
+    def place(self) -> str:
+        """File, group in it and set of channels, for messages."""
+        return ", ".join(word for word in (self.file.path.name, self.path, self.of_set) if word)
 
 
 def file_stem(name: str) -> str:
@@ -135,7 +151,12 @@ def _groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]:
 def _attributes(columns: Sequence[Column]) -> dict[str, float]:
     """Numbers that the file says of all columns alike, such as attributes of their group."""
     shared = set.intersection(*(set(column.facts.items()) for column in columns))
-    return {key: number for key, text in shared if (number := _number(text)) is not None}
+    numbers = {key: number for key, text in shared if (number := _number(text)) is not None}
+    for key, text in shared:
+        if match := LEVEL_IN_NAME.fullmatch(text.strip()):  # level = "3 N" is level_N = 3
+            value, unit = level_value(match)
+            numbers[f"{key}_{unit}"] = value
+    return numbers
 
 
 def _number(text: str) -> float | None:

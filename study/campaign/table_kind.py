@@ -97,7 +97,7 @@ OF_FILE = "the name of its file or group"
 TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
 #: Words of the names of files that hold such ratios.
 FRF_FILES = {"frf", "frfs", "hammer"}
-LOOP_WORDS = {"loop", "loops", "hysteresis", "hyst", "damper", "friction", "cycle", "cyclic"}
+LOOP_WORDS = {"loop", "loops", "hysteresis", "hysterese", "hyst", "damper", "friction", "cycle", "cyclic"}
 SPECTRA = ("auto spectrum", "cross spectrum", "spectral density", "coherence", "correlation")
 #: Fewer samples without a time are parameters, not a record.
 FEWEST_SAMPLES = 200
