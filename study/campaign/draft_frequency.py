@@ -174,7 +174,9 @@ def phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvidence
     for rows in judged.rows():
         if harmonic_of_rows(judged, rows) != 1:
             continue
-        own = np.flatnonzero(judged.mask(rows) & np.isfinite(frequency))
+        own = np.flatnonzero(
+            judged.mask(rows) & np.isfinite(frequency) & (frequency > 0)
+        )  # a spectrum may have two sides
         of_pass = number_passes(frequency[own], _stated_sweep(judged, own))
         passes = [own[of_pass == number] for number in range(int(of_pass.max(initial=-1)) + 1)]
         for column, partner in responses_with_phases(judged):

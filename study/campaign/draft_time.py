@@ -99,7 +99,9 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
 def draft_record(draft: Draft, judged: JudgedTable) -> None:
     """One record of all channels, with its sampling rate."""
     time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
-    file, channels = judged.table.file.path.name, judged.of_role(Role.RESPONSE, Role.FORCE)
+    file = judged.table.file.path.name
+    channels = [one for one in judged.of_role(Role.RESPONSE, Role.FORCE) if _is_read(judged, one, force)]
+    report_second_forces(draft, judged)
     rate: str | Marked | None = None
     if time is not None:
         found_rate = uniform_rate(time.values)
@@ -137,6 +139,11 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
             _add_channel(draft, judged, column)
     entry: dict[str, Any] = {"name": judged.table.label, "file": file, "rate": rate}
     draft.entries["record"].append({**entry, **({"force": drive} if drive else {}), "units": units})
+
+
+def _is_read(judged: JudgedTable, column: Column, force: Column | None) -> bool:
+    """Whether a record has a channel: of several forces it has the one that drives."""
+    return judged.columns[column.name].role is not Role.FORCE or column is force
 
 
 def motions(judged: JudgedTable) -> list[Column]:

@@ -69,11 +69,14 @@ class FolderFiles:
         Files that could be read, by their names.
     unreadable
         Why others could not, by their names.
+    subfolders
+        Names of folders in it that have such files, which are not read.
     """
 
     folder: Path
     files: dict[str, MeasuredFile]
     unreadable: dict[str, str]
+    subfolders: tuple[str, ...] = ()
 
 
 def read_folder(
@@ -100,14 +103,7 @@ def read_folder(
         raise CampaignError(f'there is no folder "{folder}"; give the one with the files of the test')
     if path.exists() and not overwrite:
         raise CampaignError(f'"{path}" is there already; remove it, or replace it by --force')
-    suffixes = tuple(suffix for format_ in MEASURED_FILES for suffix in format_.suffixes)
-    paths = [
-        path
-        for path in sorted(folder.iterdir())
-        if path.is_file()
-        and not path.name.startswith(".")
-        and (path.suffix.lower() not in BESIDE or path.name.lower().endswith(suffixes))
-    ]
+    paths = [path for path in sorted(folder.iterdir()) if _may_be_measured(path)]
     files: dict[str, MeasuredFile] = {}
     unreadable: dict[str, str] = {}
     for number, path in enumerate(paths):
@@ -116,7 +112,23 @@ def read_folder(
             files[path.name] = read_file(path)
         except CampaignError as error:
             unreadable[path.name] = str(error)
-    return FolderFiles(folder=folder, files=files, unreadable=unreadable)
+    below = tuple(one.name for one in sorted(folder.iterdir()) if one.is_dir() and _has_measured(one))
+    return FolderFiles(folder=folder, files=files, unreadable=unreadable, subfolders=below)
+
+
+def _may_be_measured(path: Path) -> bool:
+    suffixes = tuple(suffix for format_ in MEASURED_FILES for suffix in format_.suffixes)
+    name = path.name.lower()
+    return (
+        path.is_file() and not name.startswith(".") and (path.suffix.lower() not in BESIDE or name.endswith(suffixes))
+    )
+
+
+def _has_measured(folder: Path) -> bool:
+    """Whether a folder that is no campaign of its own has files that may be measured."""
+    if folder.name.startswith(".") or (folder / MANIFEST).exists():
+        return False
+    return any(_may_be_measured(path) for path in folder.iterdir())
 
 
 def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
@@ -140,6 +152,11 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         sentence = reason.removeprefix(name).lstrip(":, ")
         draft.notes.append(Note(file=name, columns="", role="cannot be read", unit="", evidence=sentence))
         draft.left_out.append(reason)
+    if measured.subfolders:
+        draft.left_out.append(
+            f"{', '.join(measured.subfolders)}: folders, which are not read: put their files into {folder.name} with "
+            "the names of the folders in theirs, or draft a campaign in each"
+        )
     tables = {name: find_tables(file) for name, file in measured.files.items()}
     found = share_kind([judge_table(table) for of_file, _ in tables.values() for table in of_file])
     by_file = {name: [one for one in found if one.table.file is file] for name, file in measured.files.items()}

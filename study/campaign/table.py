@@ -11,6 +11,8 @@ from study.campaign.run_name import LEVEL_IN_NAME, level_value, naming_scheme
 
 #: Shorter columns are parameters, not series.
 FEWEST = 3
+#: Names of the one array in a structure that is called as its quantity is.
+OF_ONE = {"value", "values", "data", "val"}
 INDEX = re.compile(r"(\([\d:,]+\)|\[[\d,]+\])$")
 
 
@@ -51,7 +53,8 @@ class Table:
         """Name of a column without the path of the table and without the words that tell its set of channels."""
         if column.name in self.names:
             return self.names[column.name]
-        return column.name.removeprefix(self.path or self.group).lstrip("./") or column.name
+        short = column.name.removeprefix(self.path or self.group).lstrip("./") or column.name
+        return _without_last(short)
 
     @property
     def label(self) -> str:
@@ -84,10 +87,12 @@ def split_tables(file: MeasuredFile) -> list[Table]:
     groups: dict[tuple[str, str, int], list[Column]] = {}
     channels = _channels_of_groups(file)
     runs, single = _groups_of_runs(channels), next(iter(channels)) if len(channels) == 1 else ""
+    joined = _structures_of_one(file)
     for column in file.columns:
         if len(column.values) >= FEWEST:
             abscissa = column.abscissa or (column.name if _is_abscissa(file, column) else "")
             path = "" if abscissa else _path(column.name, file.format)
+            path = joined.get(column.name, path)
             path = group if (group := _group(column.name)) in runs else path
             groups.setdefault((abscissa, path, len(column.values)), []).append(column)
     tables = []
@@ -98,6 +103,28 @@ def split_tables(file: MeasuredFile) -> list[Table]:
         tables.append(Table(file=file, path=path, columns=(*common, *columns), scalars=scalars, group=single))
     paths = {table.path for table in tables if table.path}
     return [table for table in tables if table.path or not paths or _stands_alone(table, tables)]
+
+
+def _structures_of_one(file: MeasuredFile) -> dict[str, str]:
+    """Path above structures of one column each, "freq.value" and "acc.value", if a time or frequency is among them."""
+    alone: dict[tuple[str, int], list[Column]] = {}
+    for column in file.columns:
+        parts = column.name.split("/" if file.format == "hdf5" else ".")
+        if len(parts) > 1 and parts[-1].lower() in OF_ONE and _path(column.name, file.format):
+            above = ("/" if file.format == "hdf5" else ".").join(parts[:-2])
+            alone.setdefault((above, len(column.values)), []).append(column)
+    return {
+        column.name: above
+        for (above, _), columns in alone.items()
+        if {recognise_column(one, _without_last(one.name)).role for one in columns} & {Role.FREQUENCY, Role.TIME}
+        for column in columns
+    }
+
+
+def _without_last(name: str) -> str:
+    """Name of a structure of one column: "freq" of "freq.value"."""
+    whole, mark, last = re.match(r"(.*?)([./]?)([^./]*)$", name).groups()  # type: ignore[union-attr]
+    return whole if mark and last.lower() in OF_ONE else name
 
 
 def _stands_alone(table: Table, tables: list[Table]) -> bool:
