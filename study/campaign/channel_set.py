@@ -10,8 +10,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from correlation.file.column import Column
-from study.campaign.column_role import RATIOS, Role, name_words, recognise_column
+from study.campaign.column_role import OF_UNIT, RATIOS, WORDS, Role, name_words, recognise_column
 from study.campaign.run_name import (
     HARMONIC_IN_NAME,
     LEVEL_IN_NAME,
@@ -147,48 +149,72 @@ def sets_by_name(table: Table) -> ChannelSets | None:
         one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
     }
     sets = _several(table, told)
-    driven = {sets.marks[one.name] for one in table.columns if role_of(table, one) is Role.FORCE} if sets else set()
-    return sets if sets and driven >= {*sets.marks.values()} - {""} else None
+    if sets is None:
+        return None
+    driven = {sets.marks.get(one.name, "") for one in table.columns if role_of(table, one) is Role.FORCE}
+    return sets if driven >= {*sets.marks.values()} else None
 
 
 def sets_by_harmonic(table: Table) -> ChannelSets | None:
     """Harmonics of responses in columns of their own: "tip H1" and "tip H3"; H1 of a ratio is an estimator."""
+    told = {
+        one.name: split_name(table.short_name(one), HARMONIC_IN_NAME) for one in table.columns if one.response is None
+    }
+    if _several(table, told) is None:
+        return None
     roles = {one.name: role_of(table, one) for one in table.columns}
     words = {word for one in table.columns for word in name_words(table.short_name(one))}
-    ratios = any(
-        "/N" in one.unit or "/(N)" in one.unit or one.function == "frequency response" for one in table.columns
-    )
+    ratios = any("/N" in one.unit or "/(N)" in one.unit or "response" in one.function for one in table.columns)
     if Role.FREQUENCY not in roles.values() or Role.COHERENCE in roles.values() or ratios or words & RATIOS - {"h"}:
         return None
-    told = {
-        one.name: split_name(table.short_name(one), HARMONIC_IN_NAME)
-        for one in table.columns
-        if roles[one.name] is not Role.FORCE and one.response is None
-    }
-    sets = _several(table, told)
+    sets = _several(table, {name: one for name, one in told.items() if roles[name] is not Role.FORCE})
     numbers = {harmonic_of(mark) for mark in sets.marks.values() if mark} if sets else set()
     # H1 and H2 alone may be estimators, unless the force was measured beside motions.
     are_harmonics = 1 in numbers and (max(n or 0 for n in numbers) > 2 or Role.FORCE in roles.values())
     return sets if are_harmonics else None
 
 
+def sets_by_abscissa(table: Table) -> ChannelSets | None:
+    """Sets behind times or frequencies of their own, as many columns behind each: "f1, A1, f2, A2"."""
+    places = [place for place, one in enumerate(table.columns) if _is_abscissa(table, one)]
+    if len(places) < 2 or places[0] != 0 or any(one.abscissa or one.response for one in table.columns):
+        return None
+    size = places[1]
+    first = table.columns[0].values
+    in_blocks = size > 1 and places == list(range(0, len(table.columns), size)) and len(table.columns) % size == 0
+    if not in_blocks or all(np.array_equal(first, table.columns[one].values, equal_nan=True) for one in places):
+        return None
+    roles = [role_of(table, one) for one in table.columns]
+    if not all(any(is_response(role) for role in roles[one + 1 : one + size]) for one in places):
+        return None
+    return ChannelSets(marks={one.name: f"set {1 + number // size}" for number, one in enumerate(table.columns)})
+
+
+def _is_abscissa(table: Table, column: Column) -> bool:
+    """Whether a column is a time or a frequency, judged by its values only if its unit or name may be of one."""
+    words = {*name_words(table.short_name(column))}
+    may_be = OF_UNIT.get(column.unit) in {"time", "frequency"} or words & (WORDS[Role.TIME] | WORDS[Role.FREQUENCY])
+    return bool(may_be) and role_of(table, column) in {Role.TIME, Role.FREQUENCY}
+
+
 def sets_by_header(table: Table) -> ChannelSets | None:
-    """Sets whose columns have one header each, with a force or a frequency in each: "Force, Amp, Force, Amp"."""
+    """Sets whose columns have one header each, with a force in each: "Force, Amp, Force, Amp"."""
     names = {column.name for column in table.columns}
     channels = {one.name: AGAIN.sub("", one.name) for one in table.columns}
     channels = {name: channel if channel in names else name for name, channel in channels.items()}
     counts = Counter(channels.values())
-    roles = {one.name: role_of(table, one, channels) for one in table.columns}
-    leading = {channels[name] for name, role in roles.items() if role in {Role.FORCE, Role.FREQUENCY}}
-    several = {channel for channel in leading if counts[channel] > 1}
-    if not several:
+    if len(counts) == len(channels):
         return None
-    number = max(counts[channel] for channel in several)
+    roles = {one.name: role_of(table, one, channels) for one in table.columns}
+    forces = {channels[name] for name, role in roles.items() if role is Role.FORCE and counts[channels[name]] > 1}
+    if not forces:
+        return None
+    number = max(counts[channel] for channel in forces)
     repeated = {channel for channel, count in counts.items() if count > 1}
     if any(counts[channel] != number for channel in repeated):
-        why = "its header stands there several times, in another number than that of the force or frequency"
+        why = "its header stands there several times, in another number than that of the force"
         return ChannelSets(
-            marks={}, lost={name: why for name, channel in channels.items() if channel in repeated - several}
+            marks={}, lost={name: why for name, channel in channels.items() if channel in repeated - forces}
         )
     marks: dict[str, str] = {}
     seen: Counter[str] = Counter()
@@ -196,13 +222,16 @@ def sets_by_header(table: Table) -> ChannelSets | None:
         if channel in repeated:
             seen[channel] += 1
             marks[name] = f"set {seen[channel]}"
-    driven = any(roles[name] is Role.FORCE for name in marks)
-    # Without a force, columns of one header may as well be sensors, each with frequencies of its own.
-    return ChannelSets(marks=marks, names={name: channels[name] for name in marks} if driven else {})
+    return ChannelSets(marks=marks, names={name: channels[name] for name in marks})
 
 
 def _several(table: Table, told: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
     """Sets by names and words of columns, if a response has several words; None if none has."""
+    found: dict[str, set[str]] = {}
+    for channel, mark in told.values():
+        found.setdefault(channel, set()).update([mark] if mark else [])
+    if not any(len(words) > 1 for words in found.values()):
+        return None
     marks: dict[str, set[str]] = {}
     for column in table.columns:
         channel, mark = told.get(column.name, ("", ""))

@@ -29,6 +29,9 @@ def sets_by_dataset(table: Table) -> ChannelSets | None:
         Table of a universal file.
     """
     columns = [one for one in table.columns if one.response is not None and one.abscissa is not None]
+    points = Counter(_point(one) for one in columns)
+    if max(points.values(), default=1) < 2:
+        return None
     roles = {one.name: recognise_column(one, table.short_name(one)).role for one in columns}
     measured = [one for one in columns if roles[one.name] is Role.FORCE or is_response(roles[one.name])]
     keys = {one.name: _channel(one, roles[one.name]) for one in measured}
@@ -48,13 +51,18 @@ def sets_by_dataset(table: Table) -> ChannelSets | None:
 
 def _channel(column: Column, role: Role) -> Hashable:
     """What a dataset measures and where; one that names no point is a channel of its own."""
-    point, reference = column.response, column.reference
-    assert point is not None
-    if point.node is None and not point.name:
-        return column.name
+    reference = column.reference
     to = None if reference is None else (reference.node or reference.name, reference.direction.lstrip("+-"))
     kind = (column.function, role, column.unit, column.facts.get("quantity", ""))
-    return (point.node or point.name, point.direction.lstrip("+-"), to, kind)
+    return _point(column), to, kind
+
+
+def _point(column: Column) -> Hashable:
+    """Point and direction of a dataset; its own name if it says no point."""
+    point = column.response
+    if point is None or (point.node is None and not point.name):
+        return column.name
+    return point.node or point.name, point.direction.lstrip("+-")
 
 
 def _by_text(columns: Sequence[Column], keys: Mapping[str, Hashable], driven: set[Hashable]) -> dict[str, str] | None:

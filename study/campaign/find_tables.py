@@ -2,12 +2,12 @@
 
 from correlation.file.column import MeasuredFile
 from study.campaign.array_set import sets_by_array
-from study.campaign.channel_set import sets_by_harmonic, sets_by_header, sets_by_name, split_sets
+from study.campaign.channel_set import sets_by_abscissa, sets_by_harmonic, sets_by_header, sets_by_name, split_sets
 from study.campaign.dataset_set import sets_by_dataset
 from study.campaign.table import Table, split_tables
 
 #: Ways to tell sets of channels, the surest first; harmonics stand within each of these.
-FINDERS = (sets_by_dataset, sets_by_array, sets_by_name, sets_by_header)
+FINDERS = (sets_by_dataset, sets_by_array, sets_by_name, sets_by_header, sets_by_abscissa)
 
 
 def find_tables(file: MeasuredFile) -> tuple[list[Table], list[str]]:

@@ -14,7 +14,7 @@ LEVEL_UNITS = {
     "Vrms": ("V", 1.0), "Vpk": ("V", 1.0), "mV": ("V", 1e-3), "g": ("g_n", 1.0), "ms2": ("m/s^2", 1.0),
     "%": ("%", 1.0), "pct": ("%", 1.0),
 }  # fmt: skip
-LEVEL_IN_NAME = re.compile(rf"{NUMBER}({'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9])")
+LEVEL_IN_NAME = re.compile(rf"{NUMBER}({'|'.join(LEVEL_UNITS)})(?![a-zA-Z])")
 #: Words before a force that is no level, and before one that is.
 OTHER_FORCE = re.compile(r"(?:preload|pre-load|torque|clamp|normal|vorspann[a-z]*|vorlast)[ _=-]*$", re.IGNORECASE)
 LEVEL_BEFORE = re.compile(r"(?:level|stufe|sweep|sine|drive)[ _=-]*$", re.IGNORECASE)
@@ -49,9 +49,9 @@ def level_value(match: re.Match[str]) -> tuple[float, str]:
 
 
 #: What tells a column from those of other runs beside it. An underscore stands before a unit, "acc_1_V" is a channel.
-LEVEL_OF_COLUMN = re.compile(rf"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9])")
+LEVEL_OF_COLUMN = re.compile(rf"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])")
 SPACED_LEVEL = re.compile(
-    rf"(?:^|(?<=at )|(?<=bei )|(?<=level )|(?<=@ )|(?<=@))\d+(?:[.,p]\d+)? (?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9])"
+    rf"(?:^|(?<=at )|(?<=bei )|(?<=level )|(?<=@ )|(?<=@))\d+(?:[.,p]\d+)? (?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])"
 )
 WAY_OF_COLUMN = re.compile(r"(?<![a-z])(?:up|down|forward|backward)(?![a-z])", re.IGNORECASE)
 #: Set point of a displacement in the name of a run.
@@ -104,9 +104,11 @@ PLACE = re.compile(
     r"hub|shroud|rim|platform|(?:tip|root|mid|sensor|node|point|pos|position|ch|channel|kanal|punkt|knoten)\d+",
     re.IGNORECASE,
 )
-#: Words that number or date a file: "a", "2nd", "20240312T1011", "10h31".
+#: Words that number or date a file: "a", "2nd", "20240312T1011", "10h31", "Mar".
 OF_A_FILE = re.compile(
-    r"[a-z]|\d+(?:st|nd|rd|th)|\d{6,}T\d+Z?|\d+(?:h\d+)(?:m\d+s?)?|\d+[a-z]{3}\d{2,4}", re.IGNORECASE
+    r"jan|feb|mar|mrz|apr|may|mai|jun|jul|aug|sep|oct|okt|nov|dec|dez|[a-z]|"
+    r"\d+(?:st|nd|rd|th)|\d{6,}T\d+Z?|\d+(?:h\d+)(?:m\d+s?)?|\d+[a-z]{3}\d{2,4}",
+    re.IGNORECASE,
 )
 
 

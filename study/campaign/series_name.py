@@ -25,7 +25,7 @@ def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
     alike: dict[tuple[str, ...], dict[tuple[str, ...], list[JudgedTable]]] = {}
     for table in tables:
         shape = naming_scheme(table.table.path)
-        names = [table.table.short_name(column) for column in table.table.columns]
+        names = _channels(table, tables)
         free = "free" if says_free(file_stem(table.table.file.path.name)) else ""
         same = alike.setdefault((table.kind.value, shape, free, *names), {})
         same.setdefault(_words(table), []).append(table)
@@ -51,6 +51,15 @@ def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
                 "repeats or name sensors of one test, give their runs one test, and repeats or sensors of their own"
             )
     return result
+
+
+def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
+    """Names of the channels of a table; those of all sets of channels beside it, which are of one test."""
+    own = judged.table
+    if not own.of_set:
+        return [own.short_name(column) for column in own.columns]
+    beside = [one.table for one in tables if one.table.file is own.file and one.table.path == own.path]
+    return sorted({table.short_name(column) for table in beside for column in table.columns})
 
 
 def _words(judged: JudgedTable) -> tuple[str, ...]:

@@ -272,3 +272,32 @@ def test_files_of_a_sine_at_levels_say_the_level_of_their_responses(tmp_path: Pa
         f"frf_{one:g}N.csv": None for one in LEVELS
     }
     assert sum("responses at a level of" in sentence for sentence in campaign.suspicions) == 3
+
+
+def test_each_response_has_the_frequencies_before_it(tmp_path: Path) -> None:
+    other = FREQUENCY + 0.25
+    columns = [FREQUENCY, np.abs(response(1.0)), other, np.abs(receptance(other))]
+    write_csv(tmp_path / "a.csv", "f [Hz],tip [m],f [Hz],root [m]", *columns)
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["test"]) == 1
+    table = read_campaign(tmp_path).measurement
+    for sensor, place in enumerate((0, 2)):
+        np.testing.assert_allclose(table.frequency[table.sensor == sensor], columns[place])
+        np.testing.assert_allclose(table.value[table.sensor == sensor].real, columns[place + 1])
+
+
+@pytest.mark.parametrize(
+    "names", [("acc 100mm", "acc 200mm"), ("acc 100mV/g", "acc 10mV/g"), ("acc 45deg", "acc 90deg")]
+)
+def test_places_and_sensitivities_in_names_are_no_levels(tmp_path: Path, names: tuple[str, str]) -> None:
+    header = f"f [Hz],F [N],{names[0]} [m/s^2],{names[1]} [m/s^2]"
+    write_csv(tmp_path / "a.csv", header, FREQUENCY, 1 + 0 * FREQUENCY, *[np.abs(response(1.0))] * 2)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [1, 2]
+
+
+def test_a_set_frequency_beside_the_measured_one_is_no_set(tmp_path: Path) -> None:
+    columns = [FREQUENCY, FREQUENCY + 0.001, 1 + 0 * FREQUENCY, *polar(response(1.0))]
+    write_csv(tmp_path / "a.csv", "f set [Hz],f [Hz],F [N],tip [um],phase [deg]", *columns)
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["run"]) == 1
