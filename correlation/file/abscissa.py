@@ -16,6 +16,8 @@ RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequen
 STEPS = {"dt", "deltat", "timestep", "samplinginterval", "sampletime", "samplingtime", "timeincrement", "ts"}
 #: Units at the end of such names: their factor to Hz or s.
 FACTORS = {"hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6}
+#: No rate [Hz] or step [s] is smaller, or larger than its inverse: a number that was damaged.
+LEAST = 1e-12
 #: Fewer values than these are parameters, no history.
 FEWEST = 20
 
@@ -122,7 +124,9 @@ def _mark(file: MeasuredFile) -> str:
 
 
 def _number(text: str) -> float | None:
+    """A number that a rate, a step or a first value may be; None for another text."""
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
         return None
+    return number if number == 0 or LEAST < abs(number) < 1 / LEAST else None

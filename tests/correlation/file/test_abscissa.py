@@ -43,6 +43,7 @@ def test_a_rate_may_be_an_attribute(tmp_path: Path, where: str) -> None:
     [
         {"fs": RATE, "t": np.arange(400) / RATE, "acc": DECAY}, {"fs": RATE, "dt": 0.1, "acc": DECAY},
         {"fs": RATE, "H": DECAY + 1j * DECAY}, {"gain": RATE, "acc": DECAY}, {"fs": RATE, "acc": DECAY[:5]},
+        {"fs": np.nan, "acc": DECAY}, {"fs": np.inf, "acc": DECAY}, {"dt": 1e-300, "acc": DECAY},
     ],
 )  # fmt: skip
 def test_no_time_is_made_beside_one_of_contradictions_or_of_complex_numbers(
