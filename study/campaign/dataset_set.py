@@ -31,13 +31,13 @@ def sets_by_dataset(table: Table) -> ChannelSets | None:
     columns = [one for one in table.columns if one.response is not None and one.abscissa is not None]
     points = Counter(_point(one) for one in columns)
     if max(points.values(), default=1) < 2:
-        return None
+        return _named(_common_level(table, columns), columns)
     roles = {one.name: recognise_column(one, table.short_name(one)).role for one in columns}
     measured = [one for one in columns if roles[one.name] is Role.FORCE or is_response(roles[one.name])]
     keys = {one.name: _channel(one, roles[one.name]) for one in measured}
     counts = Counter(keys.values())
     if max(counts.values(), default=1) < 2:
-        return None
+        return _named(_common_level(table, columns), columns)
     driven = {keys[one.name] for one in measured if roles[one.name] is Role.FORCE}
     are_ratios = any(one.function == FREQUENCY_RESPONSE for one in measured)
     if are_ratios:
@@ -133,6 +133,18 @@ def _levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str
         pairs = [(keys[name], mark) for name, mark in marks.items() if name in keys]
         if len(pairs) == len(keys) == len({*pairs}) and len({*marks.values()}) > 1:
             return marks
+    return None
+
+
+def _common_level(table: Table, columns: Sequence[Column]) -> dict[str, str] | None:
+    """The level in the texts of all datasets of one abscissa, where those of other abscissas are other sets."""
+    if len({one.abscissa for one in table.file.columns if one.abscissa}) < 2:
+        return None
+    for line in LINES:
+        found = [LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns]
+        levels = {match[0] for match in found if match}
+        if len(levels) == 1 and all(found):
+            return dict.fromkeys((one.name for one in columns), levels.pop())
     return None
 
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from study.campaign.channel_set import AGAIN
+from study.campaign.dataset_set import DATASET
 from study.campaign.draft import Draft
 from study.campaign.draft_frequency import complex_force, is_response_controlled, responses_with_phases, says_free
 from study.campaign.run_name import LENGTH_IN_NAME, condition_words, naming_scheme
@@ -56,10 +58,12 @@ def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
 def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
     """Names of the channels of a table; those of all sets of channels beside it, which are of one test."""
     own = judged.table
-    if not own.of_set:
-        return [own.short_name(column) for column in own.columns]
-    beside = [one.table for one in tables if one.table.file is own.file and one.table.path == own.path]
-    return sorted({table.short_name(column) for table in beside for column in table.columns})
+    beside = [own]
+    if own.of_set:
+        beside = [one.table for one in tables if one.table.file is own.file and one.table.path == own.path]
+    names = [table.short_name(column) for table in beside for column in table.columns]
+    # Datasets of one channel differ by their number, and their abscissas by a number in brackets.
+    return sorted({AGAIN.sub("", DATASET.sub("", name)) for name in names})
 
 
 def _words(judged: JudgedTable) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """Sets of channels beside each other in one table are runs of their own; what belongs to no set is left out by name."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -301,3 +302,24 @@ def test_a_set_frequency_beside_the_measured_one_is_no_set(tmp_path: Path) -> No
     write_csv(tmp_path / "a.csv", "f set [Hz],f [Hz],F [N],tip [um],phase [deg]", *columns)
     _, manifest = drafted(tmp_path)
     assert len(manifest["run"]) == 1
+
+
+def test_levels_over_frequencies_of_their_own_are_runs_of_one_test(tmp_path: Path) -> None:
+    columns: list[Column] = []
+    for number, level in enumerate(LEVELS):
+        rows = slice(number, None)
+        abscissa = Column(name=f"frequency {number}", values=FREQUENCY[rows], unit="Hz", function="frequency")
+        columns += [abscissa, replace(dataset(response(level)[rows], "m", f"{level:g} N"), abscissa=abscissa.name)]
+    write_uff(MeasuredFile(path=tmp_path / "a.uff", format="", columns=tuple(columns)), tmp_path / "a.uff")
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["test"]) == 1
+    assert [run["level"] for run in manifest["run"]] == [*LEVELS]
+
+
+def test_a_second_column_of_one_sensor_is_left_out_by_name(tmp_path: Path) -> None:
+    size = np.abs(response(1.0))
+    columns = [np.tile(FREQUENCY, 2), 1 + 0 * np.tile(FREQUENCY, 2), ["tip"] * 41 + ["root"] * 41]
+    write_csv(tmp_path / "a.csv", "f [Hz],F [N],sensor,x1 [m],x2 [m]", *columns, *[np.tile(size, 2)] * 2)
+    campaign, manifest = drafted(tmp_path)
+    assert [entry["name"] for entry in manifest["sensor"]] == ["tip", "root"]
+    assert any('"x2 [m]"' in sentence for sentence in campaign.draft.left_out)
