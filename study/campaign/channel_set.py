@@ -115,10 +115,18 @@ def _in_order(
         channel = AGAIN.sub("", column.name)
         if not marks.get(column.name) and roles[column.name] not in SHARED and channel in names:
             alike.setdefault(channel, []).append(column.name)
+    place = {column.name: number for number, column in enumerate(table.columns)}
+    begins = [min(place[name] for name, mark in marks.items() if mark == one) for one in order]
+    ends = [*begins[1:], len(place)]
+
+    def is_below(same: Sequence[str]) -> bool:
+        pairs = zip(begins, same, ends, strict=True)
+        return all(begin <= place[name] < end for begin, name, end in pairs)
+
     return {
         name: (channel, mark)
         for channel, same in alike.items()
-        if len(same) == len(order) > 1
+        if len(same) == len(order) > 1 and is_below(same)
         for name, mark in zip(same, order, strict=True)
     }
 

@@ -323,3 +323,13 @@ def test_a_second_column_of_one_sensor_is_left_out_by_name(tmp_path: Path) -> No
     campaign, manifest = drafted(tmp_path)
     assert [entry["name"] for entry in manifest["sensor"]] == ["tip", "root"]
     assert any('"x2 [m]"' in sentence for sentence in campaign.draft.left_out)
+
+
+def test_columns_below_the_merged_cell_of_a_level_are_of_it_and_others_are_left_out(tmp_path: Path) -> None:
+    columns = [part for level in LEVELS[:2] for part in polar(response(level))]
+    other = np.abs(response(2.0))
+    header = "f [Hz],1 N Amp [um],Phase [deg],3 N Amp [um],Phase [deg],root [m],root [m]"
+    write_csv(tmp_path / "a.csv", header, FREQUENCY, *columns, other, other)
+    campaign, manifest = drafted(tmp_path)
+    assert [run["columns"]["displacement"]["phase"] for run in manifest["run"]] == ["Phase [deg]", "Phase [deg] (2)"]
+    assert sum('"root [m]' in sentence for sentence in campaign.draft.left_out) == 2
