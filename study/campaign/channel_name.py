@@ -4,8 +4,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from study.campaign.column_role import Role, name_words
-from study.campaign.run_name import LEVEL_IN_NAME, OF_A_RUN
+from study.campaign.column_role import MOTION_WORDS, Part, Role, name_words
+from study.campaign.run_name import LEVEL_IN_NAME, OF_A_RUN, PLACE
 from study.campaign.table import file_stem
 from study.campaign.table_kind import OF_FILE, JudgedTable, Kind
 
@@ -35,15 +35,29 @@ def _is_of_file(judged: JudgedTable, column: str) -> bool:
     guess = judged.columns[column]
     if guess.role is not Role.RESPONSE:
         return False
-    alone = judged.kind is Kind.RING_DOWN and len(judged.of_role(Role.RESPONSE)) == 1
-    return guess.evidence.startswith(OF_FILE) or (alone and NUMBERED.fullmatch(column) is not None)
+    main = [one for one in judged.of_role(Role.RESPONSE) if judged.columns[one.name].part is not Part.IMAGINARY]
+    alone = len(main) == 1
+    is_decay = judged.kind is Kind.RING_DOWN and NUMBERED.fullmatch(column) is not None
+    return guess.evidence.startswith(OF_FILE) or (alone and (is_decay or _names_a_place(judged, column)))
+
+
+def _names_a_place(judged: JudgedTable, column: str) -> bool:
+    """Whether the name of a file says where the sensor is, and that of its channel does not: "acc_tip_3N.csv"."""
+    stem = {*judged.columns[column].stem.split()}
+    return stem <= set().union(*MOTION_WORDS.values()) and any(PLACE.fullmatch(word) for word in _parts(judged))
 
 
 def _words(judged: JudgedTable) -> list[str]:
-    """Words of the names of a file and a group that may be those of a sensor."""
-    whole = LEVEL_IN_NAME.sub("", f"{file_stem(judged.table.file.path.name)} {judged.table.path}")
-    parts = [part for part in re.split(r"[\W_]+", whole) if not OF_A_RUN.fullmatch(part)]
+    """Words of the names of a file and a group that may be those of a sensor: places, or any of a nameless channel."""
+    of_file = any(one.evidence.startswith(OF_FILE) or NUMBERED.fullmatch(name) for name, one in judged.columns.items())
+    parts = [part for part in _parts(judged) if of_file or PLACE.fullmatch(part)]
     return [" ".join(name_words(part)) for part in parts]
+
+
+def _parts(judged: JudgedTable) -> list[str]:
+    """Words of the names of a file and a group that tell no run."""
+    whole = LEVEL_IN_NAME.sub("", f"{file_stem(judged.table.file.path.name)} {judged.table.path}")
+    return [part for part in re.split(r"[\W_]+", whole) if not OF_A_RUN.fullmatch(part)]
 
 
 def _named(judged: JudgedTable, words: Sequence[str]) -> JudgedTable:

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from study.campaign.column_role import OF_UNIT, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import force_column, phase_evidence
+from study.campaign.level import named_levels, number_beside, unit_of_number
 from study.campaign.question import Marked
-from study.campaign.run_name import LEVEL_IN_NAME
+from study.campaign.run_name import level_value
 from study.campaign.table_kind import JudgedTable, Kind
 
 TIMES = ("exp(+i omega t)", "exp(-i omega t)")
@@ -35,10 +36,16 @@ def drive_of(judged: JudgedTable) -> tuple[str, str]:
         guess = judged.columns[column.name]
         if guess.role is Role.LEVEL and guess.unit:
             return DRIVES.get(OF_UNIT.get(guess.unit, ""), ""), guess.unit
-    match = LEVEL_IN_NAME.search(judged.table.label)
-    if match:
-        return (VOLTAGE, "V") if "v" in match[0].lower() else (FORCE, "N")
-    return "", ""
+    if number_beside(judged, None):
+        return _drive_in(unit_of_number(judged.table))
+    match = next(iter(named_levels(judged.table)), None)
+    return _drive_in(level_value(match)[1]) if match else ("", "")
+
+
+def _drive_in(unit: str) -> tuple[str, str]:
+    """What drives whose level is in a unit, and the unit; empty for one of nothing that drives."""
+    quantity = OF_UNIT.get(unit, "voltage" if unit == "%" else "")
+    return (DRIVES[quantity], unit) if quantity in DRIVES else ("", "")
 
 
 def _assumed_drive(judged: JudgedTable) -> str:
@@ -100,12 +107,14 @@ def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
     level: str | Marked = unit if unit and not assumed else Marked(value="N", assumed=why)
     if drive == BASE:
         first = next(table for table, one, _ in drives if one == BASE)
-        why = f'"{first.table.file.path.name}" has the acceleration of the base'
+        source = "has" if force_column(first) is not None else "names"
+        why = f'"{first.table.file.path.name}" {source} the acceleration of the base'
         draft.single["drive"] = {"quantity": Marked(value=BASE, assumed=why)}
         level = unit or Marked(value="m/s^2", assumed="the files say no unit of the acceleration")
     elif any(table.kind is Kind.STEPPED_SINE for table in tables) and (assumed or not unit or unit in UNCALIBRATED):
-        why = assumed or ("the drive is in volts" if drive == VOLTAGE else "no file has a force in newtons")
-        default = "N" if assumed else "V"
+        of_drive = "the drive is in percent" if unit == "%" else "the drive is in volts"
+        why = assumed or (of_drive if drive == VOLTAGE else "no file has a force in newtons")
+        default = "N" if assumed else unit if unit in UNCALIBRATED else "V"
         answer = draft.ask("In which unit is the level (N, or V for a drive that is not calibrated)?", default, why)
         level = answer
         if answer.value in UNCALIBRATED:

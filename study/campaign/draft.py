@@ -49,9 +49,8 @@ class Run(dict[str, Any]):
 
     @property
     def name(self) -> str:
-        """File, and group in it."""
-        table = self.judged.table
-        return f"{table.file.path.name}, {table.path}" if table.path else table.file.path.name
+        """File, and group and set of channels in it."""
+        return self.judged.table.place
 
 
 @dataclass(kw_only=True)

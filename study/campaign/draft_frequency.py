@@ -1,6 +1,5 @@
 """Drafts of stepped-sine runs and of frequency responses."""
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
-from study.campaign.column_role import INDEX, MOTION_WORDS, RATIOS, WORDS, Part, Role, name_words
+from study.campaign.column_role import MOTION_WORDS, RATIOS, WORDS, Part, Role, name_words
 from study.campaign.draft import Draft, Run
 from study.campaign.level import (
     ask_levels,
@@ -21,7 +20,7 @@ from study.campaign.level import (
 )
 from study.campaign.phase_convention import PhaseEvidence, judge_phase
 from study.campaign.question import Marked
-from study.campaign.run_name import WITH_CONTACTS, WITHOUT_CONTACTS
+from study.campaign.run_name import WAY_OF_COLUMN, WITH_CONTACTS, WITHOUT_CONTACTS
 from study.campaign.sensor_draft import (
     add_sensor,
     as_amplitude,
@@ -33,15 +32,10 @@ from study.campaign.sensor_draft import (
 )
 from study.campaign.table_kind import JudgedTable
 
-#: Second index of an array of responses by outputs and inputs: H(:,2,1), H[1,0].
-SECOND_INDEX = re.compile(r"\d,(\d+)[)\]]$")
 #: At a constant response the force varies by this factor and the response by less than the share.
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
 #: Of a force without a phase beside responses that have one.
 PHASES = "it has no phase, so that those of the responses are taken to count from it"
-
-#: Why an amplitude is no frequency response.
-WITHOUT_PHASE = 'has no phase by its name: call the two "acc_tip" and "phase_tip" in the header, or the like'
 
 
 def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
@@ -60,13 +54,13 @@ def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | No
             candidates = phases if column in alone else []
         same = [one for one in candidates if judged.columns[one.name].stem == guess.stem]
         if not same and column in alone:
-            same = _nearest_each_other(judged, column, phases, alone)
+            same = nearest_each_other(judged, column, phases, alone)
         partner = same[0] if same else (candidates[0] if len(candidates) == len(main) == 1 else None)
         pairs.append((column, partner))
     return pairs
 
 
-def _nearest_each_other(
+def nearest_each_other(
     judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]
 ) -> list[Column]:
     """The one of some columns whose name is nearest to that of a column, and to no other one like it."""
@@ -178,9 +172,11 @@ def phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvidence
     drive = np.ones(len(frequency)) if force is None else np.where(force == 0, np.nan, force)
     evidence = []
     for rows in judged.rows():
-        if any(judged.columns[one.name].role is Role.HARMONIC and rows[one.name] != 1 for one in judged.settings):
+        if harmonic_of_rows(judged, rows) != 1:
             continue
-        own = np.flatnonzero(judged.mask(rows) & np.isfinite(frequency))
+        own = np.flatnonzero(
+            judged.mask(rows) & np.isfinite(frequency) & (frequency > 0)
+        )  # a spectrum may have two sides
         of_pass = number_passes(frequency[own], _stated_sweep(judged, own))
         passes = [own[of_pass == number] for number in range(int(of_pass.max(initial=-1)) + 1)]
         for column, partner in responses_with_phases(judged):
@@ -194,6 +190,12 @@ def phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvidence
             name = _row_name(judged, rows) or sensor_name(judged, column)
             evidence += [(name, column, item) for item in judgements if item is not None]
     return evidence
+
+
+def harmonic_of_rows(judged: JudgedTable, rows: Mapping[str, Any]) -> int:
+    """Harmonic of the responses in some rows of a table [-]."""
+    column = next((one for one in judged.settings if judged.columns[one.name].role is Role.HARMONIC), None)
+    return judged.table.harmonic if column is None else int(rows[column.name])
 
 
 def _row_name(judged: JudgedTable, rows: Mapping[str, Any]) -> str:
@@ -242,29 +244,59 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
             for column in judged.of_role(role)[:1]:
                 columns[role.value] = column.name
         for column, partner in pairs:
-            real_only = partner is None and not np.iscomplexobj(column.values)
-            word = _row_name(judged, rows)
-            sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False, name=word)
-            entry = reading(draft, judged, column, sensor=sensor, phase=partner)
-            if real_only:
-                rest = entry if isinstance(entry, dict) else {}
-                entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit"}}}
-            sign = -1 if direction_sign(column) < 0 else signs.get(word or sensor_name(judged, column), 1)
-            columns[sensor] = entry if real_only else with_sign(entry, sign)
+            sensor, entry = _sensor_reading(draft, judged, column, partner, rows, signs)
+            put_once(draft, judged, columns, sensor, column, entry)
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
         run |= _level(draft, judged, rows, force)
+        if "sweep" not in columns and (way := WAY_OF_COLUMN.search(judged.table.of_set)):
+            way_word = "up" if SWEEP_WORDS[way[0].lower()] > 0 else "down"
+            run["sweep"] = Marked(value=way_word, assumed=f'its columns are called "{way[0]}"')
         run |= {"rows": rows} if rows else {}
         drive = complex_force(judged)
         if drive is not None and is_response_controlled(judged, drive, pairs[0][0], rows):
             why = "the force varies with the frequency and the response does not"
             run["control"] = Marked(value="response", assumed=why)
-        lacking = _missing_values(judged, judged.mask(rows))
+        lacking = missing_values(judged, judged.mask(rows))
         if lacking:
             run["missing"] = Marked(value="skip", assumed=lacking)
         draft.entries["run"].append(Run({**run, "columns": columns}, judged))
 
 
-def _missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
+def _sensor_reading(
+    draft: Draft, judged: JudgedTable, column: Column, phase: Column | None, rows: Mapping[str, Any],
+    signs: Mapping[str, Marked],
+) -> tuple[str, str | dict[str, Any]]:  # fmt: skip
+    """Sensor of a response, and its reading in some rows."""
+    real_only = phase is None and not np.iscomplexobj(column.values)
+    word = _row_name(judged, rows)
+    sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False, name=word)
+    entry = reading(draft, judged, column, sensor=sensor, phase=phase)
+    if real_only:
+        rest = entry if isinstance(entry, dict) else {}
+        entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit"}}}
+    else:
+        sign = -1 if direction_sign(column) < 0 else signs.get(word or sensor_name(judged, column), 1)
+        entry = with_sign(entry, sign)
+    harmonic = harmonic_of_rows(judged, rows)
+    if harmonic != 1:
+        entry = {**({"column": entry} if isinstance(entry, str) else entry), "harmonic": harmonic}
+    return sensor, entry
+
+
+def put_once(
+    draft: Draft, judged: JudgedTable, columns: dict[str, Any], sensor: str, column: Column, entry: Any
+) -> None:
+    """Add the reading of a sensor to the columns of a run; a second one of the same sensor is left out by name."""
+    if sensor in columns:
+        draft.left_out.append(
+            f'{judged.table.file.path.name}: "{column.name}" is not used: sensor "{sensor}" reads another column '
+            "of this run; give it a sensor of its own, or a run of its own with the force that belongs to it"
+        )
+    else:
+        columns[sensor] = entry
+
+
+def missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
     """Which columns hold no number in some of the rows of a series, and in how many; empty if none does."""
     others = judged.of_role(Role.RESPONSE, Role.FORCE, Role.PHASE, Role.COHERENCE)
     used = [*judged.of_role(Role.FREQUENCY)[:1], *others]
@@ -325,85 +357,3 @@ def is_response_controlled(judged: JudgedTable, force: NDArray[Any], response: C
         return False
     spread = float((np.quantile(answer, 0.9) - np.quantile(answer, 0.1)) / np.median(answer))
     return bool(drive.max() / drive.min() > CONTROL_FORCE and spread < CONTROL_RESPONSE)
-
-
-def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[str, Marked]) -> None:
-    """Frequency responses of one table: those with the same reference in one entry, repeats in entries of their own."""
-    frequency = judged.of_role(Role.FREQUENCY)[0]
-    file = judged.table.file.path.name
-    named = [_reference(column) for column in judged.of_role(Role.RESPONSE)]
-    references = list(dict.fromkeys(named))
-    main = max(references, key=named.count)
-    draft.left_out += [
-        f"{file}: responses to a force at {reference}: a case has one load, here at {main}"
-        for reference in references
-        if reference != main
-    ]
-    report_unused_phases(draft, judged)
-    lacking = _missing_values(judged, np.ones(len(frequency.values), dtype=np.bool_))
-    entries: list[dict[str, Any]] = []
-    for column, partner in responses_with_phases(judged):
-        if _reference(column) != main:
-            continue
-        if partner is None and not np.iscomplexobj(column.values):
-            draft.left_out.append(f'{file}: "{column.name}" {WITHOUT_PHASE}')
-            continue
-        sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
-        value = reading(draft, judged, column, sensor=sensor, phase=partner, per="N")
-        along = direction_sign(column)
-        along *= -1 if column.reference is not None and column.reference.direction.startswith("-") else 1
-        value = with_sign(value, -1 if along < 0 else signs.get(sensor_name(judged, column), 1))
-        entry = next((one for one in entries if sensor not in one["columns"]), None)
-        if entry is None:
-            entry = {
-                "name": f"{judged.table.label}" + (f" repeat {len(entries) + 1}" if entries else ""),
-                "file": file,
-                "configuration": ask_configuration(draft, judged.table.label),
-                **({"missing": Marked(value="skip", assumed=lacking)} if lacking else {}),
-                "columns": {"frequency": reading(draft, judged, frequency)},
-                "coherence": {},
-            }
-            if entries:
-                entry["repeat"] = len(entries) + 1
-            entries.append(entry)
-        entry["columns"][sensor] = value
-        coherence = _coherence(judged, column, len(entries) - 1)
-        if coherence is not None:
-            entry["coherence"][sensor] = coherence.name
-    used = {name for entry in entries for name in entry["coherence"].values()}
-    draft.left_out += [
-        f'{file}: the coherence "{column.name}" is of no response by its name: write it below [frf.coherence]'
-        for column in judged.of_role(Role.COHERENCE)
-        if column.name not in used and _reference(column) in {"", main}
-    ]
-    for entry in entries:
-        if not entry["coherence"]:
-            del entry["coherence"]
-    draft.entries["frf"] += entries
-
-
-def _reference(column: Column) -> str:
-    point = column.reference
-    if point is None:
-        index = SECOND_INDEX.search(column.name)
-        return f"input {index[1]}" if index else ""
-    return f"{point.node or point.name}{point.direction.lstrip('+-')}"
-
-
-def _coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | None:
-    """Coherence of a response: of the same point in the file, or the only one."""
-    coherences = judged.of_role(Role.COHERENCE)
-    if response.response is not None:
-        point = response.response
-        same = [
-            one for one in coherences
-            if one.response is not None and (one.response.node, one.response.direction, one.response.name)
-            == (point.node, point.direction, point.name) and _reference(one) in {"", _reference(response)}
-        ]  # fmt: skip
-        return same[repeat] if repeat < len(same) else None
-    index = INDEX.search(response.name)
-    if index is not None:
-        return next((one for one in coherences if one.name.endswith(index[0])), None)
-    named = [one for one in coherences if judged.columns[one.name].stem == judged.columns[response.name].stem]
-    named = named or _nearest_each_other(judged, response, coherences, judged.of_role(Role.RESPONSE))
-    return named[0] if named else (coherences[0] if len(coherences) == 1 else None)

@@ -9,7 +9,13 @@ from correlation.file.column import Column
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
 from study.campaign.draft import Draft, Run, plain
-from study.campaign.draft_frequency import add_test, ask_configuration, force_column, report_second_forces
+from study.campaign.draft_frequency import (
+    add_test,
+    ask_configuration,
+    force_column,
+    put_once,
+    report_second_forces,
+)
 from study.campaign.drive_channel import mark_drive
 from study.campaign.level import named_set_point, number_beside
 from study.campaign.question import Marked
@@ -81,7 +87,8 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
         cells = [one for one in judged.of_role(Role.RESPONSE) if judged.columns[one.name].quantity == LOAD_CELL]
         for column in [*motions(judged), *cells]:
             sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
-            columns[sensor] = with_sign(reading(draft, judged, column, sensor=sensor), direction_sign(column))
+            entry = with_sign(reading(draft, judged, column, sensor=sensor), direction_sign(column))
+            put_once(draft, judged, columns, sensor, column, entry)
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
         if force is not None:
             size = sine_amplitude(force.values.real[judged.mask(rows)])
@@ -92,7 +99,9 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
 def draft_record(draft: Draft, judged: JudgedTable) -> None:
     """One record of all channels, with its sampling rate."""
     time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
-    file, channels = judged.table.file.path.name, judged.of_role(Role.RESPONSE, Role.FORCE)
+    file = judged.table.file.path.name
+    channels = [one for one in judged.of_role(Role.RESPONSE, Role.FORCE) if _is_read(judged, one, force)]
+    report_second_forces(draft, judged)
     rate: str | Marked | None = None
     if time is not None:
         found_rate = uniform_rate(time.values)
@@ -130,6 +139,11 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
             _add_channel(draft, judged, column)
     entry: dict[str, Any] = {"name": judged.table.label, "file": file, "rate": rate}
     draft.entries["record"].append({**entry, **({"force": drive} if drive else {}), "units": units})
+
+
+def _is_read(judged: JudgedTable, column: Column, force: Column | None) -> bool:
+    """Whether a record has a channel: of several forces it has the one that drives."""
+    return judged.columns[column.name].role is not Role.FORCE or column is force
 
 
 def motions(judged: JudgedTable) -> list[Column]:

@@ -1,5 +1,6 @@
 """Levels of a run: the one in its name, and without a set point one for all sweeps, or one for each of them."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,25 +10,34 @@ from numpy.typing import NDArray
 
 from correlation.campaign.passes import find_passes, number_stated_passes
 from correlation.data_quality.missing_level import find_common_factors, format_factors
-from study.campaign.column_role import name_words
+from study.campaign.column_role import SUFFIXES, name_words
 from study.campaign.draft import Draft
 from study.campaign.question import Marked
-from study.campaign.run_name import LEVEL_IN_NAME, decimal
+from study.campaign.run_name import level_value, levels_in_name
 from study.campaign.set_point import HELD
+from study.campaign.table import Table, file_stem
 from study.campaign.table_kind import JudgedTable
 
 Series = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
+#: Names of a number that is a level.
+LEVEL_NUMBERS = {"level", "levels", "force", "forces", "setpoint", "amplitude", "amplitudes", "loads", "stufe"}
 WHY = "neither force nor level is in the file"
 #: Digits of the force of a sweep.
 DIGITS = 2
 
 
+def named_levels(table: Table) -> list[re.Match[str]]:
+    """Levels in the names of a set of channels, of a group and of a file, the likeliest first."""
+    whole = f"{file_stem(table.file.path.name)} {table.path}"
+    return [*levels_in_name(table.of_set), *levels_in_name(whole)]
+
+
 def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
-    """Level in the name of a table, and its words, such as "10N"; None without one."""
-    match = LEVEL_IN_NAME.search(judged.table.label.replace(judged.table.file.path.suffix, ""))
-    return (decimal(match[1]), match[0]) if match else (None, "")
+    """Level in the name of a table in N, V, g_n or percent, and its words, such as "10N"; None without one."""
+    match = next(iter(named_levels(judged.table)), None)
+    return (level_value(match)[0], match[0]) if match else (None, "")
 
 
 def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
@@ -40,8 +50,20 @@ def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
     force
         Column of the force.
     """
-    value, words = level_in_name(judged)
-    return (value, words) if words.endswith("N") and judged.columns[force].unit == "N" else (None, "")
+    if judged.columns[force].unit != "N":
+        return None, ""
+    forces = [(value, match[0]) for match in named_levels(judged.table) if (value := _newtons(match)) is not None]
+    return forces[0] if forces else (None, "")
+
+
+def named_force(table: Table) -> float | None:
+    """Level in the names of a table that is a force [N]; None without one."""
+    return next((value for match in named_levels(table) if (value := _newtons(match)) is not None), None)
+
+
+def _newtons(match: re.Match[str]) -> float | None:
+    value, unit = level_value(match)
+    return value if unit == "N" else None
 
 
 def number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str, Any]:
@@ -55,10 +77,19 @@ def number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str,
         Amplitude or amplitudes of the force, shape (n,); None without a force.
     """
     for name, number in judged.table.scalars.items():
-        is_level = set(name_words(name)) & {"level", "force", "setpoint", "amplitude"} and number > 0
-        if is_level and (size is None or _is_near(size, number)):
+        if _is_level(name, number) and (size is None or _is_near(size, number)):
             return {"level": Marked(value=number, assumed=f'the number "{name}" beside the columns')}
     return {}
+
+
+def unit_of_number(table: Table) -> str:
+    """Unit of the number beside the columns of a table that is a level, by its name; empty without one."""
+    named = next((name for name, number in table.scalars.items() if _is_level(name, number)), "")
+    return SUFFIXES.get(named.rpartition("_")[2].lower(), "") if "_" in named else ""
+
+
+def _is_level(name: str, number: float) -> bool:
+    return bool(set(name_words(name)) & LEVEL_NUMBERS) and number > 0
 
 
 def _is_near(size: Series | float, level: float) -> bool:

@@ -16,25 +16,22 @@ from study.campaign.channel_name import name_channels
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
 from study.campaign.draft import Draft, Note
-from study.campaign.draft_frequency import (
-    draft_frequency_responses,
-    draft_stepped_sine,
-    responses_with_phases,
-    says_free,
-)
+from study.campaign.draft_frequency import draft_stepped_sine, responses_with_phases
 from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_mode_table, draft_modes
+from study.campaign.draft_response import draft_frequency_responses
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.drive_channel import choose_drive
 from study.campaign.dwell import share_kind
+from study.campaign.find_tables import find_tables
 from study.campaign.note import list_notes, unused_columns, unused_file
 from study.campaign.question import Answers
 from study.campaign.readable import keep_readable, nothing_left
 from study.campaign.repeat import mark_settling, number_repeats
+from study.campaign.repeat_doubt import doubt_repeats
 from study.campaign.resonance_phase import sensor_motions, sensor_signs
-from study.campaign.run_name import naming_scheme
+from study.campaign.series_name import name_tests
 from study.campaign.suspicion import list_suspicions
-from study.campaign.table import file_stem, split_tables
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
 #: Files that stand beside measurements.
@@ -72,11 +69,14 @@ class FolderFiles:
         Files that could be read, by their names.
     unreadable
         Why others could not, by their names.
+    subfolders
+        Names of folders in it that have such files, which are not read.
     """
 
     folder: Path
     files: dict[str, MeasuredFile]
     unreadable: dict[str, str]
+    subfolders: tuple[str, ...] = ()
 
 
 def read_folder(
@@ -103,14 +103,7 @@ def read_folder(
         raise CampaignError(f'there is no folder "{folder}"; give the one with the files of the test')
     if path.exists() and not overwrite:
         raise CampaignError(f'"{path}" is there already; remove it, or replace it by --force')
-    suffixes = tuple(suffix for format_ in MEASURED_FILES for suffix in format_.suffixes)
-    paths = [
-        path
-        for path in sorted(folder.iterdir())
-        if path.is_file()
-        and not path.name.startswith(".")
-        and (path.suffix.lower() not in BESIDE or path.name.lower().endswith(suffixes))
-    ]
+    paths = [path for path in sorted(folder.iterdir()) if _may_be_measured(path)]
     files: dict[str, MeasuredFile] = {}
     unreadable: dict[str, str] = {}
     for number, path in enumerate(paths):
@@ -119,7 +112,23 @@ def read_folder(
             files[path.name] = read_file(path)
         except CampaignError as error:
             unreadable[path.name] = str(error)
-    return FolderFiles(folder=folder, files=files, unreadable=unreadable)
+    below = tuple(one.name for one in sorted(folder.iterdir()) if one.is_dir() and _has_measured(one))
+    return FolderFiles(folder=folder, files=files, unreadable=unreadable, subfolders=below)
+
+
+def _may_be_measured(path: Path) -> bool:
+    suffixes = tuple(suffix for format_ in MEASURED_FILES for suffix in format_.suffixes)
+    name = path.name.lower()
+    return (
+        path.is_file() and not name.startswith(".") and (path.suffix.lower() not in BESIDE or name.endswith(suffixes))
+    )
+
+
+def _has_measured(folder: Path) -> bool:
+    """Whether a folder that is no campaign of its own has files that may be measured."""
+    if folder.name.startswith(".") or (folder / MANIFEST).exists():
+        return False
+    return any(_may_be_measured(path) for path in folder.iterdir())
 
 
 def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
@@ -143,17 +152,23 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         sentence = reason.removeprefix(name).lstrip(":, ")
         draft.notes.append(Note(file=name, columns="", role="cannot be read", unit="", evidence=sentence))
         draft.left_out.append(reason)
-    found = share_kind([judge_table(table) for file in measured.files.values() for table in split_tables(file)])
+    if measured.subfolders:
+        draft.left_out.append(
+            f"{', '.join(measured.subfolders)}: folders, which are not read: put their files into {folder.name} with "
+            "the names of the folders in theirs, or draft a campaign in each"
+        )
+    tables = {name: find_tables(file) for name, file in measured.files.items()}
+    found = share_kind([judge_table(table) for of_file, _ in tables.values() for table in of_file])
     by_file = {name: [one for one in found if one.table.file is file] for name, file in measured.files.items()}
     judged = [choose_drive(draft, table) for table in found]
     draft.notes += list_notes(judged)
-    for name, tables in by_file.items():
-        if reason := unused_file(measured.files[name], tables):
+    for name, of_file in by_file.items():
+        if reason := unused_file(measured.files[name], of_file):
             draft.left_out.append(reason)
-            if not tables:
+            if not of_file:
                 why = reason.removeprefix(f"{name}: ")
                 draft.notes.append(Note(file=name, columns="", role=Kind.NOT_USED.value, unit="", evidence=why))
-        draft.left_out += [sentence for table in tables for sentence in unused_columns(table)]
+        draft.left_out += [sentence for table in of_file for sentence in unused_columns(table)] + tables[name][1]
     _draft_tables(draft, name_channels(judged))
     draft_load_cells(draft)
     draft_modes(draft, measured.files)
@@ -167,6 +182,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         f"{name} {ending}" for name, file in measured.files.items() if (ending := file.facts.get(NOT_CLOSED))
     ]
     number_repeats(draft)
+    draft.suspicions += doubt_repeats(draft)
     if draft.entries["record"] and not draft.is_comparable:
         draft.suspicions.append(
             "there are time records alone, which no command compares: add sines, ring-downs or frequency responses; a "
@@ -211,7 +227,7 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
     with_frequency = [table for table in [*stepped, *responses] if table.kind is not Kind.STEADY_STATE]
     signs = sensor_signs(draft, with_frequency, time_sign)
     draft.motions = sensor_motions(with_frequency, time_sign)
-    tests = _test_names(stepped)
+    tests = name_tests(draft, stepped)
     for table in judged:
         if table.kind is Kind.STEPPED_SINE:
             test = tests[id(table)]
@@ -232,32 +248,6 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
         elif table.kind is Kind.TIDY:
             name = table.table.file.path.name
             draft.left_out.append(f"{name}: a tidy table: write [[test]] and [[sensor]] with its names")
-
-
-def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:
-    """Test of each table: tables with equal columns are runs of one test, with the contacts or without."""
-    groups: dict[tuple[str, ...], list[JudgedTable]] = {}
-    for table in tables:
-        shape = naming_scheme(table.table.path)
-        names = [table.table.short_name(column) for column in table.table.columns]
-        free = "free" if says_free(file_stem(table.table.file.path.name)) else ""
-        groups.setdefault((table.kind.value, shape, free, *names), []).append(table)
-    result: dict[int, str] = {}
-    taken: set[str] = set()
-    for (kind, shape, *_), members in groups.items():
-        stem = _common_start([file_stem(member.table.file.path.name) for member in members])
-        name = shape.rpartition("/")[2] or stem.rstrip("_- .0123456789") or kind
-        while name in taken:
-            name += "'"
-        taken.add(name)
-        result |= {id(member): name for member in members}
-    return result
-
-
-def _common_start(names: Sequence[str]) -> str:
-    """The letters with which all names begin."""
-    first, last = min(names), max(names)
-    return next((first[:n] for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), first)
 
 
 def _mark_settling(draft: Draft, judged: JudgedTable, test: str) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import number_frequencies
 from study.campaign.column_role import WORDS, Role, name_words
 from study.campaign.draft import Draft, Run, plain
-from study.campaign.draft_frequency import complex_force
+from study.campaign.draft_frequency import complex_force, harmonic_of_rows
 from study.campaign.dwell import dwell_frequencies
 from study.campaign.question import Marked
 from study.campaign.run_name import last_number, repeat_in_name
@@ -52,7 +52,9 @@ def number_repeats(draft: Draft) -> None:
             _give_one_level([runs[number] for number in group], levels[group])
             sensors: dict[tuple[str, ...], list[tuple[Run, int]]] = {}
             for number in group:
-                sensors.setdefault(tuple(sorted(runs[number]["columns"])), []).append((runs[number], points[number]))
+                run = runs[number]
+                harmonic = harmonic_of_rows(run.judged, run.get("rows", {}))
+                sensors.setdefault((str(harmonic), *sorted(run["columns"])), []).append((run, points[number]))
             alike += sensors.values()
         numbers, said = _repeat_numbers(alike)
         called = f"runs of {test} at one level and {'in one direction' if is_stepped else 'at one frequency'}"
@@ -138,7 +140,7 @@ def _stated_repeat(table: Table) -> tuple[int, str]:
 
 
 def _run_name(table: Table) -> str:
-    return f"{file_stem(table.file.path.name)} {table.path}"
+    return f"{file_stem(table.file.path.name)} {table.path} {table.of_set}".rstrip()
 
 
 def _share_points(one: int, other: int) -> bool:
@@ -220,6 +222,8 @@ def run_direction(run: Run) -> int:
 
     A file of several passes goes back once for each, so that most of its steps tell.
     """
+    if "sweep" in run:
+        return {"up": 1, "down": -1}.get(str(plain(run["sweep"])), 0)
     frequency = run.judged.of_role(Role.FREQUENCY)[0].values[run.judged.mask(run.get("rows", {}))]
     steps = np.sign(np.diff(frequency.real))
     turned = float(steps.sum()) / max(int(np.count_nonzero(steps)), 1)

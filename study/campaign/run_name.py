@@ -8,9 +8,24 @@ FREE = {"free", "frei", "unjointed", "nocontact"}
 WITH_CONTACTS = re.compile(r"\b(?:jointed|assembled|(?:with|mit) (?:joint|contact|kontakt))")
 WITHOUT_CONTACTS = re.compile(rf"\b(?:(?:{'|'.join(sorted(FREE))})\b|(?:without|no|ohne) (?:joint|contact|kontakt))")
 NUMBER = r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?"
-LEVEL_IN_NAME = re.compile(rf"{NUMBER}(?:N|newton|V|volt)(?![a-zA-Z])")
+#: Units of levels in names: of a force, of a voltage that drives, of the acceleration of a base, of a drive in percent.
+LEVEL_UNITS = {
+    "N": ("N", 1.0), "newton": ("N", 1.0), "mN": ("N", 1e-3), "kN": ("N", 1e3), "V": ("V", 1.0), "volt": ("V", 1.0),
+    "Vrms": ("V", 1.0), "Vpk": ("V", 1.0), "mV": ("V", 1e-3), "g": ("g_n", 1.0), "ms2": ("m/s^2", 1.0),
+    "%": ("%", 1.0), "pct": ("%", 1.0),
+}  # fmt: skip
+LEVEL_IN_NAME = re.compile(rf"{NUMBER}({'|'.join(LEVEL_UNITS)})(?![a-zA-Z])")
+#: Words before a force that is no level, and before one that is.
+OTHER_FORCE = re.compile(r"(?:preload|pre-load|torque|clamp|normal|vorspann[a-z]*|vorlast)[ _=-]*$", re.IGNORECASE)
+LEVEL_BEFORE = re.compile(r"(?:level|stufe|sweep|sine|drive)[ _=-]*$", re.IGNORECASE)
+HARMONIC_IN_NAME = re.compile(
+    r"(?<![A-Za-z])(?:H|harm(?:onic)?|order|ordnung)[ _]?(\d{1,2})(?:\.0+)?(?![\d.])", re.IGNORECASE
+)
 FREQUENCY_IN_NAME = re.compile(rf"{NUMBER}(k?)Hz(?![a-z])", re.IGNORECASE)
 REPEAT_IN_NAME = re.compile(r"(?<![a-z])(?:rep|repeat|repetition|wiederholung)[ _-]?(\d+)", re.IGNORECASE)
+RUN_IN_NAME = re.compile(
+    r"(?<![A-Za-z])(?:run|lauf|messung|measurement|meas|trial|versuch|test|record)[ _-]?(\d+)", re.IGNORECASE
+)
 WAY = re.compile(r"(?<![a-z])(up|down)(?![a-z])[_ /-]?", re.IGNORECASE)
 #: Words of a name that tell a run, its level, direction, time or configuration, and no sensor.
 RUN = "rep|repeat|run|lauf|test|trial|versuch|meas|measurement|messung|hit|impact|shot|schlag|decay|level|sweep"
@@ -19,6 +34,56 @@ CONFIGURATION = "|".join([*sorted(FREE), "jointed"])
 OF_A_RUN = re.compile(rf"({RUN}|{WHEN}|{CONFIGURATION})?\d*|\d+k?Hz", re.IGNORECASE)
 #: Words that stand beside the level or number of a run.
 BESIDE = {"level", "rep", "repeat", "repetition"}
+
+
+def levels_in_name(name: str) -> list[re.Match[str]]:
+    """Levels in a name, those first that a word before them calls so; "preload_10N" is none."""
+    found = [one for one in LEVEL_IN_NAME.finditer(name) if not OTHER_FORCE.search(name[: one.start()])]
+    return sorted(found, key=lambda one: LEVEL_BEFORE.search(name[: one.start()]) is None)
+
+
+def level_value(match: re.Match[str]) -> tuple[float, str]:
+    """Level of a match of `LEVEL_IN_NAME`, and its unit: N, V, g_n or %."""
+    unit, factor = LEVEL_UNITS[match[2]]
+    return factor * decimal(match[1]), unit
+
+
+#: What tells a column from those of other runs beside it. An underscore stands before a unit, "acc_1_V" is a channel.
+LEVEL_OF_COLUMN = re.compile(rf"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])")
+SPACED_LEVEL = re.compile(
+    rf"(?:^|(?<=at )|(?<=bei )|(?<=level )|(?<=@ )|(?<=@))\d+(?:[.,p]\d+)? (?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])"
+)
+WAY_OF_COLUMN = re.compile(r"(?<![a-z])(?:up|down|forward|backward)(?![a-z])", re.IGNORECASE)
+#: Set point of a displacement in the name of a run.
+LENGTH_IN_NAME = re.compile(rf"{NUMBER}[uµμnm]?m(?![A-Za-z])")
+#: A number with a unit may be a place, "acc 200mm", or what was imposed, "Weg 5um" and "Kraft 5um".
+QUANTITY_OF_COLUMN = re.compile(r"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:[uµμmn]m|rpm|k?Hz|Nm|deg|K|C|bar)(?![a-zA-Z0-9])")
+OF_COLUMN = (LEVEL_OF_COLUMN, SPACED_LEVEL, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN)
+
+
+def split_name(name: str, *patterns: re.Pattern[str]) -> tuple[str, str]:
+    """Name of a channel without the words that some patterns find before its unit, and these words.
+
+    Parameters
+    ----------
+    name
+        Name of a column: "A_3N rep2 [um]".
+    patterns
+        What tells one run from another.
+
+    Returns
+    -------
+    "A [um]" and "3N rep2".
+    """
+    plain, bracket, unit = re.match(r"([^\[(]*)([\[(]?)(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
+    found: list[str] = []
+    for pattern in patterns:
+        found += [match[0] for match in pattern.finditer(plain)]
+        plain = pattern.sub("", plain)
+    if not found:
+        return name, ""
+    plain = re.sub(r"([ _-])[ _-]+", r"\1", plain).strip(" _-@") + (" " if bracket else "")
+    return f"{plain}{bracket}{unit}".strip(), " ".join(found)
 
 
 def frequency_in_name(name: str) -> float | None:
@@ -31,6 +96,33 @@ def repeat_in_name(name: str) -> int | None:
     """Number of the repeat in a name that calls it so, such as "sine_rep2"; None without one."""
     match = REPEAT_IN_NAME.search(name)
     return int(match[1]) if match else None
+
+
+#: Words of a name that tell where a sensor is, and no other test.
+PLACE = re.compile(
+    r"tip|mid|middle|root|base|top|bottom|left|right|cent(?:er|re)|spitze|mitte|wurzel|fu(?:ss|ß)|links|rechts|oben|unten|"
+    r"hub|shroud|rim|platform|(?:tip|root|mid|sensor|node|point|pos|position|ch|channel|kanal|punkt|knoten)\d+",
+    re.IGNORECASE,
+)
+#: Words that number or date a file: "a", "2nd", "20240312T1011", "10h31", "Mar".
+OF_A_FILE = re.compile(
+    r"jan|feb|mar|mrz|apr|may|mai|jun|jul|aug|sep|oct|okt|nov|dec|dez|[a-z]|"
+    r"\d+(?:st|nd|rd|th)|\d{6,}T\d+Z?|\d+(?:h\d+)(?:m\d+s?)?|\d+[a-z]{3}\d{2,4}",
+    re.IGNORECASE,
+)
+
+
+def condition_words(name: str) -> list[str]:
+    """Words of the name of a file that tell neither run, level, frequency, time nor place: "with", "damper", "12Nm"."""
+    for match in reversed(levels_in_name(name)):
+        name = name.replace(match[0], "_")
+    for said in (FREQUENCY_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY):
+        name = said.sub("_", name)
+    words = [word for word in re.split(r"[^\w.,]+|_+|(?<!\d)[.,]|[.,](?!\d)", name) if word]
+    words = [word if word[0].isdigit() else re.sub(r"(?<![a-z]\d)\d+$", "", word, flags=re.I) for word in words]
+    return [
+        word for word in words if not (OF_A_RUN.fullmatch(word) or PLACE.fullmatch(word) or OF_A_FILE.fullmatch(word))
+    ]
 
 
 def last_number(name: str) -> int:

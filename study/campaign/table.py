@@ -7,10 +7,12 @@ from pathlib import Path
 
 from correlation.file.column import Column, MeasuredFile
 from study.campaign.column_role import Role, recognise_column
-from study.campaign.run_name import naming_scheme
+from study.campaign.run_name import LEVEL_IN_NAME, level_value, naming_scheme
 
 #: Shorter columns are parameters, not series.
 FEWEST = 3
+#: Names of the one array in a structure that is called as its quantity is.
+OF_ONE = {"value", "values", "data", "val"}
 INDEX = re.compile(r"(\([\d:,]+\)|\[[\d,]+\])$")
 
 
@@ -30,6 +32,12 @@ class Table:
         Single numbers that stand beside them, by their short names.
     group
         Group in which all channels of the file stand, and which tells nothing apart; empty for none.
+    of_set
+        Words that tell these channels from other sets of channels beside them, such as "3N"; empty without others.
+    names
+        Names of channels without these words, by the names of their columns.
+    harmonic
+        Harmonic of all responses [-].
     """
 
     file: MeasuredFile
@@ -37,15 +45,26 @@ class Table:
     columns: tuple[Column, ...]
     scalars: Mapping[str, float] = field(default_factory=dict)
     group: str = ""
+    of_set: str = ""
+    names: Mapping[str, str] = field(default_factory=dict)
+    harmonic: int = 1
 
     def short_name(self, column: Column) -> str:
-        """Name of a column without the path of the table."""
-        return column.name.removeprefix(self.path or self.group).lstrip("./") or column.name
+        """Name of a column without the path of the table and without the words that tell its set of channels."""
+        if column.name in self.names:
+            return self.names[column.name]
+        short = column.name.removeprefix(self.path or self.group).lstrip("./") or column.name
+        return _without_last(short)
 
     @property
     def label(self) -> str:
         """Name of the table for people and for names of tests."""
-        return f"{file_stem(self.file.path.name)} {self.path}".strip()
+        return " ".join(word for word in (file_stem(self.file.path.name), self.path, self.of_set) if word)
+
+    @property
+    def place(self) -> str:
+        """File, group in it and set of channels, for messages."""
+        return ", ".join(word for word in (self.file.path.name, self.path, self.of_set) if word)
 
 
 def file_stem(name: str) -> str:
@@ -68,10 +87,12 @@ def split_tables(file: MeasuredFile) -> list[Table]:
     groups: dict[tuple[str, str, int], list[Column]] = {}
     channels = _channels_of_groups(file)
     runs, single = _groups_of_runs(channels), next(iter(channels)) if len(channels) == 1 else ""
+    joined = _structures_of_one(file)
     for column in file.columns:
         if len(column.values) >= FEWEST:
             abscissa = column.abscissa or (column.name if _is_abscissa(file, column) else "")
             path = "" if abscissa else _path(column.name, file.format)
+            path = joined.get(column.name, path)
             path = group if (group := _group(column.name)) in runs else path
             groups.setdefault((abscissa, path, len(column.values)), []).append(column)
     tables = []
@@ -82,6 +103,28 @@ def split_tables(file: MeasuredFile) -> list[Table]:
         tables.append(Table(file=file, path=path, columns=(*common, *columns), scalars=scalars, group=single))
     paths = {table.path for table in tables if table.path}
     return [table for table in tables if table.path or not paths or _stands_alone(table, tables)]
+
+
+def _structures_of_one(file: MeasuredFile) -> dict[str, str]:
+    """Path above structures of one column each, "freq.value" and "acc.value", if a time or frequency is among them."""
+    alone: dict[tuple[str, int], list[Column]] = {}
+    for column in file.columns:
+        parts = column.name.split("/" if file.format == "hdf5" else ".")
+        if len(parts) > 1 and parts[-1].lower() in OF_ONE and _path(column.name, file.format):
+            above = ("/" if file.format == "hdf5" else ".").join(parts[:-2])
+            alone.setdefault((above, len(column.values)), []).append(column)
+    return {
+        column.name: above
+        for (above, _), columns in alone.items()
+        if {recognise_column(one, _without_last(one.name)).role for one in columns} & {Role.FREQUENCY, Role.TIME}
+        for column in columns
+    }
+
+
+def _without_last(name: str) -> str:
+    """Name of a structure of one column: "freq" of "freq.value"."""
+    whole, mark, last = re.match(r"(.*?)([./]?)([^./]*)$", name).groups()  # type: ignore[union-attr]
+    return whole if mark and last.lower() in OF_ONE else name
 
 
 def _stands_alone(table: Table, tables: list[Table]) -> bool:
@@ -135,7 +178,12 @@ def _groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]:
 def _attributes(columns: Sequence[Column]) -> dict[str, float]:
     """Numbers that the file says of all columns alike, such as attributes of their group."""
     shared = set.intersection(*(set(column.facts.items()) for column in columns))
-    return {key: number for key, text in shared if (number := _number(text)) is not None}
+    numbers = {key: number for key, text in shared if (number := _number(text)) is not None}
+    for key, text in shared:
+        if match := LEVEL_IN_NAME.fullmatch(text.strip()):  # level = "3 N" is level_N = 3
+            value, unit = level_value(match)
+            numbers[f"{key}_{unit}"] = value
+    return numbers
 
 
 def _number(text: str) -> float | None:

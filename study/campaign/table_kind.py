@@ -22,6 +22,7 @@ from study.campaign.column_role import (
     recognise_force_symbol,
 )
 from study.campaign.mode_table import recognise_modes
+from study.campaign.motion_ratio import TRANSMISSIBILITY, is_motion_ratio
 from study.campaign.set_point import changes_between_passes
 from study.campaign.table import Table, file_stem
 from study.campaign.time_history import SECONDS, WINDOWS, distortion, judge_history, turns_with
@@ -97,7 +98,7 @@ OF_FILE = "the name of its file or group"
 TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
 #: Words of the names of files that hold such ratios.
 FRF_FILES = {"frf", "frfs", "hammer"}
-LOOP_WORDS = {"loop", "loops", "hysteresis", "hyst", "damper", "friction", "cycle", "cyclic"}
+LOOP_WORDS = {"loop", "loops", "hysteresis", "hysterese", "hyst", "damper", "friction", "cycle", "cyclic"}
 SPECTRA = ("auto spectrum", "cross spectrum", "spectral density", "coherence", "correlation")
 #: Fewer samples without a time are parameters, not a record.
 FEWEST_SAMPLES = 200
@@ -135,6 +136,9 @@ def judge_table(table: Table) -> JudgedTable:
         return _judge_time(judged)
     if Role.FREQUENCY in roles:
         return _judge_frequency(judged)
+    if any(np.iscomplexobj(column.values) for column in table.columns):
+        why = "its numbers are complex, and it has no frequency: say its abscissa in Hz, as type 18 in dataset 58"
+        return _as(judged, Kind.NOT_USED, why)
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
         return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
     return _as(judged, Kind.NOT_USED, "it has neither time nor frequency")
@@ -144,7 +148,15 @@ def _lacks_response(judged: JudgedTable) -> str:
     """Why a table is of no use, by what it has instead of a response."""
     if foreign := judged.of_role(Role.FOREIGN):
         return f'it has no motion: "{foreign[0].name}": {judged.columns[foreign[0].name].evidence}'
-    return "it has a force and no response" if judged.of_role(Role.FORCE) else "it has no response"
+    if judged.of_role(Role.FORCE):
+        return "it has a force and no response"
+    if not any(guess.role in {Role.TIME, Role.FREQUENCY} for guess in judged.columns.values()):
+        named = ", ".join(f'"{column.name}"' for column in judged.table.columns[:4])
+        return (
+            f"nothing says what its columns {named} are: write a header such as frequency [Hz], force [N], tip [mm], "
+            "phase [deg] above them, or name them below [run.columns] (docs/campaign.md)"
+        )
+    return "it has no response"
 
 
 def value_of(column: Column, row: int) -> float | str:
@@ -312,6 +324,8 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     functions = {column.function for column in responses}
     if all(any(word in function for word in SPECTRA) for function in functions):
         return _as(judged, Kind.NOT_USED, f"{', '.join(sorted(functions))}: without a phase to the force")
+    if "transmissibility" in functions or any(is_motion_ratio(column.unit) for column in responses):
+        return _as(judged, Kind.NOT_USED, TRANSMISSIBILITY)
     if "frequency response" in functions:
         return _as(judged, Kind.FREQUENCY_RESPONSE, "the file says so")
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}

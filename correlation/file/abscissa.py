@@ -1,0 +1,132 @@
+"""Times and frequencies that a file of arrays says by numbers: a sampling rate, or a first value and a step."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from correlation.file.column import Column, MeasuredFile
+from correlation.file.unit_label import unit_text
+
+#: Formats whose columns are arrays with numbers beside them.
+OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
+#: Names of a sampling rate and of a step of time, without marks between their words.
+RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate", "fsample", "fsamp"}
+STEPS = {"dt", "deltat", "timestep", "samplinginterval", "sampletime", "samplingtime", "timeincrement", "ts"}
+#: Units at the end of such names: their factor to Hz or s.
+FACTORS = {"hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6}
+#: No rate [Hz] or step [s] is smaller, or larger than its inverse: a number that was damaged.
+LEAST = 1e-12
+#: Fewer values than these are parameters, no history.
+FEWEST = 20
+
+
+def add_abscissas(file: MeasuredFile) -> MeasuredFile:
+    """A file with a column of the time or frequency of arrays that have none, where numbers in it say them.
+
+    Parameters
+    ----------
+    file
+        Measured file, of arrays or not.
+    """
+    if file.format not in OF_ARRAYS:
+        return file
+    groups: dict[tuple[str, int], list[Column]] = {}
+    for column in file.columns:
+        if len(column.values) >= FEWEST and not column.words:
+            groups.setdefault((_path(file, column), len(column.values)), []).append(column)
+    added: dict[str, Column] = {}
+    units: dict[str, str] = {}
+    for (path, length), columns in groups.items():
+        beside = groups.get(("", length), []) if path else []
+        if any(_may_be_abscissa(one) for one in [*columns, *beside]):
+            continue
+        if (abscissa := _of_pair(file, path, length) or _of_rate(file, path, columns)) is not None:
+            added[columns[0].name] = abscissa
+            label = file.facts.get(f"{path}{_mark(file)}quantity{_mark(file)}label", "")
+            units |= {one.name: unit_text(label) for one in columns if not one.unit and label}
+    result: list[Column] = []
+    for column in file.columns:
+        result += [added[column.name]] if column.name in added else []
+        result.append(replace(column, unit=units.get(column.name, column.unit)))
+    return replace(file, columns=tuple(result)) if added else file
+
+
+def _of_rate(file: MeasuredFile, path: str, columns: Sequence[Column]) -> Column | None:
+    """The time of some columns by a sampling rate or step beside them, above them, or among their attributes."""
+    if any(np.iscomplexobj(one.values) for one in columns):
+        return None
+    texts = [dict(columns[0].facts), _numbers(file, path), _numbers(file, ""), dict(file.facts)]
+    step = next((step for facts in texts if (step := _step(facts)) is not None), None)
+    if step is None:
+        return None
+    values = step * np.arange(len(columns[0].values))
+    name = f"{path}{_mark(file)}time" if path else "time"
+    why = f"sampling rate {1 / step:.9g} Hz"
+    return Column(name=name, values=values, unit="s", function="time", facts={"abscissa": why}, where=columns[0].where)
+
+
+def _step(facts: Mapping[str, str]) -> float | None:
+    """Step of time of a rate or a step in some facts [s]; None without one, or where two of them differ."""
+    found = set()
+    for key, text in facts.items():
+        whole = re.sub(r"[^a-z]", "", key.lower())
+        unit = next((unit for unit in ("khz", "hz", "ms", "us", "s") if re.search(rf"_{unit}$", key.lower())), "")
+        name = whole.removesuffix(unit) if unit else whole
+        kind = 1 if name in RATES else -1 if name in STEPS else 0
+        number = _number(text)
+        if kind and number is not None and number > 0:
+            value = number * FACTORS.get(unit, 1.0)
+            found.add(float(f"{value if kind < 0 else 1 / value:.12g}"))
+    return found.pop() if len(found) == 1 else None
+
+
+def _of_pair(file: MeasuredFile, path: str, length: int) -> Column | None:
+    """Abscissa of values in a structure "y_values" by the numbers of one that is called "x_values", as of Testlab."""
+    if not re.search(r"(?:^|[./])y_values$", path):
+        return None
+    of_x = f"{path.removesuffix('y_values')}x_values"
+    numbers = {key: number for key, text in _numbers(file, of_x).items() if (number := _number(text)) is not None}
+    step, first = numbers.get("increment"), numbers.get("start_value", 0.0)
+    unit = unit_text(file.facts.get(f"{of_x}{_mark(file)}quantity{_mark(file)}label", ""))
+    if step is None or not step > 0 or unit not in {"s", "Hz"} or numbers.get("number_of_values", length) != length:
+        return None
+    kind = "time" if unit == "s" else "frequency"
+    values = first + step * np.arange(length)
+    return Column(name=f"{path}{_mark(file)}{kind}", values=values, unit=unit, function=kind, where=of_x)
+
+
+def _may_be_abscissa(column: Column) -> bool:
+    """Whether the values of a column rise or fall from row to row."""
+    if np.iscomplexobj(column.values):
+        return False
+    steps = np.diff(column.values)
+    return bool((steps > 0).all() or (steps < 0).all())
+
+
+def _numbers(file: MeasuredFile, path: str) -> dict[str, str]:
+    """Single numbers within a path of a file, by their short names."""
+    return {
+        column.name.removeprefix(path).lstrip("./"): repr(float(column.values[0].real))
+        for column in file.columns
+        if len(column.values) == 1 and not column.words and _path(file, column) == path
+    }
+
+
+def _path(file: MeasuredFile, column: Column) -> str:
+    return re.sub(r"[(\[][\d:,]+[)\]]$", "", column.name).rpartition(_mark(file))[0]
+
+
+def _mark(file: MeasuredFile) -> str:
+    """Mark between the parts of a path."""
+    return "/" if file.format == "hdf5" else "."
+
+
+def _number(text: str) -> float | None:
+    """A number that a rate, a step or a first value may be; None for another text."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if number == 0 or LEAST < abs(number) < 1 / LEAST else None

@@ -1,0 +1,258 @@
+"""Sets of channels beside each other in one table, such as levels in columns of their own: a table for each set.
+
+Where a table has a channel several times, names, texts of datasets, the axis of an array that is as long as a vector
+of levels, or the order of the channels tell the sets. A channel of which nothing tells the set is left out by name:
+with the force or the frequencies of another set it would be wrong by a factor.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from correlation.file.column import Column
+from study.campaign.column_role import OF_UNIT, RATIOS, WORDS, Role, name_words, recognise_column
+from study.campaign.run_name import (
+    HARMONIC_IN_NAME,
+    LEVEL_IN_NAME,
+    OF_COLUMN,
+    QUANTITY_OF_COLUMN,
+    split_name,
+)
+from study.campaign.table import Table
+
+#: Columns that hold for all sets beside them, and those that belong to one set alone.
+SHARED = {Role.FREQUENCY, Role.TIME, Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.SENSOR}
+#: Name of a column that stands there once more: `unique_names`.
+AGAIN = re.compile(r" \((\d+)\)$")
+REMEDY = "write its run below [[run]] by hand, or its set into its name"
+
+
+@dataclass(kw_only=True)
+class ChannelSets:
+    """Sets of channels of one table.
+
+    Parameters
+    ----------
+    marks
+        Words that tell the set of each column, by its name; a column without any stands beside all sets.
+    names
+        Short names of channels without these words, by the names of their columns.
+    lost
+        Why some columns belong to no set that is known, by their names.
+    scalars
+        Numbers of each set, by its words.
+    """
+
+    marks: dict[str, str]
+    names: dict[str, str] = field(default_factory=dict)
+    lost: dict[str, str] = field(default_factory=dict)
+    scalars: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+Finder = Callable[[Table], ChannelSets | None]
+
+
+def split_sets(table: Table, finders: Iterable[Finder]) -> tuple[list[Table], list[str]]:
+    """Tables of the sets of channels that stand beside each other in one table.
+
+    Parameters
+    ----------
+    table
+        Table.
+    finders
+        Ways to tell the sets; the first that finds several counts.
+
+    Returns
+    -------
+    A table for each set, and which columns are not used, one sentence each.
+    """
+    sets = next((found for find in finders if (found := find(table)) is not None), None)
+    if sets is None:
+        return [table], []
+    roles = {column.name: role_of(table, column, sets.names) for column in table.columns}
+    order = list(dict.fromkeys(mark for column in table.columns if (mark := sets.marks.get(column.name, ""))))
+    lost = dict(sets.lost)
+    of_level = any(LEVEL_IN_NAME.search(mark) or sets.scalars.get(mark) for mark in order)
+    harmonics = {mark: number for mark in order if (number := harmonic_of(mark)) is not None}
+    marks, names = dict(sets.marks), {**table.names, **sets.names}
+    for name, (channel, mark) in _in_order(table, marks, order, roles).items():
+        names[name], marks[name] = channel, mark
+    for column in table.columns if len(order) > 1 else ():
+        role = roles[column.name]
+        if marks.get(column.name) or column.name in lost or role in SHARED:
+            continue
+        if harmonics and role is not Role.FORCE:
+            marks[column.name] = next((mark for mark in order if harmonics.get(mark) == 1), order[0])
+        elif role in {Role.RESPONSE, Role.PHASE, Role.COHERENCE} or (role is Role.FORCE and of_level):
+            lost[column.name] = f"it may be of any of {_some(order)}"
+    tables = []
+    for mark in order or [""]:
+        own = [one for one in table.columns if one.name not in lost and marks.get(one.name, "") in {"", mark}]
+        if order and not any(marks.get(one.name) == mark and is_response(roles[one.name]) for one in own):
+            alone = [one.name for one in own if marks.get(one.name) == mark]
+            lost |= dict.fromkeys(alone, f'no response is of "{mark}"')
+            continue
+        tables.append(
+            replace(
+                table, columns=tuple(own), of_set=mark, names=names,
+                scalars={**table.scalars, **sets.scalars.get(mark, {})}, harmonic=harmonics.get(mark, table.harmonic),
+            )
+        )  # fmt: skip
+    file = table.file.path.name
+    return tables, [f'{file}: "{name}" is not used: {why}; {REMEDY}' for name, why in lost.items()]
+
+
+def _in_order(
+    table: Table, marks: Mapping[str, str], order: Sequence[str], roles: Mapping[str, Role]
+) -> dict[str, tuple[str, str]]:
+    """Headers and sets of columns of one header, one in each set, as below the merged cell of a spreadsheet."""
+    names = {column.name for column in table.columns}
+    alike: dict[str, list[str]] = {}
+    for column in table.columns:
+        channel = AGAIN.sub("", column.name)
+        if not marks.get(column.name) and roles[column.name] not in SHARED and channel in names:
+            alike.setdefault(channel, []).append(column.name)
+    place = {column.name: number for number, column in enumerate(table.columns)}
+    begins = [min(place[name] for name, mark in marks.items() if mark == one) for one in order]
+    ends = [*begins[1:], len(place)]
+
+    def is_below(same: Sequence[str]) -> bool:
+        pairs = zip(begins, same, ends, strict=True)
+        return all(begin <= place[name] < end for begin, name, end in pairs)
+
+    return {
+        name: (channel, mark)
+        for channel, same in alike.items()
+        if len(same) == len(order) > 1 and is_below(same)
+        for name, mark in zip(same, order, strict=True)
+    }
+
+
+def role_of(table: Table, column: Column, names: Mapping[str, str] | None = None) -> Role:
+    """Role of a column by itself."""
+    return recognise_column(column, (names or {}).get(column.name) or table.short_name(column)).role
+
+
+def is_response(role: Role) -> bool:
+    """Whether a column is a response, or may be one since nothing is known of it."""
+    return role in {Role.RESPONSE, Role.OTHER}
+
+
+def harmonic_of(mark: str) -> int | None:
+    """Number of the harmonic in the words of a set; None without one."""
+    match = HARMONIC_IN_NAME.fullmatch(mark)
+    return int(match[1]) if match else None
+
+
+def sets_by_name(table: Table) -> ChannelSets | None:
+    """Sets by words of the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
+    told = {one.name: split_name(table.short_name(one), *OF_COLUMN) for one in table.columns if one.response is None}
+    if sets := _several(table, told):
+        return sets
+    # A number with another unit may be a place, unless a force has it, too.
+    told = {
+        one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
+    }
+    sets = _several(table, told)
+    if sets is None:
+        return None
+    driven = {sets.marks.get(one.name, "") for one in table.columns if role_of(table, one) is Role.FORCE}
+    return sets if driven >= {*sets.marks.values()} else None
+
+
+def sets_by_harmonic(table: Table) -> ChannelSets | None:
+    """Harmonics of responses in columns of their own: "tip H1" and "tip H3"; H1 of a ratio is an estimator."""
+    told = {
+        one.name: split_name(table.short_name(one), HARMONIC_IN_NAME) for one in table.columns if one.response is None
+    }
+    if _several(table, told) is None:
+        return None
+    roles = {one.name: role_of(table, one) for one in table.columns}
+    words = {word for one in table.columns for word in name_words(table.short_name(one))}
+    ratios = any("/N" in one.unit or "/(N)" in one.unit or "response" in one.function for one in table.columns)
+    if Role.FREQUENCY not in roles.values() or Role.COHERENCE in roles.values() or ratios or words & RATIOS - {"h"}:
+        return None
+    sets = _several(table, {name: one for name, one in told.items() if roles[name] is not Role.FORCE})
+    numbers = {harmonic_of(mark) for mark in sets.marks.values() if mark} if sets else set()
+    # H1 and H2 alone may be estimators, unless the force was measured beside motions.
+    are_harmonics = 1 in numbers and (max(n or 0 for n in numbers) > 2 or Role.FORCE in roles.values())
+    return sets if are_harmonics else None
+
+
+def sets_by_abscissa(table: Table) -> ChannelSets | None:
+    """Sets behind times or frequencies of their own, as many columns behind each: "f1, A1, f2, A2"."""
+    places = [place for place, one in enumerate(table.columns) if _is_abscissa(table, one)]
+    if len(places) < 2 or places[0] != 0 or any(one.abscissa or one.response for one in table.columns):
+        return None
+    size = places[1]
+    first = table.columns[0].values
+    in_blocks = size > 1 and places == list(range(0, len(table.columns), size)) and len(table.columns) % size == 0
+    if not in_blocks or all(np.array_equal(first, table.columns[one].values, equal_nan=True) for one in places):
+        return None
+    roles = [role_of(table, one) for one in table.columns]
+    if not all(any(is_response(role) for role in roles[one + 1 : one + size]) for one in places):
+        return None
+    return ChannelSets(marks={one.name: f"set {1 + number // size}" for number, one in enumerate(table.columns)})
+
+
+def _is_abscissa(table: Table, column: Column) -> bool:
+    """Whether a column is a time or a frequency, judged by its values only if its unit or name may be of one."""
+    words = {*name_words(table.short_name(column))}
+    may_be = OF_UNIT.get(column.unit) in {"time", "frequency"} or words & (WORDS[Role.TIME] | WORDS[Role.FREQUENCY])
+    return bool(may_be) and role_of(table, column) in {Role.TIME, Role.FREQUENCY}
+
+
+def sets_by_header(table: Table) -> ChannelSets | None:
+    """Sets whose columns have one header each, with a force in each: "Force, Amp, Force, Amp"."""
+    names = {column.name for column in table.columns}
+    channels = {one.name: AGAIN.sub("", one.name) for one in table.columns}
+    channels = {name: channel if channel in names else name for name, channel in channels.items()}
+    counts = Counter(channels.values())
+    if len(counts) == len(channels):
+        return None
+    roles = {one.name: role_of(table, one, channels) for one in table.columns}
+    forces = {channels[name] for name, role in roles.items() if role is Role.FORCE and counts[channels[name]] > 1}
+    if not forces:
+        return None
+    number = max(counts[channel] for channel in forces)
+    repeated = {channel for channel, count in counts.items() if count > 1}
+    if any(counts[channel] != number for channel in repeated):
+        why = "its header stands there several times, in another number than that of the force"
+        return ChannelSets(
+            marks={}, lost={name: why for name, channel in channels.items() if channel in repeated - forces}
+        )
+    marks: dict[str, str] = {}
+    seen: Counter[str] = Counter()
+    for name, channel in channels.items():
+        if channel in repeated:
+            seen[channel] += 1
+            marks[name] = f"set {seen[channel]}"
+    return ChannelSets(marks=marks, names={name: channels[name] for name in marks})
+
+
+def _several(table: Table, told: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
+    """Sets by names and words of columns, if a response has several words; None if none has."""
+    found: dict[str, set[str]] = {}
+    for channel, mark in told.values():
+        found.setdefault(channel, set()).update([mark] if mark else [])
+    if not any(len(words) > 1 for words in found.values()):
+        return None
+    marks: dict[str, set[str]] = {}
+    for column in table.columns:
+        channel, mark = told.get(column.name, ("", ""))
+        if mark and is_response(recognise_column(column, channel or column.name).role):
+            marks.setdefault(channel, set()).add(mark)
+    if not any(len(words) > 1 for words in marks.values()):
+        return None
+    named = {name: (channel, mark) for name, (channel, mark) in told.items() if mark}
+    return ChannelSets(
+        marks={name: mark for name, (_, mark) in named.items()},
+        names={name: channel or "response" for name, (channel, _) in named.items()},
+    )
+
+
+def _some(marks: Sequence[str]) -> str:
+    return f"{', '.join(marks[:3])}{' ...' if len(marks) > 3 else ''}"

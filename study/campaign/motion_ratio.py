@@ -1,0 +1,18 @@
+"""Ratios of two motions, such as transmissibilities, which are no responses to a force."""
+
+import re
+
+from study.campaign.column_role import MOTIONS, OF_UNIT
+
+MOTION_RATIO = re.compile(r"\((.+)\)/\((.+)\)")
+#: Why such a ratio is not used, and how it can be.
+TRANSMISSIBILITY = (
+    "a transmissibility, a ratio of motions and no response to a force: write [drive] quantity = "
+    '"base acceleration", and [[run]] with level = 1 and these ratios with unit = "m/s^2"'
+)
+
+
+def is_motion_ratio(unit: str) -> bool:
+    """Whether a unit is that of a ratio of two motions, such as "(g_n)/(g_n)"."""
+    match = MOTION_RATIO.fullmatch(unit)
+    return match is not None and all(OF_UNIT.get(part) in MOTIONS for part in match.groups())

@@ -1,0 +1,87 @@
+"""Names of tests: files of equal columns are runs of one test, unless words of their names tell other tests."""
+
+from collections.abc import Sequence
+
+from study.campaign.channel_set import AGAIN
+from study.campaign.dataset_set import DATASET
+from study.campaign.draft import Draft
+from study.campaign.draft_frequency import complex_force, is_response_controlled, responses_with_phases, says_free
+from study.campaign.run_name import LENGTH_IN_NAME, condition_words, naming_scheme
+from study.campaign.table import file_stem
+from study.campaign.table_kind import JudgedTable, Kind
+
+
+def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
+    """Test of each table, by its identity.
+
+    Tables of equal columns are runs of one test. Words of the names of their files that tell neither a run, a level, a
+    direction nor a sensor tell other tests: "with_damper_1N", "without_damper_1N".
+
+    Parameters
+    ----------
+    draft
+        Draft that gets what only names tell.
+    tables
+        Stepped sines and steady states.
+    """
+    alike: dict[tuple[str, ...], dict[tuple[str, ...], list[JudgedTable]]] = {}
+    for table in tables:
+        shape = naming_scheme(table.table.path)
+        names = _channels(table, tables)
+        free = "free" if says_free(file_stem(table.table.file.path.name)) else ""
+        same = alike.setdefault((table.kind.value, shape, free, *names), {})
+        same.setdefault(_words(table), []).append(table)
+    result: dict[int, str] = {}
+    taken: set[str] = set()
+    for (kind, shape, free, *_), groups in alike.items():
+        own: list[str] = []
+        for words, members in groups.items():
+            stem = _common_start([file_stem(member.table.file.path.name) for member in members])
+            name = shape.rpartition("/")[2] or stem.rstrip("_- .0123456789") or kind
+            if len(groups) > 1:
+                name = "_".join(words) or name
+            if free and not says_free(name):
+                name += f"_{free}"
+            while name in taken:
+                name += "'"
+            taken.add(name)
+            own.append(name)
+            result |= {id(member): name for member in members}
+        if len(own) > 1:
+            draft.suspicions.append(
+                f"tests {', '.join(own)}: only words in the names of files tell them apart: if these words number "
+                "repeats or name sensors of one test, give their runs one test, and repeats or sensors of their own"
+            )
+    return result
+
+
+def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
+    """Names of the channels of a table; those of all sets of channels beside it, which are of one test."""
+    own = judged.table
+    beside = [own]
+    if own.of_set:
+        beside = [one.table for one in tables if one.table.file is own.file and one.table.path == own.path]
+    names = [table.short_name(column) for table in beside for column in table.columns]
+    # Datasets of one channel differ by their number, and their abscissas by a number in brackets.
+    return sorted({AGAIN.sub("", DATASET.sub("", name)) for name in names})
+
+
+def _words(judged: JudgedTable) -> tuple[str, ...]:
+    """Words of the name of a file that may tell a test: those that are in the name of a sensor tell none."""
+    of_sensors = {word for guess in judged.columns.values() for word in guess.stem.split()}
+    name = file_stem(judged.table.file.path.name)
+    if judged.kind is Kind.STEPPED_SINE and _is_response_controlled(judged):
+        name = LENGTH_IN_NAME.sub("_", name)
+    words = condition_words(name)
+    return tuple(word for word in words if word.lower() not in of_sensors)
+
+
+def _is_response_controlled(judged: JudgedTable) -> bool:
+    force, pairs = complex_force(judged), responses_with_phases(judged)
+    return force is not None and is_response_controlled(judged, force, pairs[0][0], judged.rows()[0])
+
+
+def _common_start(names: Sequence[str]) -> str:
+    """The letters with which all names begin."""
+    first, last = min(names), max(names)
+    return next((first[:n] for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), first)
