@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
-from study.campaign.column_role import INDEX, MOTION_WORDS, RATIOS, WORDS, Part, Role, name_words
+from correlation.file.quantity import MOTION_WORDS
+from study.campaign.column_role import INDEX, RATIOS, WORDS, Part, Role, name_words
 from study.campaign.draft import Draft, Run
 from study.campaign.level import (
     ask_levels,
@@ -248,7 +249,7 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
             entry = reading(draft, judged, column, sensor=sensor, phase=partner)
             if real_only:
                 rest = entry if isinstance(entry, dict) else {}
-                entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit"}}}
+                entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit", "convention"}}}
             sign = -1 if direction_sign(column) < 0 else signs.get(word or sensor_name(judged, column), 1)
             columns[sensor] = entry if real_only else with_sign(entry, sign)
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}

@@ -8,7 +8,7 @@ from study.alike import NUMBER
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
-from study.campaign.table_kind import JudgedTable, Kind
+from study.campaign.table_kind import REMEDY, JudgedTable, Kind
 
 
 def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
@@ -42,7 +42,7 @@ def unused_columns(judged: JudgedTable) -> list[str]:
         if guess.role is Role.FOREIGN or guess.evidence == NO_VALUE:
             sentences.append(f"{place}: {guess.evidence}")
         elif guess.evidence.startswith(UNKNOWN_UNIT):
-            sentences.append(f"{place}: {guess.evidence}; write a unit such as um, m/s^2 or N in its header")
+            sentences.append(f"{place}: {guess.evidence}; {REMEDY}")
         elif judged.kind is Kind.MODES:
             sentences.append(
                 f"{place}: {guess.evidence}; [[mode]] has frequency, damping, their deviations and a shape"

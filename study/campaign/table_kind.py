@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 
 from correlation.file.column import Column
+from correlation.file.quantity import MOTION_WORDS
 from study.campaign.column_role import (
-    MOTION_WORDS,
     MOTIONS,
     PRESSURE_WORDS,
     QUADRATURE,
     RATIOS,
+    UNKNOWN_UNIT,
     Part,
     Recognised,
     Role,
     name_words,
+    ratio_quantity,
     recognise_column,
     recognise_force_symbol,
 )
@@ -91,6 +93,8 @@ class JudgedTable:
         return mask
 
 
+#: What can be done about a unit that is not understood.
+REMEDY = "write a unit such as um, m/s^2 or N in its header, or the column with its unit in the manifest"
 #: Begins the evidence of a channel that only the name of its file or group tells.
 OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.
@@ -104,7 +108,7 @@ FEWEST_SAMPLES = 200
 MOST_SETTINGS = 60
 #: Samples of a history are nearer than this share of a period [-].
 NYQUIST = 0.5
-HERTZ = {"Hz": 1.0, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
+HERTZ = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
 #: A force that answers an imposed displacement has more of its power beside its first line [-].
 DISTORTED = 1e-3
 
@@ -137,14 +141,25 @@ def judge_table(table: Table) -> JudgedTable:
         return _judge_frequency(judged)
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
         return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
-    return _as(judged, Kind.NOT_USED, "it has neither time nor frequency")
+    return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *unknown_units(judged)]))
 
 
 def _lacks_response(judged: JudgedTable) -> str:
     """Why a table is of no use, by what it has instead of a response."""
     if foreign := judged.of_role(Role.FOREIGN):
         return f'it has no motion: "{foreign[0].name}": {judged.columns[foreign[0].name].evidence}'
+    if unknown := unknown_units(judged):
+        return f"it has no response in a unit that is known: {'; '.join(unknown)}"
     return "it has a force and no response" if judged.of_role(Role.FORCE) else "it has no response"
+
+
+def unknown_units(judged: JudgedTable) -> list[str]:
+    """Columns whose unit is not understood, each with the remedy."""
+    return [
+        f'"{column.name}": {guess.evidence}; {REMEDY}'
+        for column in judged.of_role(Role.OTHER)
+        if (guess := judged.columns[column.name]).evidence.startswith(UNKNOWN_UNIT)
+    ]
 
 
 def value_of(column: Column, row: int) -> float | str:
@@ -235,7 +250,13 @@ def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[s
         result[name] = replace(columns[name], role=Role.RESPONSE, evidence="nothing but voltages: any may be the drive")
     for column in table.columns:
         guess = columns[column.name]
-        if guess.role is Role.OTHER and not column.words and len(np.unique(column.values)) > len(column.values) / 4:
+        known = not guess.evidence.startswith(UNKNOWN_UNIT)
+        if (
+            guess.role is Role.OTHER
+            and known
+            and not column.words
+            and len(np.unique(column.values)) > len(column.values) / 4
+        ):
             why = "it varies, and nothing else can be the response"
             result[column.name] = replace(guess, role=Role.RESPONSE, evidence=why)
     return result
@@ -315,7 +336,7 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     if "frequency response" in functions:
         return _as(judged, Kind.FREQUENCY_RESPONSE, "the file says so")
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}
-    ratio = [column for column in responses if "/N" in column.unit or "/(N)" in column.unit]
+    ratio = [column for column in responses if ratio_quantity(column.unit)]
     if ratio:
         return _as(judged, Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}')
     if judged.of_role(Role.COHERENCE):

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
 from correlation.file.number import read_number
+from correlation.file.quantity import OF_UNIT
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.open_text import clean, open_text
-from correlation.file.unit_label import split_label, unit_text
+from correlation.file.unit_label import split_label, split_unit_cell
 
 #: Rows that are converted together: the text of no more is in memory.
 BLOCK = 20_000
@@ -56,11 +57,13 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         blocks = _Blocks(path.name, dialect)
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)
-    names, units, labels = _names_and_units(header, len(dialect.numeric))
+    names, units, labels, cells = _names_and_units(header, len(dialect.numeric))
     columns = tuple(
-        Column(name=name, values=values, unit=unit, label=label, words=words, where=f"column {number + 1}")
-        for number, (name, unit, label, (values, words)) in enumerate(
-            zip(names, units, labels, blocks.columns(), strict=True)
+        Column(
+            name=name, values=values, unit=unit, label=label, unit_label=cell, words=words, where=f"column {number + 1}"
+        )
+        for number, (name, unit, label, cell, (values, words)) in enumerate(
+            zip(names, units, labels, cells, blocks.columns(), strict=True)
         )
     )
     facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)])}
@@ -177,25 +180,34 @@ def _commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
     return []
 
 
-def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str]]:
-    """Names of columns, made unique; their units, in brackets or in a row of units; both together as they stand."""
+def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], list[str]]:
+    """Names of columns, made unique; their units, in their names or in a row; both together; cells of the row."""
     rows = [fields for _, fields in header]
-    of_units = [row for row in rows[1:] if _is_unit_row(row)]
+    of_units = [row for row in rows if _is_unit_row(row)]
+    units_alone = len(of_units) == len(rows) > 0  # they name the columns
+    if units_alone:
+        of_units = of_units[1:]
     of_names = [row for row in rows if not any(row is other for other in of_units)]
-    names, units, labels = [], [], []
+    names, units, labels, cells = [], [], [], []
     for column in range(width):
-        name = " ".join(dict.fromkeys(row[column] for row in of_names if row[column])) or f"column {column + 1}"
+        cell = next((row[column] for row in of_units), "")
+        words = [row[column] for row in of_names if row[column]]
+        name = " ".join(dict.fromkeys(words))
+        part, unit = split_unit_cell(cell, name=name)
+        name = " ".join(word for word in (name, part) if word) or f"column {column + 1}"
         names.append(name)
-        below = next((unit_text(row[column], name=name) for row in of_units), "")
-        units.append(below or split_label(name)[1])
+        alone = split_unit_cell(name)[1] if units_alone and len(name) > 1 else ""
+        # A symbol such as V or V2 is as likely a name.
+        units.append(unit or split_label(name)[1] or (alone if alone in OF_UNIT or "/" in alone else ""))
         labels.append(" ".join([name, *(row[column] for row in of_units)]))
-    return unique_names(names), units, labels
+        cells.append(cell)
+    return unique_names(names), units, labels, cells
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
     """Whether at least half of the written fields are units."""
     written = [field for field in row if field]
-    return bool(written) and 2 * sum(bool(unit_text(field)) for field in written) >= len(written)
+    return bool(written) and 2 * sum(bool(split_unit_cell(field)[1]) for field in written) >= len(written)
 
 
 def _facts(texts: Sequence[str]) -> dict[str, str]:
