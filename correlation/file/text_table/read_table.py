@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
-from correlation.file.number import read_number
+from correlation.file.number import is_written_number, read_number
 from correlation.file.quantity import OF_UNIT
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.open_text import clean, open_text
@@ -135,17 +135,28 @@ class _Blocks:
             values = np.array(list(map(float, plain)), dtype=np.float64)
         except ValueError:
             values = None
-        # Python also takes 1_000, which no program writes.
-        if values is not None and not any("_" in text for text in plain):
+        # Python also takes 1_000, which no program writes; a point beside decimal commas is to be looked at.
+        strange = "_." if self.dialect.decimal_comma else "_"
+        if values is not None and not any(sign in text for text in texts for sign in strange):
             return values
         numbers = [read_number(text, decimal_comma=self.dialect.decimal_comma) for text in texts]
         for (line, _), text, number in zip(lines, texts, numbers, strict=True):
             if number is None:
                 raise CampaignError(
-                    f'{self.file}, line {line}, column {column + 1}: "{clean(text.strip())[:40]}" is no number; '
-                    + ("write a decimal point in all rows" if "," in text else "correct it, or leave the field empty")
+                    f'{self.file}, line {line}, column {column + 1}: "{clean(text.strip())[:40]}" {self._mistake(text)}'
                 )
         return np.array(numbers)
+
+    def _mistake(self, text: str) -> str:
+        """What is wrong with a field that is no number, and the remedy."""
+        sign, other = (",", ".") if self.dialect.decimal_comma else (".", ",")
+        if other in text and is_written_number(text):
+            word = {",": "comma", ".": "point"}
+            return (
+                f"has a {word[other]} where decimals are {word[sign]}s, and no groups of three digits: write one "
+                "decimal sign in all rows"
+            )
+        return "is no number; correct it, or leave the field empty"
 
     def _wrong_width(self, line: int, fields: Sequence[str], width: int) -> CampaignError:
         if self.dialect.separator == "," and len(fields) > width:

@@ -52,6 +52,28 @@ def test_decimal_commas_between_commas_are_read_in_quotation_marks_or_pairs(tmp_
 
 
 @pytest.mark.parametrize(
+    ("rows", "values"),
+    [
+        (["70,5;31.454", "71,5;987", "72,5;1.005"], [31454.0, 987.0, 1005.0]),
+        (["70,5;1.234,5", "71,5;12,25", "72,5;1.005.000"], [1234.5, 12.25, 1005000.0]),
+        (["70,5;1 234,5", "71,5;12,25", "72,5;1\u202f005,5"], [1234.5, 12.25, 1005.5]),
+        (['70.5;"1,234.5"', "71.5;12.25", "72.5;-1,005"], [1234.5, 12.25, -1005.0]),
+        (["70.5;1'234.5", "71.5;12.25", "72.5;1005"], [1234.5, 12.25, 1005.0]),
+        (["70;1,005", "71;987", "72;12,345"], [1005.0, 987.0, 12345.0]),
+        (["70;1.005", "71;987", "72;12.345"], [1005.0, 987.0, 12345.0]),
+        (["70;1,005", "71;0,987", "72;12,345"], [1.005, 0.987, 12.345]),
+        (["70;1.005", "71;0.987", "72;12.345"], [1.005, 0.987, 12.345]),
+        (["70;1.005", "71;2.987", "72;12.345"], [1.005, 2.987, 12.345]),
+    ],
+)
+def test_groups_of_three_digits_are_thousands_and_other_signs_decimals(
+    tmp_path: Path, rows: list[str], values: list[float]
+) -> None:
+    measured = read(tmp_path, "\n".join(["f;acc", *rows, *rows, *rows]) + "\n")
+    np.testing.assert_array_equal(measured.columns[1].values[:3], values)
+
+
+@pytest.mark.parametrize(
     ("header", "names", "units"),
     [
         ("time [s],acc [m/s^2]", ["time [s]", "acc [m/s^2]"], ["s", "m/s^2"]),
@@ -155,7 +177,11 @@ def test_encodings_and_gzip_do_not_matter(tmp_path: Path, encoding: str) -> None
         ("a,b\n1,2\n3\n4,5\n6,7\n", r"line 3: has 1 fields, other rows have 2: is the row cut short\?"),
         ("a,b\n1,2\n3,x4\n5,6\n7,8\n", 'line 3, column 2: "x4" is no number'),
         ("a,b\n1,2\n3,1_000\n5,6\n7,8\n9,9\n", 'line 3, column 2: "1_000" is no number'),
-        ("a;b\n1,5;2\n2,5;3\n1.5;3\n2,5;1\n2,5;2\n1.234,5;1\n", 'line 7, column 1: "1.234,5" is no number'),
+        ("a;b\n1,5;2\n2,5;3\n1.5;3\n2,5;1\n2,5;2\n1.234,5;1\n", 'line 4, column 1: "1.5" has a point .* no groups'),
+        ("a;b\n1,5;2\n2,5;3\n1.23.5;3\n2,5;1\n2,5;2\n", 'line 4, column 1: "1.23.5" is no number'),
+        ("a\tb\n1.5\t2\n2.5\t3\n1,25\t3\n2.5\t1\n2.5\t2\n", 'line 4, column 1: "1,25" has a comma .* no groups'),
+        ("a;b\n1,5;70.5\n2,5;71.5\n3,5;72.5\n", 'has a comma where decimals are points'),
+        ("a;b\n1,5;0.125\n2,5;0.250\n3,5;0.375\n", 'has a comma where decimals are points'),
         ("a,b\n0.0x5,1\n2,3\n4,5\n6,7\n", r'line 2: "0\.0x5" is no number'),
         ("a,b,c\n1,2\n3,4\n", "line 1: has 3 fields between commas, the rows below have 2"),
         ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quotation mark"),
