@@ -37,7 +37,7 @@ READ_IN_VOLTS = frozenset([*MOTION_WORDS, "force"])
 
 def named_quantities(name: str) -> set[str]:
     """Quantities that words of a name say."""
-    words = set(re.findall(r"[a-zäöü]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
+    words = set(re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
     return {quantity for quantity, family in NAMED.items() if words & family}
 
 

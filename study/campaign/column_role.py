@@ -1,6 +1,7 @@
 """What a column is, judged from the file, its unit, its name and its values."""
 
 import re
+import unicodedata
 from dataclasses import dataclass
 from enum import Enum
 
@@ -259,7 +260,7 @@ def name_words(name: str) -> list[str]:
     ending, _ = find_suffix(plain)
     plain = plain[: -len(ending) - 1] if ending else plain
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", plain)
-    return re.findall(r"[a-zäöüß]+|\d+", plain.lower())
+    return re.findall(r"[^\W\d_²³]+|\d+", unicodedata.normalize("NFC", plain).lower())
 
 
 def _motions() -> set[str]:

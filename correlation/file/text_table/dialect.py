@@ -172,6 +172,8 @@ def _is_paired(rows: Sequence[Row], first: int, width: int, separator: str, nume
 def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list[Row]:
     """Rows of names and units directly above the numbers; lines of another width before them are a preamble."""
     header: list[Row] = []
+    if width == 1 and not separator:
+        above = _single_names(above)
     for number, fields in reversed(above):
         if len(fields) != width or len(header) == 3:
             break
@@ -187,6 +189,13 @@ def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list
         if wrong is not None:
             raise CampaignError(f'{file}, line {number}: "{wrong}" is no number; correct it')
     return header
+
+
+def _single_names(above: Sequence[Row]) -> list[Row]:
+    """Name and unit of the one column of a table without separators, whose blanks separate no fields."""
+    lines = [(number, [" ".join(fields)]) for number, fields in above]
+    names = [line for line in lines if not re.search(r"\w\s*[:=]\s", line[1][0])]
+    return names[-2:] if names and unit_text(names[-1][1][0]) else names[-1:]
 
 
 def _may_be_label(field: str) -> bool:

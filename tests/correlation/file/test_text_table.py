@@ -10,6 +10,7 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.read_file import read_file
+from correlation.file.unit_label import split_label
 
 X = np.array([0.5, -1.25, 3e-7, 40.0, 0.0])
 Y = np.array([1.0, 2.0, -3.5, 1e4, 6.25])
@@ -119,6 +120,16 @@ def test_decibels_of_a_power_and_volts_called_dbv_stay(tmp_path: Path) -> None:
         np.testing.assert_array_equal(read(tmp_path, f"f,{name}\n1,-40\n2,0\n").columns[1].values, [-40.0, 0.0])
 
 
+@pytest.mark.parametrize("above", ["", "# Sample rate: 4000 Hz\n", "Sample rate: 4000 Hz\n"])
+@pytest.mark.parametrize("header", ["Acc tip [m/s^2]", "Acc tip\nm/s^2", "Acc tip (m/s²)"])
+def test_the_name_of_a_single_column_may_have_blanks(tmp_path: Path, above: str, header: str) -> None:
+    measured = read(tmp_path, f"{above}{header}\n0.5\n1.5\n-2.5\n")
+    (column,) = measured.columns
+    assert (split_label(column.name)[0], column.unit) == ("Acc tip", "m/s^2")
+    np.testing.assert_array_equal(column.values, [0.5, 1.5, -2.5])
+    assert measured.facts.get("sample rate", "") == ("4000 Hz" if above else "")
+
+
 def test_a_column_is_found_without_its_unit_and_a_misspelt_one_is_corrected(tmp_path: Path) -> None:
     measured = read(tmp_path, "time [s],acc [g],acc [m/s^2]\n0,1,2\n1,2,3\n")
     assert measured.column("time").name == "time [s]"
@@ -180,8 +191,8 @@ def test_encodings_and_gzip_do_not_matter(tmp_path: Path, encoding: str) -> None
         ("a;b\n1,5;2\n2,5;3\n1.5;3\n2,5;1\n2,5;2\n1.234,5;1\n", 'line 4, column 1: "1.5" has a point .* no groups'),
         ("a;b\n1,5;2\n2,5;3\n1.23.5;3\n2,5;1\n2,5;2\n", 'line 4, column 1: "1.23.5" is no number'),
         ("a\tb\n1.5\t2\n2.5\t3\n1,25\t3\n2.5\t1\n2.5\t2\n", 'line 4, column 1: "1,25" has a comma .* no groups'),
-        ("a;b\n1,5;70.5\n2,5;71.5\n3,5;72.5\n", 'has a comma where decimals are points'),
-        ("a;b\n1,5;0.125\n2,5;0.250\n3,5;0.375\n", 'has a comma where decimals are points'),
+        ("a;b\n1,5;70.5\n2,5;71.5\n3,5;72.5\n", "has a comma where decimals are points"),
+        ("a;b\n1,5;0.125\n2,5;0.250\n3,5;0.375\n", "has a comma where decimals are points"),
         ("a,b\n0.0x5,1\n2,3\n4,5\n6,7\n", r'line 2: "0\.0x5" is no number'),
         ("a,b,c\n1,2\n3,4\n", "line 1: has 3 fields between commas, the rows below have 2"),
         ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quotation mark"),
