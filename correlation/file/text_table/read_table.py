@@ -13,6 +13,7 @@ from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
 from correlation.file.number import is_written_number, read_number
 from correlation.file.quantity import OF_UNIT
+from correlation.file.text_table.closing import until_closing
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.open_text import clean, open_text
 from correlation.file.unit_label import split_label, split_unit_cell
@@ -53,7 +54,9 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
             header = _commented_header(remarks, dialect)
             preamble = _preamble_without_header(sample, dialect)
             first = sample[len(preamble) - 1][0] if preamble else 0
-        body = itertools.chain((line for line in sample if line[0] > first), lines)
+        body: Iterator[Line] = itertools.chain((line for line in sample if line[0] > first), lines)
+        below: dict[str, str] = {}
+        body = until_closing(path.name, body, dialect, below)
         blocks = _Blocks(path.name, dialect)
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)
@@ -66,7 +69,7 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
             zip(names, units, labels, cells, blocks.columns(), strict=True)
         )
     )
-    facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)])}
+    facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)]), **below}
     if dialect.decimal_comma or dialect.paired:
         facts["decimal sign"] = "comma"
     return MeasuredFile(path=path, format=format_name, title=facts.get("title", ""), columns=columns, facts=facts)

@@ -130,6 +130,20 @@ def test_the_name_of_a_single_column_may_have_blanks(tmp_path: Path, above: str,
     assert measured.facts.get("sample rate", "") == ("4000 Hz" if above else "")
 
 
+@pytest.mark.parametrize("closing", ["End of data", ";\nMean;2,5\nMax;3,5", "*** End ***\n", '"Mittelwert";2'])
+def test_rows_that_close_a_table_are_not_read_and_named(tmp_path: Path, closing: str) -> None:
+    measured = read(tmp_path, "f;acc\n" + 4 * "1,5;2\n2,5;3\n" + closing + "\n")
+    np.testing.assert_array_equal([column.values for column in measured.columns], [4 * [1.5, 2.5], 4 * [2.0, 3.0]])
+    assert "none of the table" in measured.facts["closing rows"]
+    assert closing.strip(";\n").splitlines()[0] in measured.facts["closing rows"]
+
+
+def test_two_tables_in_one_file_are_refused_with_the_line_between_them(tmp_path: Path) -> None:
+    block = "\n".join(f"{f};{f + 1}" for f in range(5))
+    with pytest.raises(CampaignError, match=r'line 8: "Sweep at 3 N" ends a table, and line 10 .* file of its own'):
+        read(tmp_path, f"Sweep at 1 N\nf;acc\n{block}\nSweep at 3 N\nf;acc\n{block}\n")
+
+
 def test_a_column_is_found_without_its_unit_and_a_misspelt_one_is_corrected(tmp_path: Path) -> None:
     measured = read(tmp_path, "time [s],acc [g],acc [m/s^2]\n0,1,2\n1,2,3\n")
     assert measured.column("time").name == "time [s]"
@@ -193,6 +207,7 @@ def test_encodings_and_gzip_do_not_matter(tmp_path: Path, encoding: str) -> None
         ("a\tb\n1.5\t2\n2.5\t3\n1,25\t3\n2.5\t1\n2.5\t2\n", 'line 4, column 1: "1,25" has a comma .* no groups'),
         ("a;b\n1,5;70.5\n2,5;71.5\n3,5;72.5\n", "has a comma where decimals are points"),
         ("a;b\n1,5;0.125\n2,5;0.250\n3,5;0.375\n", "has a comma where decimals are points"),
+        ("a,b\n1,2\n3,4\nx5,6\n7,8\n9,9\n", 'line 4, column 1: "x5" is no number'),
         ("a,b\n0.0x5,1\n2,3\n4,5\n6,7\n", r'line 2: "0\.0x5" is no number'),
         ("a,b,c\n1,2\n3,4\n", "line 1: has 3 fields between commas, the rows below have 2"),
         ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quotation mark"),
