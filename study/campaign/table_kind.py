@@ -12,7 +12,6 @@ from correlation.file.quantity import MOTION_WORDS
 from study.campaign.column_role import (
     MOTIONS,
     PRESSURE_WORDS,
-    QUADRATURE,
     RATIOS,
     UNKNOWN_UNIT,
     Part,
@@ -23,8 +22,10 @@ from study.campaign.column_role import (
     recognise_column,
     recognise_force_symbol,
 )
+from study.campaign.lock_in import recognise_quadratures
 from study.campaign.mode_table import recognise_modes
 from study.campaign.set_point import changes_between_passes
+from study.campaign.shaken_base import recognise_controller
 from study.campaign.table import Table, file_stem
 from study.campaign.time_history import SECONDS, WINDOWS, distortion, judge_history, turns_with
 
@@ -127,7 +128,7 @@ def judge_table(table: Table) -> JudgedTable:
         why = "natural frequencies, a row for each mode"
         return JudgedTable(table=table, kind=Kind.MODES, evidence=why, columns={**columns, **modes})
     columns = _name_of_file(table, _unknown_response(table, columns))
-    columns = _quadratures(table, _steps_of_level(table, columns))
+    columns = recognise_controller(table, recognise_quadratures(table, _steps_of_level(table, columns)))
     roles = {guess.role for guess in columns.values()}
     if {column.name for column in table.columns} >= TIDY:
         return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
@@ -259,36 +260,6 @@ def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[s
         ):
             why = "it varies, and nothing else can be the response"
             result[column.name] = replace(guess, role=Role.RESPONSE, evidence=why)
-    return result
-
-
-def _quadratures(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Beside frequencies, X and Y of both signs are real and imaginary parts, as lock-in amplifiers write them."""
-    result = dict(columns)
-    if not any(guess.role is Role.FREQUENCY for guess in columns.values()):
-        return result
-    parts = [
-        column
-        for column in table.columns
-        if columns[column.name].role is Role.RESPONSE
-        and columns[column.name].part is Part.VALUE
-        and not np.iscomplexobj(column.values)
-    ]
-    words = {column.name: tuple(name_words(table.short_name(column))) for column in parts}
-    for real in parts:
-        other = tuple("y" if word == "x" else word for word in words[real.name])
-        partner = [one for one in parts if "x" in words[real.name] and words[one.name] == other]
-        third = tuple("z" if word == "x" else word for word in words[real.name])
-        alike = partner and columns[partner[0].name].unit == columns[real.name].unit
-        if (
-            alike
-            and third not in words.values()
-            and any((one.values < 0).any() and (one.values > 0).any() for one in (real, partner[0]))
-        ):
-            why = f'"{real.name}" and "{partner[0].name}" {QUADRATURE}'
-            stem = " ".join(word for word in words[real.name] if word != "x")
-            for part, column in ((Part.REAL, real), (Part.IMAGINARY, partner[0])):
-                result[column.name] = replace(columns[column.name], part=part, stem=stem, evidence=why)
     return result
 
 
