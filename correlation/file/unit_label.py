@@ -144,7 +144,8 @@ def _may_be_last(name: str, token: str) -> bool:
     if not unit:
         return looks_like_a_unit(token) and "/" not in token
     symbol = unit in OF_UNIT and len(token) > 1 and not token.isupper() and token.lower() not in WORDS_TOO
-    return (fits_name(name, unit) is True and _is_symbol(token)) or symbol or bool(SIGNS.search(token))
+    fits = fits_name(name, unit) is True and _is_symbol(token) and token != "G"  # "acc F", "acc G" are channels
+    return fits or symbol or bool(SIGNS.search(token))
 
 
 def looks_like_a_unit(token: str) -> bool:

@@ -17,14 +17,14 @@ AVERAGED = re.compile(r"averag|mittel|mean", re.IGNORECASE)
 OF_AMPLITUDES = re.compile(r"amplitude|scal|skal|spectr|spektr|detect|format|line \d", re.IGNORECASE)
 
 
-def said_amplitude(column: Column) -> str:
+def said_amplitude(judged: JudgedTable, column: Column) -> str:
     """What the amplitudes of a column are by its unit, its name or the texts beside it; empty if none says it."""
     label = column.label or column.name
     in_units = [column.unit_label, find_unit(label).unit, find_suffix(label)[0].replace("_", " ")]
     by_label = next((said for text in in_units if (said := amplitude_of_unit(text))), "") or amplitude_in_words(label)
     if by_label:
         return by_label
-    texts = [f"{key}: {text}" for key, text in column.facts.items()]
+    texts = [f"{key}: {text}" for key, text in {**judged.table.file.facts, **column.facts}.items()]
     telling = [text for text in texts if OF_AMPLITUDES.search(text) and not AVERAGED.search(text)]
     found = {word for text in telling if (word := amplitude_in_words(text))}
     return found.pop() if len(found) == 1 else ""
@@ -46,7 +46,7 @@ def draft_amplitude(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked
     if not stepped:
         return "peak"
     of_drive, of_response = (
-        {said_amplitude(column) for table in stepped for column in table.of_role(*roles)}
+        {said_amplitude(table, column) for table in stepped for column in table.of_role(*roles)}
         for roles in ((Role.FORCE, Role.LEVEL), (Role.RESPONSE,))
     )
     if len(of_drive - {""}) == 1:
@@ -61,9 +61,9 @@ def draft_amplitude(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked
     return draft.ask(text, "peak", why, *CONVENTIONS)
 
 
-def own_amplitude(draft: Draft, column: Column) -> dict[str, str]:
+def own_amplitude(draft: Draft, judged: JudgedTable, column: Column) -> dict[str, str]:
     """The entry of a column whose amplitudes are others than those of the campaign; empty for most."""
     convention = draft.single.get("convention", {}).get("amplitude", "peak")
     common = convention.value if isinstance(convention, Marked) else convention
-    said = said_amplitude(column)
+    said = said_amplitude(judged, column)
     return {"convention": said} if said not in {"", common} else {}

@@ -76,7 +76,7 @@ def _named_level(judged: JudgedTable) -> _NamedLevel | None:
     if not size > 0:
         return None
     if not is_history:  # the level in a name may be a peak, or what the force is
-        peak = size * PEAK_OF.get(said_amplitude(force), 1.0)
+        peak = size * PEAK_OF.get(said_amplitude(judged, force), 1.0)
         size = min(size, peak, key=lambda force: abs(np.log(force / level)))
     return _NamedLevel(judged.table.file.path.name, words, level, force.name, size)
 

@@ -160,7 +160,7 @@ def reading(
     elif described is None and not column.unit and guess.unit:
         entry["unit"] = Marked(value=guess.unit, assumed=guess.evidence)
     if judged.kind is Kind.STEPPED_SINE and guess.role in {Role.FORCE, Role.RESPONSE}:
-        entry |= own_amplitude(draft, column)
+        entry |= own_amplitude(draft, judged, column)
     return column.name if entry == {"column": column.name} else entry
 
 

@@ -10,6 +10,8 @@ from correlation.file.text_table.open_text import clean
 #: Fact of a file whose closing rows are not read.
 CLOSING = "closing rows"
 SHOWN = 60
+#: First characters of numbers.
+BEGINNINGS = frozenset("0123456789+-.")
 
 
 def until_closing(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[str, str]) -> Iterator[Line]:
@@ -31,13 +33,17 @@ def until_closing(file: str, lines: Iterable[Line], dialect: Dialect, facts: dic
     CampaignError
         Rows of numbers follow below a row that begins with a word: another table in the same file.
     """
-    rows, below = 0, list[Line]()
+    has_rows, below = False, list[Line]()
     for line in lines:
         number, text = line
+        if not below and text[0] in BEGINNINGS:  # nearly all rows
+            has_rows = True
+            yield line
+            continue
         if text[0] == dialect.separator and not text.strip(f"{dialect.separator} "):
             continue
-        if not below and not (rows and dialect.numeric[0] and _begins_with_word(text, dialect)):
-            rows += 1
+        if not below and not (has_rows and dialect.numeric[0] and _begins_with_word(text, dialect)):
+            has_rows = True
             yield line
         elif not below or not _is_row(text, dialect):
             below.append(line)
@@ -61,7 +67,8 @@ def closing_rows(facts: Mapping[str, str]) -> str:
 
 def _begins_with_word(text: str, dialect: Dialect) -> bool:
     """Whether the first field of a line is text, where the column has numbers."""
-    if not (text[:1].isalpha() or text[:1] in '"*=<~'):
+    beginning = text.lstrip()[:1]
+    if not (beginning.isalpha() or beginning in '"*=<~'):
         return False
     try:
         field = dialect.fields(text)[0].strip()

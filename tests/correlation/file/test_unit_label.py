@@ -48,7 +48,8 @@ def test_a_unit_stands_behind_a_name_in_many_ways(label: str, name: str, unit: s
     "label",
     [
         "acc / N", "force / m", "H/N", "tip/N", "acc/force", "run/acc", "drive/Force", "58 #2 1Z+/1Z+", "acc in z",
-        "X in phase", "acc A", "sensor K", "acc tip", "u, v", "Time, elapsed", "acc min", "1/s", "Peak", "signal in",
+        "X in phase", "acc A", "acc G", "sensor K", "acc tip", "u, v", "Time, elapsed", "acc min", "1/s", "Peak",
+        "signal in",
     ],
 )  # fmt: skip
 def test_a_word_that_may_be_a_name_a_ratio_or_a_path_is_no_unit(label: str) -> None:

@@ -105,6 +105,11 @@ def test_amplitudes_are_what_their_labels_say(
     assert not any("in its name" in sentence for sentence in campaign.suspicions)
 
 
+def test_a_line_above_the_table_says_what_amplitudes_are(tmp_path: Path) -> None:
+    write_sweep(tmp_path / "sine_3N.csv", "Amplitude: RMS\nFrequency [Hz];Force [N];Displacement [m];Phase [deg]", 3, 3)
+    assert drafted(tmp_path)[1]["convention"]["amplitude"] == "rms"
+
+
 @pytest.mark.parametrize(("lines", "said"), [("Spectrum (RMS)", "rms"), ("RMS averaging", "peak")])
 def test_identification_lines_say_what_amplitudes_are_and_averages_do_not(
     tmp_path: Path, lines: str, said: str
