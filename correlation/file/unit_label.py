@@ -28,7 +28,8 @@ ALIASES = {
     "1/min": "rpm", "u/min": "rpm", "v": "V", "mv": "mV", "mm": "mm", "um": "um", "cm": "cm", "kn": "kN", "in": "inch",
     "inches": "inch", "micron": "um", "microns": "um", "mil": "thou", "mils": "thou", "thou": "thou", "deg": "deg",
     "degree": "deg", "degrees": "deg", "grad": "deg", "°": "deg", "radian": "rad", "radians": "rad", "rad": "rad",
-    "%": "percent", "ips": "inch/s", "ms-2": "m/s^2", "ms^-2": "m/s^2", "cps": "Hz", "cpm": "rpm",
+    "%": "percent", "ips": "inch/s", "zoll": "inch", "kp": "kgf", "gal": "cm/s^2",
+    "ms-2": "m/s^2", "ms^-2": "m/s^2", "cps": "Hz", "cpm": "rpm",
 }  # fmt: skip
 #: Units that are written out, each with the prefixes below: "Mikrometer", "milliseconds".
 WRITTEN_OUT = re.compile(
@@ -69,8 +70,12 @@ IN_WORDS = {
     for word, pattern in AMPLITUDES.items()
 }
 WITH_AMPLITUDE = re.compile(
-    rf"^(?P<unit>.*?)[\s_,]*[\[(]?(?P<word>{'|'.join(AMPLITUDES.values())})[\])]?$", re.IGNORECASE
+    rf"^(?P<unit>.*?)[\s_,-]*[\[(]?(?P<word>{'|'.join(AMPLITUDES.values())})[\])]?$", re.IGNORECASE
 )
+#: A factor before a unit; "3 N" and "80 Hz" are levels and frequencies.
+FACTOR = re.compile(r"(?P<times>[x×*]?)\s*\d[\d.,^eE+*×-]*\s*(?P<unit>.*)$")
+SCALED = {"displacement", "velocity", "acceleration"}
+NO_WORD = re.compile(r"[µμ²³⁻^%*\"]|\b[a-z]\.[a-z]\.")
 #: Signs that stand in units, and in no other words.
 SIGNS = re.compile(r"[µμ°²³⁻^%]|\w\s*/\s*\(?\w|\d/\w")
 
@@ -149,10 +154,12 @@ def _may_be_last(name: str, token: str) -> bool:
 
 
 def looks_like_a_unit(token: str) -> bool:
-    """Whether a text that is no known unit has the signs of one: "µinch", "furlong/s", "mm^2/N"."""
+    """Whether a text that is no known unit has the signs of one: "µinch", "mm/furlong", "0.1 mm", "x 1000"."""
+    if match := FACTOR.match(token):
+        return not match["unit"] if match["times"] else OF_UNIT.get(unit_text(match["unit"]), "force") in SCALED
     words = re.findall(r"[^\W\d_]+", token)
-    known = sum(bool(_symbol(word)) and word.lower() != "in" for word in words)
-    return bool(re.search(r"[µμ²³⁻^%]", token)) or (len(words) > 1 and bool(known) and bool(SIGNS.search(token)))
+    known = any(_symbol(word) and word.lower() != "in" for word in words)
+    return bool(NO_WORD.search(token)) or (len(words) > 1 and known and bool(SIGNS.search(token)))
 
 
 def unit_text(label: str, *, name: str = "") -> str:
@@ -176,12 +183,17 @@ def unit_text(label: str, *, name: str = "") -> str:
 
 
 def find_suffix(name: str) -> tuple[str, str]:
-    """Unit at the end of a name such as "velocity_mm_s" or "disp_mm_pp": as it stands there, and as text; or empty."""
+    """Unit at the end of a name such as "velocity_mm_s" or "disp_mm_pp": as it stands there, and as text; or empty.
+
+    Any unit of what the name says is taken, of other quantities those in `SUFFIXES`.
+    """
     parts = name.split("_")
     for size in range(min(4, len(parts) - 1), 0, -1):
         ending = "_".join(parts[-size:])
         if unit := _suffix(ending.lower()):
             return ending, unit
+    if len(parts) > 1 and (unit := unit_text(parts[-1])) and fits_name("_".join(parts[:-1]), unit):
+        return parts[-1], unit
     return "", ""
 
 

@@ -13,7 +13,7 @@ from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from correlation.file.quantity import FORCE_QUANTITY, MOTION_WORDS, OF_UNIT
 from correlation.file.unit_label import find_suffix, split_label, unit_text
-from study.campaign.unknown_unit import unknown_unit
+from study.campaign.unknown_unit import says_counts, unknown_unit
 
 
 class Role(Enum):
@@ -175,7 +175,9 @@ def recognise_column(column: Column, name: str) -> Recognised:
     part = _part(column, words)
     stem = _stem(words, name)
     by_name = _role_by_name(words, quantity)
-    if by_name not in WITHOUT_UNIT and (foreign := unknown_unit(column, name)):
+    # A sensor in counts has a sensitivity; a force or a time in counts is of no use.
+    in_counts = by_name is None and says_counts(column, name)
+    if by_name not in WITHOUT_UNIT and not in_counts and (foreign := unknown_unit(column, name)):
         return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{foreign}"', stem=stem)
     ratio = ratio_quantity(unit)
     if ratio:

@@ -15,6 +15,7 @@ from study.campaign.column_role import MOTIONS, QUADRATURE, Part, Recognised, Ro
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind
+from study.campaign.unknown_unit import says_counts
 
 #: Up to so many sensors are asked for one by one.
 FEW_SENSORS = 4
@@ -32,7 +33,7 @@ def are_counts(column: Column, guess: Recognised) -> bool:
     """
     if guess.unit:
         return False
-    if holds_counts(column):
+    if holds_counts(column) or says_counts(column, column.name):
         return True
     values = column.values[np.isfinite(column.values)]
     whole = not np.iscomplexobj(values) and bool((values == np.round(values)).all())

@@ -37,7 +37,8 @@ def test_what_is_no_unit_of_test_benches_names_none(label: str) -> None:
         ("Amplitude / (m/s²)/N", "Amplitude", "(m/s^2)/N"), ("Log/Weg / µm", "Log/Weg", "µm"),
         ("Weg in µm", "Weg", "µm"), ("Zeit in ms", "Zeit", "ms"), ("Displacement, um", "Displacement", "um"),
         ("Disp um", "Disp", "um"), ("Force N", "Force", "N"), ("Force N rms", "Force", "N"), ("tip mm", "tip", "mm"),
-        ("Acc [g] RMS", "Acc", "g_n"), ("Disp (mm) (p-p)", "Disp", "mm"), ("H [m/N] Real", "H Real", "m/N"),
+        ("Disp [mm-pp]", "Disp", "mm"), ("Acc [g] RMS", "Acc", "g_n"), ("Disp (mm) (p-p)", "Disp", "mm"),
+        ("H [m/N] Real", "H Real", "m/N"),
     ],
 )  # fmt: skip
 def test_a_unit_stands_behind_a_name_in_many_ways(label: str, name: str, unit: str) -> None:
@@ -57,10 +58,11 @@ def test_a_word_that_may_be_a_name_a_ratio_or_a_path_is_no_unit(label: str) -> N
 
 
 def test_units_at_the_end_of_names_are_found_with_what_the_amplitude_is() -> None:
-    found = {name: find_suffix(name)[1] for name in ("vel_tip_mms", "a_mm_s2", "x_mm_pp", "a_g_rms", "t_ms", "acc_tip")}
-    assert found == {
+    units = {
         "vel_tip_mms": "mm/s", "a_mm_s2": "mm/s^2", "x_mm_pp": "mm", "a_g_rms": "g_n", "t_ms": "ms", "acc_tip": "",
+        "disp_cm": "cm", "Zeit_µs": "µs", "Acc_m/s²": "m/s^2", "disp_s": "s", "acc_min": "",
     }  # fmt: skip
+    assert {name: find_suffix(name)[1] for name in units} == units
 
 
 @pytest.mark.parametrize(

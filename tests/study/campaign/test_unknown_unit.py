@@ -32,7 +32,18 @@ def largest(folder: Path) -> float:
 
 @pytest.mark.parametrize(
     "label",
-    ["[furlong]", "(furlong)", "(Gal/s)", "/ furlong", "in µinch", ", furlong", "µinch", "[a.u.]", "[dBm]", "[mm/foo]"],
+    [
+        "[furlong]",
+        "(furlong)",
+        "(mm/furlong)",
+        "/ furlong",
+        "in µinch",
+        ", furlong",
+        "µinch",
+        "[a.u.]",
+        "[dBm]",
+        "[mm/foo]",
+    ],
 )
 def test_a_response_in_an_unknown_unit_is_left_out_by_name_with_the_remedy(tmp_path: Path, label: str) -> None:
     rows = [f"{f};1;{x:.9g};{x:.9g}" for f, x in zip(FREQUENCY, SIZE, strict=True)]
@@ -43,12 +54,58 @@ def test_a_response_in_an_unknown_unit_is_left_out_by_name_with_the_remedy(tmp_p
     assert any("Disp" in text and "is not used" in text and "write a unit" in text for text in campaign.draft.left_out)
 
 
-@pytest.mark.parametrize("label", ["Disp, furlong", "Force (dyn)", "Time [fortnight]", "Frequency [foo]"])
+@pytest.mark.parametrize(
+    "label",
+    [
+        "Disp (a.u.)",
+        "Disp (1e-3 m)",
+        "Disp / 0.1mm",
+        "Disp (x1000)",
+        "Disp (mm*10)",
+        "Disp dm",
+        "disp_yd",
+        "Kraft daN",
+        "force_dyn",
+        "Force [counts]",
+        "Time (samples)",
+        "time_ticks",
+        "Disp_µstrain",
+        "Acc m/s^3",
+        "Zeit in h",
+        "Acc (dm/s²)",
+        "Force (dyn)",
+        "Time [fortnight]",
+        "Frequency [foo]",
+    ],
+)
 def test_any_channel_with_an_unknown_unit_is_not_used(label: str) -> None:
     assert recognise_column(Column(name=label, values=np.linspace(1, 5, 20)), label).role is Role.OTHER
 
 
-@pytest.mark.parametrize("name", ["acc (left pad)", "acc (tip)", "acc [0]", "acc [z]", "acc (rod)", "disp (raw)", "x"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "disp_rel",
+        "acc_h",
+        "disp tip",
+        "acc 12Z",
+        "acc (12Z)",
+        "acc (H1)",
+        "acc (3 N)",
+        "disp (80 Hz)",
+        "acc [counts]",
+        "acc_left",
+        "disp out",
+        "acc (x1)",
+        "acc (left pad)",
+        "acc (tip)",
+        "acc [0]",
+        "acc [z]",
+        "acc (rod)",
+        "disp (raw)",
+        "x",
+    ],
+)
 def test_a_place_in_brackets_is_no_unit(name: str) -> None:
     assert recognise_column(Column(name=name, values=np.linspace(1, 5, 20)), name).role is Role.RESPONSE
 
