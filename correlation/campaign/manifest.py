@@ -17,7 +17,7 @@ from correlation.campaign.measurement_unit import positive_si_quantity, si_facto
 from correlation.campaign.run_entry import RunEntry, read_run
 from correlation.campaign.run_table import RunUnits
 from correlation.campaign.sensor_entry import read_sensor
-from correlation.campaign.signal_entry import read_sign
+from correlation.campaign.signal_entry import PEAK_OF, read_sign
 from correlation.campaign.time_record import TIME
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataType
@@ -29,8 +29,6 @@ SCHEMA = 1
 Entry = TypeVar("Entry")
 #: Sign of i Omega t by the words of the manifest.
 TIME_SIGNS = {"exp(+i omega t)": 1, "exp(i omega t)": 1, "exp(-i omega t)": -1}
-#: Peak amplitude of one unit.
-PEAK_OF = {"peak": 1.0, "rms": math.sqrt(2.0), "peak to peak": 0.5}
 CONVENTIONS = ("convention", "units")
 #: SI unit of the levels by what drives the structure.
 DRIVES = {"force": "N", "base acceleration": "m/s^2"}

@@ -172,7 +172,8 @@ def _read_signals(
                 signal.problem(f'has no phase: add phase = false to sensor "{sensor.name}", or name its phase'),
             )
             if signal.harmonic:
-                value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn[there] ** signal.harmonic
+                peak = signal.peak(units.peak)
+                value = (np.conj(value) if units.time_sign < 0 else value) * peak * turn[there] ** signal.harmonic
             if signal.harmonic and not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
             yield _Signal(there, number, signal.harmonic, value)
@@ -320,7 +321,8 @@ def _whole(entry: RunEntry, file: MeasuredFile, name: str) -> Whole:
 def _force(entry: RunEntry, file: MeasuredFile, units: RunUnits) -> Complex[NDArray[np.complex128], " n"] | None:
     if "force" not in entry.own:
         return None
-    value = entry.own["force"].or_unit(file, units.level_unit).complex_values(file, units.level_si) * units.peak
+    force = entry.own["force"].or_unit(file, units.level_unit)
+    value = force.complex_values(file, units.level_si) * force.peak(units.peak)
     if (np.abs(value) == 0).any():
         row = int(np.argmax(np.abs(value) == 0))
         raise entry.own["force"].problem(f"is 0 at row {row + 1} of {file.path.name}: leave out what was not driven")
@@ -339,7 +341,7 @@ def _level(
 ) -> Real:
     if "level" in entry.own:
         signal = entry.own["level"].or_unit(file, units.level_unit)
-        return signal.positive_values(file, units.level_si) * units.peak
+        return signal.positive_values(file, units.level_si) * signal.peak(units.peak)
     if entry.levels:
         n_pass = int(of_pass.max(initial=-1)) + 1
         if len(entry.levels) != n_pass:

@@ -24,6 +24,8 @@ PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 MOST_RADIANS = 8 * math.pi
 #: Unit of whole numbers of a converter, which a sensitivity scales.
 COUNT = "count"
+#: Peak amplitude of one unit.
+PEAK_OF = {"peak": 1.0, "rms": math.sqrt(2.0), "peak to peak": 0.5}
 #: Radians of one unit of a phase.
 PHASE = {"rad": 1.0, "deg": math.pi / 180, "degree": math.pi / 180}
 
@@ -45,6 +47,8 @@ class SignalEntry:
     sensitivity
         Reading per unit of the quantity, such as "100 mV/g_n" or "655.36 count/(m/s^2)"; empty where the columns hold
         the quantity itself.
+    convention
+        What its amplitudes are, "peak", "rms" or "peak to peak"; empty for what those of the campaign are.
     harmonic
         Harmonic of its values [-].
     sign
@@ -58,6 +62,7 @@ class SignalEntry:
     unit: str = ""
     phase_unit: str = ""
     sensitivity: str = ""
+    convention: str = ""
     harmonic: int = 1
     sign: int = 1
     gaps: str = 'leave these rows out of the file, or add missing = "skip" to its table'
@@ -66,6 +71,10 @@ class SignalEntry:
     def has_phase(self) -> bool:
         """Whether its values are complex."""
         return "amplitude" not in self.columns or "phase" in self.columns
+
+    def peak(self, common: float) -> float:
+        """Peak amplitude of one unit of its `complex_values`, from that of the campaign [-]."""
+        return 1.0 if self.convention else common
 
     def problem(self, text: str) -> CampaignError:
         """A mistake with its place in the manifest."""
@@ -77,7 +86,7 @@ class SignalEntry:
         return self if said else replace(self, unit=unit)
 
     def complex_values(self, file: MeasuredFile, si: str) -> Complex[NDArray[np.complex128], " n"]:
-        """Values in SI, shape (n,); real and not negative where there is no phase.
+        """Values in SI, shape (n,), as peaks if it has a convention; real and not negative where there is no phase.
 
         Parameters
         ----------
@@ -98,7 +107,7 @@ class SignalEntry:
         for column in parts.values():
             _require_measurable(self, file, column)
         first = next(iter(parts.values()))
-        factor = self.sign * self._factor(file, first, si)
+        factor = self.sign * self._factor(file, first, si) * self._own_peak()
         if "column" in parts:
             return np.asarray(factor * parts["column"].values, dtype=np.complex128)
         for part, column in parts.items():
@@ -176,6 +185,10 @@ class SignalEntry:
             )
         return np.asarray(PHASE[unit] * column.values)
 
+    def _own_peak(self) -> float:
+        """Peak amplitude of one unit by its own convention; a mean has none [-]."""
+        return PEAK_OF[self.convention] if self.convention and self.harmonic else 1.0
+
     def _factor(self, file: MeasuredFile, column: Column, si: str) -> float:
         """What the column's values are multiplied by to become SI."""
         if not si:
@@ -222,6 +235,7 @@ def read_signal(table: TomlTable, key: str) -> SignalEntry:
         unit=entry.take("unit", str, ""),
         phase_unit=entry.take("phase_unit", str, ""),
         sensitivity=entry.take("sensitivity", str, ""),
+        convention=entry.choice("convention", PEAK_OF) if "convention" in value else "",
         harmonic=entry.take("harmonic", int, 1),
         sign=read_sign(entry),
     )

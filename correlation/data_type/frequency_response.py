@@ -233,11 +233,12 @@ def _per_force(
     """A response per unit of force, in SI as far as it is calibrated: as it is in the file, or over its force."""
     unit, level_si = sensor.unit if sensor.calibrated else "", context.units.level_si
     if force is not None:
-        driven = force.or_unit(file, context.units.level_unit).complex_values(file, level_si)
+        peak = context.units.peak
+        driven = force.or_unit(file, context.units.level_unit).complex_values(file, level_si) * force.peak(peak)
         if (driven == 0).any():
             row = int(np.argmax(driven == 0))
             raise force.problem(f"is 0 at row {row + 1} of {file.path.name}: leave out what was not driven")
-        return np.asarray(signal.complex_values(file, unit) / driven)
+        return np.asarray(signal.complex_values(file, unit) * signal.peak(peak) / driven)
     if not (unit and level_si):
         return signal.complex_values(file, "")
     if signal.is_in(file, unit):

@@ -49,6 +49,8 @@ class Column:
         Unit as text that `correlation.campaign.measurement_unit` understands; empty if it is unknown.
     label
         Name and unit as they stand in the file, where the name does not hold both.
+    unit_label
+        What the file has as the unit, also where it is not understood; empty where only the name says it.
     abscissa
         Name of the column over which this one is given; None if the file does not say.
     function
@@ -67,6 +69,7 @@ class Column:
     values: NDArray[Any]
     unit: str = ""
     label: str = ""
+    unit_label: str = ""
     abscissa: str | None = None
     function: str = ""
     response: Point | None = None

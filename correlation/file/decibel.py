@@ -6,14 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from correlation.file.column import Column
-from correlation.file.unit_label import unit_text
+from correlation.file.unit_label import names_no_unit, unit_text
 
-#: "tip (dB re 1 m/N)", "FRF_dB" or "decibels", with what follows: the reference and its unit.
+#: "tip (dB re 1 m/N)", "FRF_dB", "dB(1e-6 m/s2)", "dBg" or "decibels": what is attached, the reference and its unit.
 DECIBEL = re.compile(
-    r"(?<![a-z])d(?:b|ecibels?)(?![a-z])[\s:,]*(?:\(?\s*(?:relative|rel|ref|re)\.?\s*(?:to\s+)?)?"
+    r"(?<![a-z])(?:decibels?|db(?P<attached>g|n|[mu]?v|m|a|u|fs|spl|))(?![a-z])[\s:,]*"
+    r"(?:[(\[](?=\s*(?:re|\d)))?\s*(?:(?:relative|rel|ref|re)\.?\s*(?:to\s+)?)?"
     r"(?P<reference>\d+(?:\.\d*)?(?:e[+-]?\d+)?)?\s*(?P<unit>(?:[^()\[\]]|\([^()]*\))*)",
     re.IGNORECASE,
 )
+#: Units that are written to decibels of motions and forces; dBV, dBm, dBA and the like are left as they are.
+ATTACHED = {"g": "g_n", "n": "N"}
 #: Decibels of a power are ten logarithms, and no amplitude.
 POWER = re.compile(r"psd|power|auto|cross|energy|densit", re.IGNORECASE)
 #: Fact of a column that was in decibels.
@@ -28,11 +31,16 @@ def read_decibels(column: Column) -> Column:
     column
         As the file has it, its label such as "tip (dB re 1 m/N)"; without a reference :math:`x_0` is 1.
     """
-    label = column.label or column.name
+    label = column.label or " ".join([column.name, column.unit_label])
     found = DECIBEL.search(label)
     if found is None or POWER.search(label) or column.words or np.iscomplexobj(column.values):
         return column
+    attached, said = (found["attached"] or "").lower(), found["unit"].strip()
+    if attached and attached not in ATTACHED:
+        return replace(column, unit="", unit_label=f"dB{found['attached']}")
+    unit = ATTACHED.get(attached) or unit_text(said)
     reference = float(found["reference"] or 1.0)
     with np.errstate(over="ignore"):
         values = reference * 10 ** (column.values / 20)
-    return replace(column, values=values, unit=unit_text(found["unit"]), facts={**column.facts, SCALE: label})
+    unknown = said if found["reference"] and not unit and not names_no_unit(said) else ""
+    return replace(column, values=values, unit=unit, unit_label=unknown, facts={**column.facts, SCALE: label.strip()})

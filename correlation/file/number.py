@@ -1,6 +1,7 @@
-"""Numbers as programs write them: Fortran's D exponents, decimal commas, complex numbers."""
+"""Numbers as programs write them: Fortran's D exponents, decimal commas, groups of thousands, complex numbers."""
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +12,12 @@ MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---"}
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:inf|infinity)", re.IGNORECASE)
 COMPLEX = re.compile(r"\(?\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([+-]\s*[\d.]+(?:[eE][+-]?\d+)?)\s*\*?\s*[ij]\s*\)?")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eEdD][+-]?\d+)?")
+#: Groups of three digits, by whether the decimal sign is a comma: 1.234,5 or 1 234,5; 1,234.5 or 1'234.5.
+BLANK = " \u00a0\u202f'\u2019"
+GROUPED = {
+    comma: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:(?:\{group}\d{{3}})+|(?:[{BLANK}]\d{{3}})+)(?:\{sign}\d*)?")
+    for comma, sign, group in ((False, ".", ","), (True, ",", "."))
+}
 
 
 def read_number(text: str, *, decimal_comma: bool = False) -> float | complex | None:
@@ -18,6 +25,10 @@ def read_number(text: str, *, decimal_comma: bool = False) -> float | complex | 
     text = text.strip()
     if text.lower() in MISSING:
         return float("nan")
+    if GROUPED[decimal_comma].fullmatch(text):
+        text = re.sub(rf"[{BLANK}{'.' if decimal_comma else ','}]", "", text)
+    elif decimal_comma and "." in text and NUMBER.fullmatch(text):
+        return None  # a point that is neither a decimal sign nor between groups
     if decimal_comma:
         text = text.replace(",", ".")
     if NUMBER.fullmatch(text):
@@ -29,6 +40,36 @@ def read_number(text: str, *, decimal_comma: bool = False) -> float | complex | 
         except ValueError:
             return None
     return None
+
+
+def is_written_number(text: str) -> bool:
+    """Whether a field is a number with one decimal sign or the other."""
+    return any(read_number(text, decimal_comma=comma) is not None for comma in (False, True))
+
+
+def has_decimal_comma(rows: Sequence[Sequence[str]]) -> bool:
+    """Whether decimals are commas in rows of one length.
+
+    A sign with other than three digits behind it is a decimal sign. Where all have three, one is a group of thousands
+    if whole numbers below 1000 stand in its column, too.
+    """
+    fields = [field.strip() for row in rows for field in row]
+    commas = [field for field in fields if DECIMAL_COMMA.fullmatch(field) or GROUPED[True].fullmatch(field)]
+    points = [field for field in fields if "." in field and read_number(field) is not None]
+    proofs = [
+        sum(sign in field and not GROUPED[not comma].fullmatch(field) for field in of_sign)
+        for comma, sign, of_sign in ((True, ",", commas), (False, ".", points))
+    ]
+    if proofs[0] != proofs[1]:
+        return proofs[0] > proofs[1]
+    for column in zip(*rows, strict=True):
+        written = [field.strip() for field in column if field.strip()]
+        for comma in (False, True):
+            grouped = sum(GROUPED[comma].fullmatch(field) is not None for field in written)
+            whole = sum(re.fullmatch(r"[+-]?\d{1,3}", field) is not None for field in written)
+            if grouped and whole and grouped + whole == len(written):
+                return comma
+    return len(commas) > len(points)
 
 
 def read_numbers(text: bytes) -> Float[NDArray[np.float64], " n"] | None:

@@ -1,46 +1,165 @@
 """Units as test programs label them, and as `correlation.campaign.measurement_unit` reads them.
 
-Only units of test benches are taken: the library of units knows so many that "acc" is an attocubic centimetre.
+A label is a name with a unit: "acc [m/s^2]", "force (N)", "Weg / µm", "Weg in µm", "Displacement, um", "Disp um". A
+unit is made of symbols or words by products, ratios and powers; a word such as "rms" beside it says what an amplitude
+is. Only units of test benches are taken: the library of units knows so many that "acc" is an attocubic centimetre.
 """
 
 import re
 from functools import cache
+from typing import NamedTuple
 
-#: A label with its unit: "acc [m/s^2]", "force (N)", "x / mm" is not taken: it may be a ratio.
-BRACKETED = re.compile(r"^(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)*)\))\s*$")
+from correlation.file.quantity import OF_UNIT, fits_name
+
+#: A unit in brackets; after square ones more words may follow.
+BRACKETED = re.compile(
+    r"^(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\](?P<rest>[^\[\]()]*)|\((?P<round>[^()]*(?:\([^()]*\)[^()]*)*)\))\s*$"
+)
+#: Before a unit that stands behind a name; a stroke without blanks may be that of a path or of a ratio.
+BEHIND = re.compile(r"(?<=[^\s/,])(?:\s+/\s+|/|\s+in\s+|,\s+)(?=\S)")
+LAST_WORD = re.compile(r"^(?P<name>.*\S)\s+(?P<unit>\S+)$")
+#: Units that are words of names, too.
+WORDS_TOO = {"in", "min", "us", "ft"}
 #: Words that programs write for a unit, in small letters, as this project writes it.
 ALIASES = {
-    "g": "g_n", "gn": "g_n", "g0": "g_n", "g's": "g_n", "gs": "g_n", "g_n": "g_n", "g rms": "g_n", "g pk": "g_n",
-    "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "lbf": "lbf", "pound": "lbf", "pounds": "lbf",
-    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "msec": "ms",
-    "hertz": "Hz", "hz": "Hz", "khz": "kHz", "1/s": "Hz", "rpm": "rpm", "1/min": "rpm", "u/min": "rpm",
-    "volt": "V", "volts": "V", "v": "V", "mv": "mV", "meter": "m", "metre": "m", "meters": "m", "in": "inch",
-    "inches": "inch", "micron": "um", "microns": "um", "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg",
-    "radian": "rad", "radians": "rad", "rad": "rad", "%": "percent", "ips": "inch/s",
+    "g": "g_n", "gn": "g_n", "g0": "g_n", "g's": "g_n", "gs": "g_n", "g_n": "g_n",
+    "lb": "lbf", "lbs": "lbf", "lbf": "lbf", "pound": "lbf", "pounds": "lbf",
+    "sec": "s", "secs": "s", "sek": "s", "msec": "ms", "hz": "Hz", "khz": "kHz", "1/s": "Hz", "rpm": "rpm",
+    "1/min": "rpm", "u/min": "rpm", "v": "V", "mv": "mV", "mm": "mm", "um": "um", "cm": "cm", "kn": "kN", "in": "inch",
+    "inches": "inch", "micron": "um", "microns": "um", "mil": "thou", "mils": "thou", "thou": "thou", "deg": "deg",
+    "degree": "deg", "degrees": "deg", "grad": "deg", "°": "deg", "radian": "rad", "radians": "rad", "rad": "rad",
+    "%": "percent", "ips": "inch/s", "zoll": "inch", "kp": "kgf", "gal": "cm/s^2",
+    "ms-2": "m/s^2", "ms^-2": "m/s^2", "cps": "Hz", "cpm": "rpm",
 }  # fmt: skip
+#: Units that are written out, each with the prefixes below: "Mikrometer", "milliseconds".
+WRITTEN_OUT = re.compile(
+    r"(?P<prefix>nano|mi[ck]ro|milli|[cz]enti|kilo|)"
+    r"(?:(?P<m>met(?:er|re)[sn]?)|(?P<N>newtons?)|(?P<V>volts?)|(?P<s>seconds?|sekunden?)|(?P<Hz>hertz)|(?P<Pa>pascal))"
+)
+PREFIXES = {"nano": "n", "micro": "u", "mikro": "u", "milli": "m", "centi": "c", "zenti": "c", "kilo": "k", "": ""}
 #: Labels that name no unit.
 NO_UNIT = {"", "-", "none", "null", "1", "n/a", "na", "unitless", "dimensionless", "lin", "db", "eu", "unknown"}
 #: Units of test benches, of which others are made by products, ratios and powers.
 FAMILIAR = {
-    "m", "mm", "um", "µm", "nm", "cm", "km", "inch", "ft", "mil", "N", "mN", "cN", "kN", "MN", "lbf", "kgf", "poundal",
-    "Pa", "kPa", "MPa", "GPa", "bar", "psi", "kg", "mg", "lb", "tonne", "s", "ms", "us", "µs", "min", "Hz", "kHz",
-    "MHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W", "g_n", "V", "mV", "uV", "µV", "kV", "A", "mA", "K", "degC",
+    *(prefix + symbol for prefix in ("", "n", "u", "µ", "m", "k") for symbol in ("m", "N", "s", "V", "A", "Hz", "Pa")),
+    "cm", "inch", "ft", "cN", "MN", "lbf", "kgf", "poundal", "MPa", "GPa", "bar", "psi", "kg", "mg", "lb", "tonne",
+    "min", "MHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W", "g_n", "K", "degC",
 }  # fmt: skip
-CHARACTERS = str.maketrans({"²": "^2", "³": "^3", "·": "*", "μ": "µ", "⋅": "*"})
+#: Units at the end of names such as "force_N", in small letters, and those of velocities and accelerations there.
+SUFFIXES = {
+    "rad_s": "rad/s", "s": "s", "ms": "ms", "n": "N", "kn": "kN", "mn": "mN", "m": "m", "nm": "nm",
+    **{unit: ALIASES[unit] for unit in ("hz", "khz", "rpm", "lbf", "mm", "um", "in", "v", "mv", "rad", "deg", "g")},
+    "mils": "thou", "volt": "V", "volts": "V",
+}  # fmt: skip
+SUFFIX = re.compile(r"(?P<length>[umn]?m|in|ft)_?(?:p(?:er)?_?)?s(?P<power>_?2)?")
+#: One sign for each that means the same; the Greek mu becomes the micro sign.
+CHARACTERS = str.maketrans({
+    "·": "*", "⋅": "*", "•": "*", "×": "*", "μ": "µ",
+    **dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)),
+})  # fmt: skip
+SUPERSCRIPT = re.compile(r"(?=[⁰¹²³⁴-⁹⁻])(?<![⁰¹²³⁴-⁹⁻])")
+#: What an amplitude is, beside its unit or within its name.
+AMPLITUDES = {
+    "peak to peak": r"p(?:ea)?k?(?:\s*-\s*|\s+to\s+|\s+)?p(?:ea)?k?|ptp|spitze-spitze",
+    "rms": r"rms|r\.m\.s\.?|eff(?:ektivwert)?",
+    "peak": r"0\s*-?\s*p(?:ea)?k?|zero[- ](?:to[- ])?peak|pk|peak",
+}
+OF_AMPLITUDE = {word: re.compile(pattern, re.IGNORECASE) for word, pattern in AMPLITUDES.items()}
+IN_WORDS = {
+    word: re.compile(rf"(?<![A-Za-z0-9])(?:{pattern})(?![A-Za-z0-9])", re.IGNORECASE)
+    for word, pattern in AMPLITUDES.items()
+}
+WITH_AMPLITUDE = re.compile(
+    rf"^(?P<unit>.*?)[\s_,-]*[\[(]?(?P<word>{'|'.join(AMPLITUDES.values())})[\])]?$", re.IGNORECASE
+)
+#: A factor before a unit; "3 N" and "80 Hz" are levels and frequencies.
+FACTOR = re.compile(r"(?P<times>[x×*]?)\s*\d[\d.,^eE+*×-]*\s*(?P<unit>.*)$")
+SCALED = {"displacement", "velocity", "acceleration"}
+NO_WORD = re.compile(r"[µμ²³⁻^%*\"]|\b[a-z]\.[a-z]\.")
+#: Signs that stand in units, and in no other words.
+SIGNS = re.compile(r"[µμ°²³⁻^%]|\w\s*/\s*\(?\w|\d/\w")
+
+
+class Label(NamedTuple):
+    """A label in parts: its name, what stands there as a unit, be it known or not, and the sign before it.
+
+    A unit is doubtful where it is of another quantity than the name: "acc / N" may be a ratio.
+    """
+
+    name: str
+    unit: str = ""
+    sign: str = ""
+    is_doubtful: bool = False
 
 
 def split_label(label: str) -> tuple[str, str]:
-    """Name and unit of a label such as "acc [m/s^2]" or "force (N)"; the unit is empty if none is in brackets.
+    """Name and unit of a label such as "acc [m/s^2]", "force (N)" or "Weg / µm"; the unit is empty if it names none.
 
     Returns
     -------
-    Name without the unit, and the unit as `unit_text` gives it. A bracket that is no unit stays in the name.
+    Name without the unit, and the unit as `unit_text` gives it. What is no unit stays in the name.
     """
-    match = BRACKETED.match(label)
-    if match is None or not match[1]:
-        return label.strip(), ""
-    unit = unit_text(match[2] if match[2] is not None else match[3], name=match[1])
-    return (match[1], unit) if unit else (label.strip(), "")
+    found = find_unit(label)
+    unit = "" if found.is_doubtful else unit_text(found.unit, name=found.name)
+    return (found.name, unit) if unit else (label.strip(), "")
+
+
+def find_unit(label: str) -> Label:
+    """Name of a label, and what stands there as its unit.
+
+    Returns
+    -------
+    Its parts; the sign is "[", "(", "/", "in", "," or, before a last word, empty. Without a unit all is name.
+    """
+    label = label.strip()
+    if (match := WITH_AMPLITUDE.match(label)) and match["unit"]:  # "Force [N] rms"
+        found = find_unit(match["unit"])
+        if unit_text(found.unit, name=found.name) and not found.is_doubtful:
+            return found._replace(unit=f"{found.unit} {match['word']}")
+    if (match := BRACKETED.match(label)) and match["name"]:
+        token = match["square"] if match["square"] is not None else match["round"]
+        rest = (match["rest"] or "").strip()
+        if not rest or unit_text(token):
+            return Label(f"{match['name']} {rest}".strip(), token, "[" if match["square"] is not None else "(")
+    behind = [(label[: one.start()], one[0], label[one.end() :]) for one in BEHIND.finditer(label)]
+    known = next(((name, sign, unit) for name, sign, unit in behind if _may_be_behind(name, sign, unit)), None)
+    if known is not None:
+        return Label(known[0], known[2], known[1].strip())
+    if (match := LAST_WORD.match(label)) and _may_be_last(match["name"], match["unit"]):
+        return Label(match["name"], match["unit"])
+    unknown = next(((name, sign, unit) for name, sign, unit in behind if sign != "/"), None)
+    return Label(unknown[0], unknown[2], unknown[1].strip(), True) if unknown is not None else Label(label)
+
+
+def _may_be_behind(name: str, sign: str, token: str) -> bool:
+    """Whether a known unit stands behind a sign; a stroke without blanks needs a unit of what the name says."""
+    unit = unit_text(token, name=name)
+    fits = fits_name(name, unit)
+    return bool(unit) and _is_symbol(token) and (fits is True or (sign != "/" and (fits is None or len(unit) > 1)))
+
+
+def _is_symbol(token: str) -> bool:
+    """Whether a unit is no letter that may as well be a name, such as that of an axis or of a voltage."""
+    return len(token) > 1 or token in FAMILIAR or token in {"g", "G", "°", "%"}
+
+
+def _may_be_last(name: str, token: str) -> bool:
+    """Whether the last word is a unit: one of the quantity of the name, or a symbol that is no word."""
+    unit = unit_text(token, name=name)
+    if not unit:
+        return looks_like_a_unit(token) and "/" not in token
+    symbol = unit in OF_UNIT and len(token) > 1 and not token.isupper() and token.lower() not in WORDS_TOO
+    fits = fits_name(name, unit) is True and _is_symbol(token) and token != "G"  # "acc F", "acc G" are channels
+    return fits or symbol or bool(SIGNS.search(token))
+
+
+def looks_like_a_unit(token: str) -> bool:
+    """Whether a text that is no known unit has the signs of one: "µinch", "mm/furlong", "0.1 mm", "x 1000"."""
+    if match := FACTOR.match(token):
+        return not match["unit"] if match["times"] else OF_UNIT.get(unit_text(match["unit"]), "force") in SCALED
+    words = re.findall(r"[^\W\d_]+", token)
+    known = any(_symbol(word) and word.lower() != "in" for word in words)
+    return bool(NO_WORD.search(token)) or (len(words) > 1 and known and bool(SIGNS.search(token)))
 
 
 def unit_text(label: str, *, name: str = "") -> str:
@@ -49,7 +168,7 @@ def unit_text(label: str, *, name: str = "") -> str:
     Parameters
     ----------
     label
-        What the program wrote: "m/s²", "g", "sec", "(m/s2)/N", "[um]".
+        What the program wrote: "m/s²", "g", "sec", "(m/s2)/N", "[um]", "mm p-p".
     name
         Name of the quantity: "g" is the acceleration of gravity, except of a mass.
 
@@ -57,27 +176,113 @@ def unit_text(label: str, *, name: str = "") -> str:
     -------
     Text such as "m/s^2" or "g_n"; empty if the label names no unit.
     """
-    text = label.strip().strip("[]").strip()
-    if text.startswith("(") and text.find(")") == len(text) - 1:
-        text = text[1:-1].strip()
-    if text.lower() in NO_UNIT:
-        return ""
+    text = _bare(label)
     if text == "g" and re.search("mass|weight", name, re.IGNORECASE):
         return "g"
-    return _normal(text)
+    return _parse(text)[0]
+
+
+def find_suffix(name: str) -> tuple[str, str]:
+    """Unit at the end of a name such as "velocity_mm_s" or "disp_mm_pp": as it stands there, and as text; or empty.
+
+    Any unit of what the name says is taken, of other quantities those in `SUFFIXES`.
+    """
+    parts = name.split("_")
+    for size in range(min(4, len(parts) - 1), 0, -1):
+        ending = "_".join(parts[-size:])
+        if unit := _suffix(ending.lower()):
+            return ending, unit
+    if len(parts) > 1 and (unit := unit_text(parts[-1])) and fits_name("_".join(parts[:-1]), unit):
+        return parts[-1], unit
+    return "", ""
 
 
 @cache
-def _normal(text: str) -> str:
-    known = text if text in FAMILIAR else ALIASES.get(text.lower())
-    if known:
+def _suffix(ending: str) -> str:
+    if ending in SUFFIXES:
+        return SUFFIXES[ending]
+    if match := SUFFIX.fullmatch(ending):
+        return f"{_symbol(match['length'])}/s{'^2' if match['power'] else ''}"
+    match = WITH_AMPLITUDE.match(ending)
+    return _suffix(match["unit"].rstrip("_")) if match and match["unit"] else ""
+
+
+def split_unit_cell(cell: str, *, name: str = "") -> tuple[str, str]:
+    """Word and unit of a cell in a row of units: "(m/s^2)/N Real" is of the real part; the word is empty in most."""
+    if unit := unit_text(cell, name=name):
+        return "", unit
+    unit, _, word = cell.rpartition(" ")
+    known = unit_text(unit, name=name) if word.isalpha() else ""
+    return (word, known) if known else ("", "")
+
+
+def names_no_unit(label: str) -> bool:
+    """Whether a label says that there is no unit, or none that means anything: "-", "none", "EU"."""
+    return _bare(label).lower() in NO_UNIT
+
+
+def amplitude_of_unit(label: str) -> str:
+    """What an amplitude in a unit such as "mm p-p" is: "peak", "rms", "peak to peak"; empty if it does not say."""
+    return _parse(_bare(label))[1]
+
+
+def amplitude_in_words(text: str) -> str:
+    """What an amplitude is by a word such as "RMS" within a text; empty if no such word, or several, are there."""
+    said = {meant for meant, pattern in IN_WORDS.items() if pattern.search(text)}
+    if "peak to peak" in said:
+        said -= {"peak"}
+    return said.pop() if len(said) == 1 else ""
+
+
+def _bare(label: str) -> str:
+    text = label.strip().strip("[]").strip()
+    return text[1:-1].strip() if text.startswith("(") and text.find(")") == len(text) - 1 else text
+
+
+@cache
+def _parse(text: str) -> tuple[str, str]:
+    """Unit and meaning of an amplitude; both are empty if the text is no unit."""
+    if text.lower() in NO_UNIT:
+        return "", ""
+    if unit := _product(text):
+        return unit, ""
+    match = WITH_AMPLITUDE.match(text)
+    if match is None or not match["unit"]:
+        return "", ""
+    said = next(word for word, pattern in OF_AMPLITUDE.items() if pattern.fullmatch(match["word"]))
+    above, stroke, below = match["unit"].rpartition("/")
+    if stroke and (both := WITH_AMPLITUDE.match(above.strip("( "))) and both["word"].lower() == match["word"].lower():
+        unit = _product(f"({both['unit'].strip()})/{below.strip('( ')}")
+        return unit, ""  # of a ratio of such amplitudes nothing is left
+    unit = "" if stroke and _product(below) in {"N", "mN", "kN", "lbf", "V"} else _product(match["unit"].strip())
+    return (unit, said) if unit else ("", "")
+
+
+def _symbol(text: str) -> str:
+    """One unit without powers; empty if it is none."""
+    known = text if text in FAMILIAR else ALIASES.get(text.lower(), "")
+    if known or not (match := WRITTEN_OUT.fullmatch(text.lower())):
         return known
-    text = text.translate(CHARACTERS).replace("**", "^")
-    text = re.sub(r"(?<=[A-Za-z])([23])(?![\d.])", r"^\1", text)  # m/s2
+    prefix, symbol = PREFIXES[match["prefix"]], match.lastgroup or ""
+    return prefix + symbol
+
+
+def _product(text: str) -> str:
+    """A product of units with powers; empty if one of them is unknown."""
+    text = SUPERSCRIPT.sub("^", text).translate(CHARACTERS).replace("**", "^")
+    if known := _symbol(text):
+        return known
+    text = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", text)  # m.s-2
+    text = re.sub(r"(?<=[A-Za-z])(-?[23])(?![\d.])", r"^\1", text)  # m/s2
+    text, of_one = re.subn(r"^1(?=\s*/)", "", re.sub(r"\bN ?s\b(?!\^)", "(N*s)", text))  # 1/kg, m/Ns
+    if re.search(r"[^\W\d_]\s*\(", text):  # a name before a bracket
+        return ""
     parts = re.split(r"(\s*[/*^()]\s*|(?<=\^)-?\d(?!\d)|\s+)", text)
-    units = [part if part in FAMILIAR else ALIASES.get(part.lower(), "") for part in parts[::2]]
+    units = [_symbol(part) for part in parts[::2]]
     if len(parts) == 1 or any(not unit for unit, part in zip(units, parts[::2], strict=True) if part):
         return ""
     signs = [part.strip() or "*" for part in parts[1::2]]
-    joined = "".join(unit + sign for unit, sign in zip(units, [*signs, ""], strict=True))
+    if signs[0] == "/" and not parts[0] and not of_one:
+        return ""
+    joined = "1" * of_one + "".join(unit + sign for unit, sign in zip(units, [*signs, ""], strict=True))
     return joined if joined.count("(") == joined.count(")") else ""

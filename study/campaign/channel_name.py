@@ -4,7 +4,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from study.campaign.column_role import MOTION_WORDS, Part, Role, name_words
+from correlation.file.quantity import MOTION_WORDS
+from study.campaign.column_role import Part, Role, name_words
 from study.campaign.run_name import LEVEL_IN_NAME, OF_A_RUN, PLACE
 from study.campaign.table import file_stem
 from study.campaign.table_kind import OF_FILE, JudgedTable, Kind

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from correlation.file.column import Column
-from study.campaign.column_role import OF_UNIT, RATIOS, WORDS, Role, name_words, recognise_column
+from correlation.file.quantity import OF_UNIT
+from study.campaign.column_role import RATIOS, WORDS, Role, name_words, recognise_column
 from study.campaign.run_name import (
     HARMONIC_IN_NAME,
     LEVEL_IN_NAME,

@@ -1,16 +1,19 @@
 """What a column is, judged from the file, its unit, its name and its values."""
 
 import re
+import unicodedata
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from correlation.campaign.measurement import LOAD_CELL
+from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
 from correlation.campaign.measurement_unit import base_unit, root_units
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
-from correlation.file.unit_label import split_label, unit_text
+from correlation.file.quantity import FORCE_QUANTITY, MOTION_WORDS, OF_UNIT
+from correlation.file.unit_label import find_suffix, split_label, unit_text
+from study.campaign.unknown_unit import says_counts, unknown_unit
 
 
 class Role(Enum):
@@ -74,24 +77,6 @@ class Recognised:
     assumed: bool = False
 
 
-#: Units at the end of names such as "velocity_mm_s", in small letters.
-SUFFIXES = {
-    "m_s2": "m/s^2", "mm_s2": "mm/s^2", "m_s_2": "m/s^2", "mps2": "m/s^2", "m_s": "m/s", "mm_s": "mm/s", "mps": "m/s",
-    "hz": "Hz", "khz": "kHz", "rad_s": "rad/s", "rpm": "rpm", "s": "s", "ms": "ms", "n": "N", "kn": "kN", "mn": "mN",
-    "lbf": "lbf", "m": "m", "mm": "mm", "um": "um", "nm": "nm", "in": "inch", "v": "V", "mv": "mV", "volt": "V",
-    "volts": "V", "rad": "rad", "deg": "deg", "g": "g_n",
-}  # fmt: skip
-QUANTITIES = {
-    "displacement": ("m", "mm", "um", "µm", "nm", "cm", "inch", "ft", "mil"),
-    "velocity": ("m/s", "mm/s", "um/s", "µm/s", "inch/s", "ft/s"),
-    "acceleration": ("m/s^2", "mm/s^2", "g_n", "ft/s^2", "inch/s^2", "m/s/s"),
-    "force": ("N", "mN", "kN", "lbf", "kgf", "cN"),
-    "voltage": ("V", "mV", "uV", "µV"),
-    "angle": ("deg", "rad", "mrad"),
-    "frequency": ("Hz", "kHz", "rpm", "rad/s"),
-    "time": ("s", "ms", "us", "µs", "min"),
-}
-OF_UNIT = {unit: quantity for quantity, units in QUANTITIES.items() for unit in units}
 MOTIONS = ("displacement", "velocity", "acceleration")
 WORDS: dict[Role, frozenset[str]] = {
     Role.FREQUENCY: frozenset(
@@ -116,25 +101,18 @@ WORDS: dict[Role, frozenset[str]] = {
     Role.ORDER: frozenset(["order", "index", "sequence"]),
     Role.REPEAT: frozenset(["repeat", "repetition", "rep", "wiederholung"]),
     Role.HARMONIC: frozenset(["harmonic", "order_of_harmonic"]),
-    Role.COHERENCE: frozenset(["coherence", "coh", "gamma", "kohaerenz"]),
+    Role.COHERENCE: frozenset(["coherence", "coh", "gamma", "kohaerenz", "kohärenz"]),
     Role.PHASE: frozenset(["phase", "phi", "ph", "phas", "angle", "arg"]),
 }
 PARTS = {
-    Part.AMPLITUDE: frozenset(["amplitude", "amp", "ampl", "magnitude", "mag", "abs", "modulus"]),
-    Part.REAL: frozenset(["real", "re"]),
-    Part.IMAGINARY: frozenset(["imag", "imaginary", "im"]),
+    Part.AMPLITUDE: frozenset(["amplitude", "amp", "ampl", "magnitude", "mag", "abs", "modulus", "betrag"]),
+    Part.REAL: frozenset(["real", "re", "realteil"]),
+    Part.IMAGINARY: frozenset(["imag", "imaginary", "im", "imaginärteil", "imaginaerteil"]),
 }
+#: Words that say what an amplitude is.
+OF_AMPLITUDE = frozenset(["rms", "pk", "pp"])
 #: Names of ratios to a force.
 RATIOS = frozenset(["frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"])
-MOTION_WORDS = {
-    "displacement": frozenset(
-        ["displacement", "disp", "position", "pos", "laser", "x", "y", "z", "weg", "stroke", "u"]
-    ),
-    "velocity": frozenset(["velocity", "vel", "v", "speed"]),
-    "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
-}
-#: Words that say that a force was measured; "drive", "shaker" or "hammer" may as well say where a motion was.
-FORCE_QUANTITY = frozenset(["force", "kraft", "load"])
 #: Names of a force, in newtons where no unit says otherwise; "drive" or "shaker" may as well be a voltage.
 FORCE_WORDS = FORCE_QUANTITY | {"hammer", "impact"}
 #: The letter of a force: F, Fx, F1, F_amp. By itself, "F" may also be a frequency.
@@ -168,8 +146,8 @@ INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
 QUADRATURE = "are signed: in phase, and in quadrature"
 #: Why a column is not used though it is a channel.
 NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
-#: Words in brackets at the end of a name, such as a unit.
-BRACKETS = re.compile(r"[\[(]([^\[\]()]*[A-Za-z][^\[\]()]*)[\])]$")
+#: Roles by a name that need no unit; of a phase the range tells it.
+WITHOUT_UNIT = {Role.PHASE, Role.COHERENCE, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC}
 
 
 def recognise_column(column: Column, name: str) -> Recognised:
@@ -197,7 +175,11 @@ def recognise_column(column: Column, name: str) -> Recognised:
     part = _part(column, words)
     stem = _stem(words, name)
     by_name = _role_by_name(words, quantity)
-    ratio = _ratio(unit)
+    # A sensor in counts has a sensitivity; a force or a time in counts is of no use.
+    in_counts = by_name is None and says_counts(column, name)
+    if by_name not in WITHOUT_UNIT and not in_counts and (foreign := unknown_unit(column, name)):
+        return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{foreign}"', stem=stem)
+    ratio = ratio_quantity(unit)
     if ratio:
         return Recognised(role=Role.RESPONSE, part=part, quantity=ratio, unit=unit, evidence=said, stem=stem)
     if foreign := _foreign(words, unit, quantity):
@@ -238,9 +220,6 @@ def recognise_column(column: Column, name: str) -> Recognised:
             role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem,
             assumed=bool(named) and not unit,
         )  # fmt: skip
-    label = BRACKETS.search(name)
-    if label and not unit:
-        return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{label[1]}"', stem=stem)
     return Recognised(role=Role.OTHER, unit=unit, evidence=f'nothing is known of "{name}"', stem=stem)
 
 
@@ -266,12 +245,8 @@ def unit_of(column: Column, name: str) -> tuple[str, str]:
         return column.unit, f"unit {column.unit} in the file"
     if re.fullmatch(r"V\d*", name):
         return "V", f'called "{name}"'
-    parts = split_label(name)[0].split("_")
-    for size in (3, 2, 1):
-        ending = "_".join(parts[-size:])
-        if len(parts) > size and ending.lower() in SUFFIXES:
-            return SUFFIXES[ending.lower()], f'its name ends in "_{ending}"'
-    return "", ""
+    ending, unit = find_suffix(INDEX.sub("", split_label(name)[0]))
+    return (unit, f'its name ends in "_{ending}"') if unit else ("", "")
 
 
 def listed_unit(column: Column, quantity: str) -> str:
@@ -284,13 +259,10 @@ def listed_unit(column: Column, quantity: str) -> str:
 def name_words(name: str) -> list[str]:
     """Words of a name without its unit, in small letters: "leftAcc_mm_s2" gives left and acc."""
     plain = re.sub(r"[\[({].*", "", split_label(name)[0]) or name
-    lower = plain.lower()
-    for ending in sorted(SUFFIXES, key=len, reverse=True):
-        if lower.endswith(f"_{ending}"):
-            plain = plain[: -len(ending) - 1]
-            break
+    ending, _ = find_suffix(plain)
+    plain = plain[: -len(ending) - 1] if ending else plain
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", plain)
-    return re.findall(r"[a-zäöüß]+|\d+", plain.lower())
+    return re.findall(r"[^\W\d_²³]+|\d+", unicodedata.normalize("NFC", plain).lower())
 
 
 def _motions() -> set[str]:
@@ -298,8 +270,8 @@ def _motions() -> set[str]:
 
 
 def _stem(words: list[str], name: str) -> str:
-    """Words of a name that say neither coherence nor part of a complex number, with its place in an array."""
-    common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE], WORDS[Role.COHERENCE])
+    """Words of a name that say no coherence, part of a complex number or amplitude, with its place in an array."""
+    common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE], WORDS[Role.COHERENCE], OF_AMPLITUDE)
     index = INDEX.search(name)
     return " ".join(word for word in words if word not in common) + (f" {index[1]}" if index else "")
 
@@ -375,11 +347,17 @@ def _part(column: Column, words: list[str]) -> Part:
     return next((part for part, family in PARTS.items() if set(words) & family), Part.VALUE)
 
 
-def _ratio(unit: str) -> str:
-    """Quantity of a ratio to a force, such as acceleration of (m/s^2)/N; empty if it is none."""
+def ratio_quantity(unit: str) -> str:
+    """Quantity of a ratio to a force, such as acceleration of (m/s^2)/N or 1/kg; empty if it is none."""
     match = RATIO.fullmatch(unit)
     quantity = OF_UNIT.get(match[1], "") if match else ""
-    return quantity if quantity in MOTIONS else ""
+    if quantity in MOTIONS or "/" not in unit:
+        return quantity if quantity in MOTIONS else ""
+    try:
+        dimension = root_units(unit)[1]
+    except ValueError:
+        return ""
+    return next((motion for motion in MOTIONS if root_units(f"({SI_UNIT[motion]})/N")[1] == dimension), "")
 
 
 def _may_be_abscissa(column: Column) -> bool:

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 
-from study.campaign.column_role import OF_UNIT, Role
+from correlation.file.quantity import OF_UNIT
+from study.campaign.amplitude import draft_amplitude
+from study.campaign.column_role import Role, ratio_quantity
 from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import force_column, phase_evidence
 from study.campaign.level import named_levels, number_beside, unit_of_number
@@ -90,18 +92,13 @@ def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
     """
     states = [table for table in tables if table.kind is not Kind.FREQUENCY_RESPONSE]
     time = _time(draft, tables)
-    amplitude: str | Marked = "peak"
-    if any(table.kind is Kind.STEPPED_SINE for table in tables):
-        amplitude = draft.ask(
-            "Are amplitudes peak, rms or peak to peak values?", "peak", "no file says it; it scales everything",
-            "peak", "rms", "peak to peak",
-        )  # fmt: skip
+    amplitude = draft_amplitude(draft, tables)
     drives = [(table, *drive_of(table)) for table in states]
     drive = next((drive for _, drive, _ in drives if drive), "")
     stated = next((unit for table, _, unit in drives if unit and not _assumed_drive(table)), "")
     assumed = "" if stated else next((why for table in states if (why := _assumed_drive(table))), "")
     unit = stated or next((unit for _, _, unit in drives if unit), "")
-    if not states and any("/(N)" in unit or "/N" in unit for unit in _units(tables)):
+    if not states and any("/V" not in unit and ratio_quantity(unit) for unit in _units(tables)):
         unit = "N"  # the denominator of the responses
     why = assumed or "the files say no unit of the force"
     level: str | Marked = unit if unit and not assumed else Marked(value="N", assumed=why)

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
-from study.campaign.column_role import MOTION_WORDS, RATIOS, WORDS, Part, Role, name_words
+from correlation.file.quantity import MOTION_WORDS
+from study.campaign.column_role import RATIOS, WORDS, Part, Role, name_words
 from study.campaign.draft import Draft, Run
 from study.campaign.level import (
     ask_levels,
@@ -273,7 +274,7 @@ def _sensor_reading(
     entry = reading(draft, judged, column, sensor=sensor, phase=phase)
     if real_only:
         rest = entry if isinstance(entry, dict) else {}
-        entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit"}}}
+        entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit", "convention"}}}
     else:
         sign = -1 if direction_sign(column) < 0 else signs.get(word or sensor_name(judged, column), 1)
         entry = with_sign(entry, sign)

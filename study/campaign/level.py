@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from correlation.campaign.passes import find_passes, number_stated_passes
 from correlation.data_quality.missing_level import find_common_factors, format_factors
-from study.campaign.column_role import SUFFIXES, name_words
+from correlation.file.unit_label import find_suffix
+from study.campaign.column_role import name_words
 from study.campaign.draft import Draft
 from study.campaign.question import Marked
 from study.campaign.run_name import level_value, levels_in_name
@@ -85,7 +86,7 @@ def number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str,
 def unit_of_number(table: Table) -> str:
     """Unit of the number beside the columns of a table that is a level, by its name; empty without one."""
     named = next((name for name, number in table.scalars.items() if _is_level(name, number)), "")
-    return SUFFIXES.get(named.rpartition("_")[2].lower(), "") if "_" in named else ""
+    return find_suffix(named)[1]
 
 
 def _is_level(name: str, number: float) -> bool:

@@ -2,7 +2,8 @@
 
 import re
 
-from study.campaign.column_role import MOTIONS, OF_UNIT
+from correlation.file.quantity import OF_UNIT
+from study.campaign.column_role import MOTIONS
 
 MOTION_RATIO = re.compile(r"\((.+)\)/\((.+)\)")
 #: Why such a ratio is not used, and how it can be.

@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from correlation.campaign.signal_entry import PEAK_OF
 from correlation.data_quality.constant_factor import AMPLITUDES
 from correlation.data_quality.drive import ANOTHER, NEAR, common_factor, is_exchanged, levels_meant, likely_units
+from study.campaign.amplitude import said_amplitude
 from study.campaign.draft_frequency import force_column
 from study.campaign.level import force_in_name
 from study.campaign.set_point import HELD
@@ -71,7 +73,12 @@ def _named_level(judged: JudgedTable) -> _NamedLevel | None:
         return None
     is_history = judged.kind is Kind.STEADY_STATE
     size = abs(sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values))))
-    return _NamedLevel(judged.table.file.path.name, words, level, force.name, size) if size > 0 else None
+    if not size > 0:
+        return None
+    if not is_history:  # the level in a name may be a peak, or what the force is
+        peak = size * PEAK_OF.get(said_amplitude(judged, force), 1.0)
+        size = min(size, peak, key=lambda force: abs(np.log(force / level)))
+    return _NamedLevel(judged.table.file.path.name, words, level, force.name, size)
 
 
 def _of_factor(runs: Sequence[_NamedLevel], factor: float) -> str:

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 from correlation.file.column import MeasuredFile
 from correlation.file.format.uff import NOT_READ
+from correlation.file.text_table.closing import closing_rows
 from study.alike import NUMBER
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
-from study.campaign.table_kind import JudgedTable, Kind
+from study.campaign.table_kind import REMEDY, JudgedTable, Kind
 
 
 def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
@@ -28,21 +29,22 @@ def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
 
 
 def unused_columns(judged: JudgedTable) -> list[str]:
-    """Channels that cannot be used, one sentence each: no motions, those that hold nothing or an unknown unit.
+    """Channels that cannot be used, one sentence each: no motions, without values or a known unit; and closing rows.
 
     Parameters
     ----------
     judged
         Table; one that is of no use as a whole has none.
     """
-    sentences = []
+    closing = closing_rows(judged.table.file.facts)
+    sentences = [f"{judged.table.file.path.name}, {closing}"] if closing else []
     for column in judged.of_role(Role.FOREIGN, Role.OTHER) if judged.kind is not Kind.NOT_USED else []:
         guess = judged.columns[column.name]
         place = f'{judged.table.file.path.name}: "{column.name}" is not used'
         if guess.role is Role.FOREIGN or guess.evidence == NO_VALUE:
             sentences.append(f"{place}: {guess.evidence}")
         elif guess.evidence.startswith(UNKNOWN_UNIT):
-            sentences.append(f"{place}: {guess.evidence}; write a unit such as um, m/s^2 or N in its header")
+            sentences.append(f"{place}: {guess.evidence}; {REMEDY}")
         elif judged.kind is Kind.MODES:
             sentences.append(
                 f"{place}: {guess.evidence}; [[mode]] has frequency, damping, their deviations and a shape"

@@ -9,10 +9,13 @@ from correlation.campaign.signal_entry import COUNT
 from correlation.file.column import Column, Node
 from correlation.file.decibel import SCALE
 from correlation.file.format.wav import holds_counts
-from study.campaign.column_role import MOTION_WORDS, MOTIONS, QUADRATURE, Part, Recognised, Role
+from correlation.file.quantity import MOTION_WORDS
+from study.campaign.amplitude import own_amplitude
+from study.campaign.column_role import MOTIONS, QUADRATURE, Part, Recognised, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
-from study.campaign.table_kind import JudgedTable
+from study.campaign.table_kind import JudgedTable, Kind
+from study.campaign.unknown_unit import says_counts
 
 #: Up to so many sensors are asked for one by one.
 FEW_SENSORS = 4
@@ -30,7 +33,7 @@ def are_counts(column: Column, guess: Recognised) -> bool:
     """
     if guess.unit:
         return False
-    if holds_counts(column):
+    if holds_counts(column) or says_counts(column, column.name):
         return True
     values = column.values[np.isfinite(column.values)]
     whole = not np.iscomplexobj(values) and bool((values == np.round(values)).all())
@@ -157,6 +160,8 @@ def reading(
         entry["unit"] = _unit(str(plain(described["quantity"])), guess, per)
     elif described is None and not column.unit and guess.unit:
         entry["unit"] = Marked(value=guess.unit, assumed=guess.evidence)
+    if judged.kind is Kind.STEPPED_SINE and guess.role in {Role.FORCE, Role.RESPONSE}:
+        entry |= own_amplitude(draft, judged, column)
     return column.name if entry == {"column": column.name} else entry
 
 

@@ -8,22 +8,25 @@ from typing import Any
 import numpy as np
 
 from correlation.file.column import Column
+from correlation.file.quantity import MOTION_WORDS
 from study.campaign.column_role import (
-    MOTION_WORDS,
     MOTIONS,
     PRESSURE_WORDS,
-    QUADRATURE,
     RATIOS,
+    UNKNOWN_UNIT,
     Part,
     Recognised,
     Role,
     name_words,
+    ratio_quantity,
     recognise_column,
     recognise_force_symbol,
 )
+from study.campaign.lock_in import recognise_quadratures
 from study.campaign.mode_table import recognise_modes
 from study.campaign.motion_ratio import TRANSMISSIBILITY, is_motion_ratio
 from study.campaign.set_point import changes_between_passes
+from study.campaign.shaken_base import recognise_controller
 from study.campaign.table import Table, file_stem
 from study.campaign.time_history import SECONDS, WINDOWS, distortion, judge_history, turns_with
 
@@ -92,6 +95,8 @@ class JudgedTable:
         return mask
 
 
+#: What can be done about a unit that is not understood.
+REMEDY = "write a unit such as um, m/s^2 or N in its header, or the column with its unit in the manifest"
 #: Begins the evidence of a channel that only the name of its file or group tells.
 OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.
@@ -105,7 +110,7 @@ FEWEST_SAMPLES = 200
 MOST_SETTINGS = 60
 #: Samples of a history are nearer than this share of a period [-].
 NYQUIST = 0.5
-HERTZ = {"Hz": 1.0, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
+HERTZ = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
 #: A force that answers an imposed displacement has more of its power beside its first line [-].
 DISTORTED = 1e-3
 
@@ -124,7 +129,7 @@ def judge_table(table: Table) -> JudgedTable:
         why = "natural frequencies, a row for each mode"
         return JudgedTable(table=table, kind=Kind.MODES, evidence=why, columns={**columns, **modes})
     columns = _name_of_file(table, _unknown_response(table, columns))
-    columns = _quadratures(table, _steps_of_level(table, columns))
+    columns = recognise_controller(table, recognise_quadratures(table, _steps_of_level(table, columns)))
     roles = {guess.role for guess in columns.values()}
     if {column.name for column in table.columns} >= TIDY:
         return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
@@ -141,13 +146,15 @@ def judge_table(table: Table) -> JudgedTable:
         return _as(judged, Kind.NOT_USED, why)
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
         return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
-    return _as(judged, Kind.NOT_USED, "it has neither time nor frequency")
+    return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *unknown_units(judged)]))
 
 
 def _lacks_response(judged: JudgedTable) -> str:
     """Why a table is of no use, by what it has instead of a response."""
     if foreign := judged.of_role(Role.FOREIGN):
         return f'it has no motion: "{foreign[0].name}": {judged.columns[foreign[0].name].evidence}'
+    if unknown := unknown_units(judged):
+        return f"it has no response in a unit that is known: {'; '.join(unknown)}"
     if judged.of_role(Role.FORCE):
         return "it has a force and no response"
     if not any(guess.role in {Role.TIME, Role.FREQUENCY} for guess in judged.columns.values()):
@@ -157,6 +164,15 @@ def _lacks_response(judged: JudgedTable) -> str:
             "phase [deg] above them, or name them below [run.columns] (docs/campaign.md)"
         )
     return "it has no response"
+
+
+def unknown_units(judged: JudgedTable) -> list[str]:
+    """Columns whose unit is not understood, each with the remedy."""
+    return [
+        f'"{column.name}": {guess.evidence}; {REMEDY}'
+        for column in judged.of_role(Role.OTHER)
+        if (guess := judged.columns[column.name]).evidence.startswith(UNKNOWN_UNIT)
+    ]
 
 
 def value_of(column: Column, row: int) -> float | str:
@@ -247,39 +263,15 @@ def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[s
         result[name] = replace(columns[name], role=Role.RESPONSE, evidence="nothing but voltages: any may be the drive")
     for column in table.columns:
         guess = columns[column.name]
-        if guess.role is Role.OTHER and not column.words and len(np.unique(column.values)) > len(column.values) / 4:
+        known = not guess.evidence.startswith(UNKNOWN_UNIT)
+        if (
+            guess.role is Role.OTHER
+            and known
+            and not column.words
+            and len(np.unique(column.values)) > len(column.values) / 4
+        ):
             why = "it varies, and nothing else can be the response"
             result[column.name] = replace(guess, role=Role.RESPONSE, evidence=why)
-    return result
-
-
-def _quadratures(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Beside frequencies, X and Y of both signs are real and imaginary parts, as lock-in amplifiers write them."""
-    result = dict(columns)
-    if not any(guess.role is Role.FREQUENCY for guess in columns.values()):
-        return result
-    parts = [
-        column
-        for column in table.columns
-        if columns[column.name].role is Role.RESPONSE
-        and columns[column.name].part is Part.VALUE
-        and not np.iscomplexobj(column.values)
-    ]
-    words = {column.name: tuple(name_words(table.short_name(column))) for column in parts}
-    for real in parts:
-        other = tuple("y" if word == "x" else word for word in words[real.name])
-        partner = [one for one in parts if "x" in words[real.name] and words[one.name] == other]
-        third = tuple("z" if word == "x" else word for word in words[real.name])
-        alike = partner and columns[partner[0].name].unit == columns[real.name].unit
-        if (
-            alike
-            and third not in words.values()
-            and any((one.values < 0).any() and (one.values > 0).any() for one in (real, partner[0]))
-        ):
-            why = f'"{real.name}" and "{partner[0].name}" {QUADRATURE}'
-            stem = " ".join(word for word in words[real.name] if word != "x")
-            for part, column in ((Part.REAL, real), (Part.IMAGINARY, partner[0])):
-                result[column.name] = replace(columns[column.name], part=part, stem=stem, evidence=why)
     return result
 
 
@@ -329,7 +321,7 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     if "frequency response" in functions:
         return _as(judged, Kind.FREQUENCY_RESPONSE, "the file says so")
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}
-    ratio = [column for column in responses if "/N" in column.unit or "/(N)" in column.unit]
+    ratio = [column for column in responses if ratio_quantity(column.unit)]
     if ratio:
         return _as(judged, Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}')
     if judged.of_role(Role.COHERENCE):

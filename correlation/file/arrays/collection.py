@@ -57,7 +57,9 @@ class Collection:
         text = unit_text(unit, name=name) or split_label(name)[1]
         for suffix, part in split_array(values, index):
             self._columns.append(
-                Column(name=name + suffix, values=part.astype(kind), unit=text, facts=facts, where=name)
+                Column(
+                    name=name + suffix, values=part.astype(kind), unit=text, unit_label=unit, facts=facts, where=name
+                )
             )
 
     def add_words(self, name: str, words: list[str], facts: Mapping[str, str]) -> None:

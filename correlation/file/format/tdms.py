@@ -106,8 +106,9 @@ def _columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column, ...
             abscissa = times[key]
         columns.append(
             Column(
-                name=name, values=values, unit=unit_text(label, name=name) or split_label(name)[1], abscissa=abscissa,
-                function="time" if abscissa else "", facts={**shared, **properties}, where=name, words=words,
+                name=name, values=values, unit=unit_text(label, name=name) or split_label(name)[1], unit_label=label,
+                abscissa=abscissa, function="time" if abscissa else "", facts={**shared, **properties}, where=name,
+                words=words,
             )
         )  # fmt: skip
     names = unique_names([column.name for column in columns])

@@ -87,7 +87,8 @@ def _with_abscissas(records: list[Record58]) -> tuple[Column, ...]:
             names[record.abscissa_name] = count = names.get(record.abscissa_name, 0) + 1
             name = record.abscissa_name + (f" ({count})" if count > 1 else "")
             shared = Column(
-                name=name, values=record.abscissa, unit=record.abscissa_unit, where=column.where,
+                name=name, values=record.abscissa, unit=record.abscissa_unit, unit_label=record.abscissa_label,
+                where=column.where,
                 function=record.abscissa_name if record.abscissa_name in {"time", "frequency"} else "",
             )  # fmt: skip
             same.append(shared)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.errors import CampaignError
-from correlation.file.number import DECIMAL_COMMA, MISSING, read_number
+from correlation.file.number import MISSING, has_decimal_comma, is_written_number, read_number
 from correlation.file.text_table.open_text import clean
 from correlation.file.unit_label import unit_text
 
@@ -98,17 +98,14 @@ def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
     cut = [(number, fields[:width] if closed else fields) for number, fields in rows]
     of_width = [fields for _, fields in cut[len(rows) // 2 :] if len(fields) == width]
     numeric = tuple(
-        2 * sum(read_number(fields[column], decimal_comma=comma) is not None for fields in of_width) > len(of_width)
-        for column in range(width)
+        2 * sum(is_written_number(fields[column]) for fields in of_width) > len(of_width) for column in range(width)
     )
     if not any(numeric):
         raise CampaignError(f"{file}: has no column of numbers; give a table with numbers below a line of names")
 
     def is_data(fields: Sequence[str]) -> bool:
         return len(fields) == width and all(
-            read_number(field, decimal_comma=comma) is not None
-            for field, number in zip(fields, numeric, strict=True)
-            if number
+            is_written_number(field) for field, number in zip(fields, numeric, strict=True) if number
         )
 
     first = next((index for index, (_, fields) in enumerate(cut) if is_data(fields)), len(cut))
@@ -146,10 +143,9 @@ def _separator(sample: Sequence[Line]) -> tuple[str, bool]:
         width, count = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
         if width < (1 if separator == "" else 2):
             continue
-        fields = [field.strip() for row in rows if len(row) == width for field in row]
-        commas = sum(DECIMAL_COMMA.fullmatch(field) is not None for field in fields)
-        points = sum("." in field and read_number(field) is not None for field in fields)
-        comma = commas > points
+        of_width = [row for row in rows if len(row) == width]
+        fields = [field.strip() for row in of_width for field in row]
+        comma = has_decimal_comma(of_width)
         if comma and not separator and "," in sample[0][1]:
             continue  # names between commas, or two numbers of a table without names
         numbers = sum(bool(field) and read_number(field, decimal_comma=comma) is not None for field in fields)
@@ -176,6 +172,8 @@ def _is_paired(rows: Sequence[Row], first: int, width: int, separator: str, nume
 def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list[Row]:
     """Rows of names and units directly above the numbers; lines of another width before them are a preamble."""
     header: list[Row] = []
+    if width == 1 and not separator:
+        above = _single_names(above)
     for number, fields in reversed(above):
         if len(fields) != width or len(header) == 3:
             break
@@ -191,6 +189,13 @@ def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list
         if wrong is not None:
             raise CampaignError(f'{file}, line {number}: "{wrong}" is no number; correct it')
     return header
+
+
+def _single_names(above: Sequence[Row]) -> list[Row]:
+    """Name and unit of the one column of a table without separators, whose blanks separate no fields."""
+    lines = [(number, [" ".join(fields)]) for number, fields in above]
+    names = [line for line in lines if not re.search(r"\w\s*[:=]\s", line[1][0])]
+    return names[-2:] if names and unit_text(names[-1][1][0]) else names[-1:]
 
 
 def _may_be_label(field: str) -> bool:

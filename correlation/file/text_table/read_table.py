@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
-from correlation.file.number import read_number
+from correlation.file.number import is_written_number, read_number
+from correlation.file.quantity import OF_UNIT
+from correlation.file.text_table.closing import until_closing
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.open_text import clean, open_text
-from correlation.file.unit_label import split_label, unit_text
+from correlation.file.unit_label import split_label, split_unit_cell
 
 #: Rows that are converted together: the text of no more is in memory.
 BLOCK = 20_000
@@ -52,18 +54,22 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
             header = _commented_header(remarks, dialect)
             preamble = _preamble_without_header(sample, dialect)
             first = sample[len(preamble) - 1][0] if preamble else 0
-        body = itertools.chain((line for line in sample if line[0] > first), lines)
+        body: Iterator[Line] = itertools.chain((line for line in sample if line[0] > first), lines)
+        below: dict[str, str] = {}
+        body = until_closing(path.name, body, dialect, below)
         blocks = _Blocks(path.name, dialect)
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)
-    names, units, labels = _names_and_units(header, len(dialect.numeric))
+    names, units, labels, cells = _names_and_units(header, len(dialect.numeric))
     columns = tuple(
-        Column(name=name, values=values, unit=unit, label=label, words=words, where=f"column {number + 1}")
-        for number, (name, unit, label, (values, words)) in enumerate(
-            zip(names, units, labels, blocks.columns(), strict=True)
+        Column(
+            name=name, values=values, unit=unit, label=label, unit_label=cell, words=words, where=f"column {number + 1}"
+        )
+        for number, (name, unit, label, cell, (values, words)) in enumerate(
+            zip(names, units, labels, cells, blocks.columns(), strict=True)
         )
     )
-    facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)])}
+    facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)]), **below}
     if dialect.decimal_comma or dialect.paired:
         facts["decimal sign"] = "comma"
     return MeasuredFile(path=path, format=format_name, title=facts.get("title", ""), columns=columns, facts=facts)
@@ -132,17 +138,28 @@ class _Blocks:
             values = np.array(list(map(float, plain)), dtype=np.float64)
         except ValueError:
             values = None
-        # Python also takes 1_000, which no program writes.
-        if values is not None and not any("_" in text for text in plain):
+        # Python also takes 1_000, which no program writes; a point beside decimal commas is to be looked at.
+        strange = "_." if self.dialect.decimal_comma else "_"
+        if values is not None and not any(sign in text for text in texts for sign in strange):
             return values
         numbers = [read_number(text, decimal_comma=self.dialect.decimal_comma) for text in texts]
         for (line, _), text, number in zip(lines, texts, numbers, strict=True):
             if number is None:
                 raise CampaignError(
-                    f'{self.file}, line {line}, column {column + 1}: "{clean(text.strip())[:40]}" is no number; '
-                    + ("write a decimal point in all rows" if "," in text else "correct it, or leave the field empty")
+                    f'{self.file}, line {line}, column {column + 1}: "{clean(text.strip())[:40]}" {self._mistake(text)}'
                 )
         return np.array(numbers)
+
+    def _mistake(self, text: str) -> str:
+        """What is wrong with a field that is no number, and the remedy."""
+        sign, other = (",", ".") if self.dialect.decimal_comma else (".", ",")
+        if other in text and is_written_number(text):
+            word = {",": "comma", ".": "point"}
+            return (
+                f"has a {word[other]} where decimals are {word[sign]}s, and no groups of three digits: write one "
+                "decimal sign in all rows"
+            )
+        return "is no number; correct it, or leave the field empty"
 
     def _wrong_width(self, line: int, fields: Sequence[str], width: int) -> CampaignError:
         if self.dialect.separator == "," and len(fields) > width:
@@ -177,25 +194,34 @@ def _commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
     return []
 
 
-def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str]]:
-    """Names of columns, made unique; their units, in brackets or in a row of units; both together as they stand."""
+def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], list[str]]:
+    """Names of columns, made unique; their units, in their names or in a row; both together; cells of the row."""
     rows = [fields for _, fields in header]
-    of_units = [row for row in rows[1:] if _is_unit_row(row)]
+    of_units = [row for row in rows if _is_unit_row(row)]
+    units_alone = len(of_units) == len(rows) > 0  # they name the columns
+    if units_alone:
+        of_units = of_units[1:]
     of_names = [row for row in rows if not any(row is other for other in of_units)]
-    names, units, labels = [], [], []
+    names, units, labels, cells = [], [], [], []
     for column in range(width):
-        name = " ".join(dict.fromkeys(row[column] for row in of_names if row[column])) or f"column {column + 1}"
+        cell = next((row[column] for row in of_units), "")
+        words = [row[column] for row in of_names if row[column]]
+        name = " ".join(dict.fromkeys(words))
+        part, unit = split_unit_cell(cell, name=name)
+        name = " ".join(word for word in (name, part) if word) or f"column {column + 1}"
         names.append(name)
-        below = next((unit_text(row[column], name=name) for row in of_units), "")
-        units.append(below or split_label(name)[1])
+        alone = split_unit_cell(name)[1] if units_alone and len(name) > 1 else ""
+        # A symbol such as V or V2 is as likely a name.
+        units.append(unit or split_label(name)[1] or (alone if alone in OF_UNIT or "/" in alone else ""))
         labels.append(" ".join([name, *(row[column] for row in of_units)]))
-    return unique_names(names), units, labels
+        cells.append(cell)
+    return unique_names(names), units, labels, cells
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
     """Whether at least half of the written fields are units."""
     written = [field for field in row if field]
-    return bool(written) and 2 * sum(bool(unit_text(field)) for field in written) >= len(written)
+    return bool(written) and 2 * sum(bool(split_unit_cell(field)[1]) for field in written) >= len(written)
 
 
 def _facts(texts: Sequence[str]) -> dict[str, str]:

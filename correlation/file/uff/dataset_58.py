@@ -15,7 +15,7 @@ from correlation.file.uff.binary_values import COMPLEX, SINGLE
 from correlation.file.uff.dataset import Dataset
 from correlation.file.uff.record import read_fields
 from correlation.file.uff.units import FileUnits
-from correlation.file.unit_label import unit_text
+from correlation.file.unit_label import names_no_unit, unit_text
 
 FUNCTIONS = (
     "", "time", "auto spectrum", "cross spectrum", "frequency response", "transmissibility", "coherence",
@@ -45,6 +45,7 @@ class Record58:
     abscissa: NDArray[np.float64]
     abscissa_name: str
     abscissa_unit: str
+    abscissa_label: str = ""
 
 
 def read_58(dataset: Dataset, units: FileUnits) -> Record58:
@@ -86,6 +87,7 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
         name=name.rstrip(),
         values=ordinate,
         unit=_unit(function, number, per, units),
+        unit_label=next((label for *_, label in (number, per) if not names_no_unit(label)), ""),
         function=function,
         response=response,
         reference=reference,
@@ -95,10 +97,10 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
     # What the type says is surer than a label that users write.
     label = axis[1] if axis[1].upper() != "NONE" else ""
     named = {17: "time", 18: "frequency", 19: "rotational speed", 20: "order"}.get(axis[0]) or label or "abscissa"
-    unit = unit_text(axis[2]) or units.of_type(axis[0])
+    unit = _axis_unit(axis, units)
     if axis[0] == 0 and unit in {"Hz", "s"}:
         named = {"Hz": "frequency", "s": "time"}[unit]
-    return Record58(column=column, abscissa=x, abscissa_name=named, abscissa_unit=unit)
+    return Record58(column=column, abscissa=x, abscissa_name=named, abscissa_unit=unit, abscissa_label=axis[2])
 
 
 def _points(dataset: Dataset) -> tuple[str, Point, Point | None]:
@@ -150,14 +152,20 @@ def _axis(dataset: Dataset, row: int) -> tuple[int, str, str]:
 def _unit(function: str, number: tuple[int, str, str], per: tuple[int, str, str], units: FileUnits) -> str:
     """Unit of the ordinate: that of its label, or of its data type."""
     label = unit_text(number[2], name=number[1])
-    above = label or units.of_type(number[0])
+    above = _axis_unit(number, units)
     if function in RATIO and above:
-        below = unit_text(per[2], name=per[1]) or units.of_type(per[0])
+        below = _axis_unit(per, units)
         whole = "/" in label and bool(below) and label.replace(" ", "").endswith((f"/{below}", f"/({below})"))
         if not below:
             return label if "/" in label or per[0] == 0 else ""
         return above if whole else f"({above})/({below})"
     return above if function in PLAIN or label else ""
+
+
+def _axis_unit(axis: tuple[int, str, str], units: FileUnits) -> str:
+    """Unit of an axis: that of its label; of its data type only where the label says nothing."""
+    data_type, name, label = axis
+    return unit_text(label, name=name) or (units.of_type(data_type) if names_no_unit(label) else "")
 
 
 def _text_values(

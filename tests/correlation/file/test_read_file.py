@@ -17,14 +17,14 @@ needs_data = pytest.mark.skipif(not Path(DATA, "brb_forced").is_dir(), reason="m
 
 
 def test_all_formats_are_found() -> None:
-    assert MEASURED_FILES.names() == ["csv", "hdf5", "matlab 5", "matlab 7.3", "tdms", "uff", "wav"]
+    assert MEASURED_FILES.names() == ["csv", "hdf5", "lvm", "matlab 5", "matlab 7.3", "tdms", "uff", "wav"]
 
 
 def test_content_counts_before_the_suffix(tmp_path: Path) -> None:
     (tmp_path / "beam.txt").write_bytes(example(DOUBLE_COMPLEX, even=True).text())
     assert file_format(tmp_path / "beam.txt").name == "uff"
-    (tmp_path / "beam.lvm").write_text("a\tb\n1\t2\n3\t4\n")
-    assert file_format(tmp_path / "beam.lvm").name == "csv"
+    (tmp_path / "beam.prn").write_text("a\tb\n1\t2\n3\t4\n")
+    assert file_format(tmp_path / "beam.prn").name == "csv"
 
 
 @pytest.mark.parametrize(

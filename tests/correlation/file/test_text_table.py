@@ -10,6 +10,7 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.read_file import read_file
+from correlation.file.unit_label import split_label
 
 X = np.array([0.5, -1.25, 3e-7, 40.0, 0.0])
 Y = np.array([1.0, 2.0, -3.5, 1e4, 6.25])
@@ -49,6 +50,28 @@ def test_decimal_commas_between_commas_are_read_in_quotation_marks_or_pairs(tmp_
         CampaignError, match=r"line 1: has 2 fields .* the rows below have 4; are its decimals commas\?"
     ):
         read(tmp_path, "a,b\n1,5,2,25\n-3,0,4\n1,5,2,5\n1,5,2,5\n")
+
+
+@pytest.mark.parametrize(
+    ("rows", "values"),
+    [
+        (["70,5;31.454", "71,5;987", "72,5;1.005"], [31454.0, 987.0, 1005.0]),
+        (["70,5;1.234,5", "71,5;12,25", "72,5;1.005.000"], [1234.5, 12.25, 1005000.0]),
+        (["70,5;1 234,5", "71,5;12,25", "72,5;1\u202f005,5"], [1234.5, 12.25, 1005.5]),
+        (['70.5;"1,234.5"', "71.5;12.25", "72.5;-1,005"], [1234.5, 12.25, -1005.0]),
+        (["70.5;1'234.5", "71.5;12.25", "72.5;1005"], [1234.5, 12.25, 1005.0]),
+        (["70;1,005", "71;987", "72;12,345"], [1005.0, 987.0, 12345.0]),
+        (["70;1.005", "71;987", "72;12.345"], [1005.0, 987.0, 12345.0]),
+        (["70;1,005", "71;0,987", "72;12,345"], [1.005, 0.987, 12.345]),
+        (["70;1.005", "71;0.987", "72;12.345"], [1.005, 0.987, 12.345]),
+        (["70;1.005", "71;2.987", "72;12.345"], [1.005, 2.987, 12.345]),
+    ],
+)
+def test_groups_of_three_digits_are_thousands_and_other_signs_decimals(
+    tmp_path: Path, rows: list[str], values: list[float]
+) -> None:
+    measured = read(tmp_path, "\n".join(["f;acc", *rows, *rows, *rows]) + "\n")
+    np.testing.assert_array_equal(measured.columns[1].values[:3], values)
 
 
 @pytest.mark.parametrize(
@@ -95,6 +118,30 @@ def test_decibels_are_read_as_amplitudes(tmp_path: Path, header: str, unit: str,
 def test_decibels_of_a_power_and_volts_called_dbv_stay(tmp_path: Path) -> None:
     for name in ("PSD (dB)", "power dB re 1 m^2", "noise (dBV)"):
         np.testing.assert_array_equal(read(tmp_path, f"f,{name}\n1,-40\n2,0\n").columns[1].values, [-40.0, 0.0])
+
+
+@pytest.mark.parametrize("above", ["", "# Sample rate: 4000 Hz\n", "Sample rate: 4000 Hz\n"])
+@pytest.mark.parametrize("header", ["Acc tip [m/s^2]", "Acc tip\nm/s^2", "Acc tip (m/s²)"])
+def test_the_name_of_a_single_column_may_have_blanks(tmp_path: Path, above: str, header: str) -> None:
+    measured = read(tmp_path, f"{above}{header}\n0.5\n1.5\n-2.5\n")
+    (column,) = measured.columns
+    assert (split_label(column.name)[0], column.unit) == ("Acc tip", "m/s^2")
+    np.testing.assert_array_equal(column.values, [0.5, 1.5, -2.5])
+    assert measured.facts.get("sample rate", "") == ("4000 Hz" if above else "")
+
+
+@pytest.mark.parametrize("closing", ["End of data", ";\nMean;2,5\nMax;3,5", "*** End ***\n", '"Mittelwert";2'])
+def test_rows_that_close_a_table_are_not_read_and_named(tmp_path: Path, closing: str) -> None:
+    measured = read(tmp_path, "f;acc\n" + 4 * "1,5;2\n2,5;3\n" + closing + "\n")
+    np.testing.assert_array_equal([column.values for column in measured.columns], [4 * [1.5, 2.5], 4 * [2.0, 3.0]])
+    assert "none of the table" in measured.facts["closing rows"]
+    assert closing.strip(";\n").splitlines()[0] in measured.facts["closing rows"]
+
+
+def test_two_tables_in_one_file_are_refused_with_the_line_between_them(tmp_path: Path) -> None:
+    block = "\n".join(f"{f};{f + 1}" for f in range(5))
+    with pytest.raises(CampaignError, match=r'line 8: "Sweep at 3 N" ends a table, and line 10 .* file of its own'):
+        read(tmp_path, f"Sweep at 1 N\nf;acc\n{block}\nSweep at 3 N\nf;acc\n{block}\n")
 
 
 def test_a_column_is_found_without_its_unit_and_a_misspelt_one_is_corrected(tmp_path: Path) -> None:
@@ -155,7 +202,12 @@ def test_encodings_and_gzip_do_not_matter(tmp_path: Path, encoding: str) -> None
         ("a,b\n1,2\n3\n4,5\n6,7\n", r"line 3: has 1 fields, other rows have 2: is the row cut short\?"),
         ("a,b\n1,2\n3,x4\n5,6\n7,8\n", 'line 3, column 2: "x4" is no number'),
         ("a,b\n1,2\n3,1_000\n5,6\n7,8\n9,9\n", 'line 3, column 2: "1_000" is no number'),
-        ("a;b\n1,5;2\n2,5;3\n1.5;3\n2,5;1\n2,5;2\n1.234,5;1\n", 'line 7, column 1: "1.234,5" is no number'),
+        ("a;b\n1,5;2\n2,5;3\n1.5;3\n2,5;1\n2,5;2\n1.234,5;1\n", 'line 4, column 1: "1.5" has a point .* no groups'),
+        ("a;b\n1,5;2\n2,5;3\n1.23.5;3\n2,5;1\n2,5;2\n", 'line 4, column 1: "1.23.5" is no number'),
+        ("a\tb\n1.5\t2\n2.5\t3\n1,25\t3\n2.5\t1\n2.5\t2\n", 'line 4, column 1: "1,25" has a comma .* no groups'),
+        ("a;b\n1,5;70.5\n2,5;71.5\n3,5;72.5\n", "has a comma where decimals are points"),
+        ("a;b\n1,5;0.125\n2,5;0.250\n3,5;0.375\n", "has a comma where decimals are points"),
+        ("a,b\n1,2\n3,4\nx5,6\n7,8\n9,9\n", 'line 4, column 1: "x5" is no number'),
         ("a,b\n0.0x5,1\n2,3\n4,5\n6,7\n", r'line 2: "0\.0x5" is no number'),
         ("a,b,c\n1,2\n3,4\n", "line 1: has 3 fields between commas, the rows below have 2"),
         ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quotation mark"),

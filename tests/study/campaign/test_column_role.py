@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.file.column import Column
-from study.campaign.column_role import Part, Role, recognise_column
+from study.campaign.column_role import Part, Role, name_words, recognise_column
 from study.campaign.phase_convention import judge_phase, opposite_sign
 from study.campaign.question import Question, Terminal
 from study.campaign.repeat import is_settling
@@ -49,6 +49,11 @@ RAMP = np.linspace(1.0, 5.0, 20)
         ("level", "", Role.LEVEL, "", ""),
         ("repeat", "", Role.REPEAT, "", ""),
         ("coherence tip", "", Role.COHERENCE, "", ""),
+        ("Kohärenz", "", Role.COHERENCE, "", ""),
+        ("vel_tip_mms", "", Role.RESPONSE, "velocity", "mm/s"),
+        ("acc_ms2(:,2)", "", Role.RESPONSE, "acceleration", "m/s^2"),
+        ("tip", "1/kg", Role.RESPONSE, "acceleration", "1/kg"),
+        ("tip", "m/(N*s)", Role.RESPONSE, "velocity", "m/(N*s)"),
         ("remark", "", Role.OTHER, "", ""),
     ],
 )
@@ -68,9 +73,14 @@ def test_the_range_of_a_phase_tells_degrees_from_radians(largest: float, unit: s
 
 
 def test_parts_of_complex_numbers_are_told_by_their_names() -> None:
-    for name, part in (("tip re", Part.REAL), ("tip_imag", Part.IMAGINARY), ("Amplitude", Part.AMPLITUDE)):
+    german = (("Weg Realteil", Part.REAL), ("Weg Imaginärteil", Part.IMAGINARY), ("Betrag", Part.AMPLITUDE))
+    for name, part in (("tip re", Part.REAL), ("tip_imag", Part.IMAGINARY), ("Amplitude", Part.AMPLITUDE), *german):
         assert recognise_column(Column(name=name, values=RAMP), name).part is part
     assert recognise_column(Column(name="tip", values=RAMP + 1j), "tip").part is Part.VALUE
+
+
+def test_accents_stay_in_the_words_of_a_name() -> None:
+    assert name_words("Déplacement_pointe [mm]") == name_words("De\u0301placement pointe") == ["déplacement", "pointe"]
 
 
 TIME = np.arange(4000) / 1000

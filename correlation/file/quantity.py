@@ -1,0 +1,62 @@
+"""Quantities of test benches: the units in which they are given, and the words by which columns are called."""
+
+import re
+
+#: Units by quantity.
+QUANTITIES = {
+    "displacement": ("m", "mm", "um", "µm", "nm", "cm", "inch", "ft", "thou"),
+    "velocity": ("m/s", "mm/s", "cm/s", "um/s", "µm/s", "inch/s", "ft/s"),
+    "acceleration": ("m/s^2", "mm/s^2", "cm/s^2", "g_n", "ft/s^2", "inch/s^2", "m/s/s", "m*s^-2"),
+    "force": ("N", "mN", "kN", "MN", "uN", "µN", "lbf", "kgf", "cN"),
+    "voltage": ("V", "mV", "uV", "µV", "kV"),
+    "angle": ("deg", "rad", "mrad"),
+    "frequency": ("Hz", "kHz", "mHz", "rpm", "rad/s"),
+    "time": ("s", "ms", "us", "µs", "ns", "min"),
+}
+OF_UNIT = {unit: quantity for quantity, units in QUANTITIES.items() for unit in units}
+MOTION_WORDS = {
+    "displacement": frozenset(
+        ["displacement", "disp", "position", "pos", "laser", "x", "y", "z", "weg", "stroke", "u"]
+    ),
+    "velocity": frozenset(["velocity", "vel", "v", "speed"]),
+    "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
+}
+#: Words that say that a force was measured; "drive", "shaker" or "hammer" may as well say where a motion was.
+FORCE_QUANTITY = frozenset(["force", "kraft", "load"])
+#: Words of other quantities; those of a force by all words that drive.
+NAMED = {
+    **MOTION_WORDS,
+    "force": FORCE_QUANTITY | {"f", "hammer", "shaker", "drive", "excitation", "impact", "input", "level"},
+    "frequency": frozenset(["frequency", "freq", "frequenz", "f"]),
+    "time": frozenset(["time", "zeit", "t"]),
+    "angle": frozenset(["phase", "phi", "angle"]),
+}
+#: Quantities that a voltage may stand for.
+READ_IN_VOLTS = frozenset([*MOTION_WORDS, "force"])
+
+
+def named_quantities(name: str) -> set[str]:
+    """Quantities that words of a name say."""
+    words = set(re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
+    return {quantity for quantity, family in NAMED.items() if words & family}
+
+
+def fits_name(name: str, unit: str) -> bool | None:
+    """Whether a unit is one of the quantity that a name says, or of a voltage that stands for it.
+
+    Parameters
+    ----------
+    name
+        Name of a column without its unit.
+    unit
+        Unit as `unit_text` gives it.
+
+    Returns
+    -------
+    None if the name says no quantity.
+    """
+    named = named_quantities(name)
+    if not named:
+        return None
+    quantity = OF_UNIT.get(unit, "")
+    return quantity in named or (quantity == "voltage" and bool(named & READ_IN_VOLTS))

@@ -1,0 +1,89 @@
+"""Rows below a table that are none of it: a closing text, totals such as "Mean;1.0;2.0", the header of another one."""
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from correlation.errors import CampaignError
+from correlation.file.number import MISSING, is_written_number
+from correlation.file.text_table.dialect import Dialect, Line
+from correlation.file.text_table.open_text import clean
+
+#: Fact of a file whose closing rows are not read.
+CLOSING = "closing rows"
+SHOWN = 60
+#: First characters of numbers.
+BEGINNINGS = frozenset("0123456789+-.")
+
+
+def until_closing(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[str, str]) -> Iterator[Line]:
+    """Rows of a table, without those that close it, which become a fact, and without empty ones.
+
+    Parameters
+    ----------
+    file
+        Name of the file, for messages.
+    lines
+        Lines below the header with their numbers.
+    dialect
+        How they are written.
+    facts
+        Facts of the file, which grow.
+
+    Raises
+    ------
+    CampaignError
+        Rows of numbers follow below a row that begins with a word: another table in the same file.
+    """
+    has_rows, below = False, list[Line]()
+    for line in lines:
+        number, text = line
+        if not below and text[0] in BEGINNINGS:  # nearly all rows
+            has_rows = True
+            yield line
+            continue
+        if text[0] == dialect.separator and not text.strip(f"{dialect.separator} "):
+            continue
+        if not below and not (has_rows and dialect.numeric[0] and _begins_with_word(text, dialect)):
+            has_rows = True
+            yield line
+        elif not below or not _is_row(text, dialect):
+            below.append(line)
+        elif len(below) == 1 and len(dialect.fields(below[0][1])) == len(dialect.numeric):
+            yield from (*below, line)  # one damaged row, which is refused as such
+            below.clear()
+        else:
+            raise CampaignError(
+                f'{file}, line {below[0][0]}: "{_shown(below[0])}" ends a table, and line {number} is a row of numbers '
+                "again: write each table, level or repeat into a file of its own, or remove what is between them"
+            )
+    if below:
+        line_below = f'line {below[0][0]}: "{_shown(below[0])}"'
+        facts[CLOSING] = f"{line_below} and what is below it are none of the table, and not read"
+
+
+def closing_rows(facts: Mapping[str, str]) -> str:
+    """What of a file is not read since it closes its table, as a sentence; empty for most files."""
+    return facts.get(CLOSING, "")
+
+
+def _begins_with_word(text: str, dialect: Dialect) -> bool:
+    """Whether the first field of a line is text, where the column has numbers."""
+    beginning = text.lstrip()[:1]
+    if not (beginning.isalpha() or beginning in '"*=<~'):
+        return False
+    try:
+        field = dialect.fields(text)[0].strip()
+    except ValueError:  # a quotation mark that is not closed is refused as such
+        return False
+    return field.lower() not in MISSING and not is_written_number(field)
+
+
+def _is_row(text: str, dialect: Dialect) -> bool:
+    try:
+        fields = dialect.fields(text)
+    except ValueError:
+        return False
+    return len(fields) == len(dialect.numeric) and is_written_number(fields[0])
+
+
+def _shown(line: Line) -> str:
+    return clean(line[1].strip())[:SHOWN]

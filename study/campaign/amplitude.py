@@ -1,0 +1,69 @@
+"""What amplitudes are, peak, rms or peak to peak, where units, names or texts of a file say it."""
+
+import re
+from collections.abc import Sequence
+
+from correlation.file.column import Column
+from correlation.file.unit_label import amplitude_in_words, amplitude_of_unit, find_suffix, find_unit
+from study.campaign.column_role import Role
+from study.campaign.draft import Draft
+from study.campaign.question import Marked
+from study.campaign.table_kind import JudgedTable, Kind
+
+CONVENTIONS = ("peak", "rms", "peak to peak")
+#: An average of spectra may be called rms, which says nothing of its amplitudes.
+AVERAGED = re.compile(r"averag|mittel|mean", re.IGNORECASE)
+#: Of what a text speaks that says what amplitudes are.
+OF_AMPLITUDES = re.compile(r"amplitude|scal|skal|spectr|spektr|detect|format|line \d", re.IGNORECASE)
+
+
+def said_amplitude(judged: JudgedTable, column: Column) -> str:
+    """What the amplitudes of a column are by its unit, its name or the texts beside it; empty if none says it."""
+    label = column.label or column.name
+    in_units = [column.unit_label, find_unit(label).unit, find_suffix(label)[0].replace("_", " ")]
+    by_label = next((said for text in in_units if (said := amplitude_of_unit(text))), "") or amplitude_in_words(label)
+    if by_label:
+        return by_label
+    texts = [f"{key}: {text}" for key, text in {**judged.table.file.facts, **column.facts}.items()]
+    telling = [text for text in texts if OF_AMPLITUDES.search(text) and not AVERAGED.search(text)]
+    found = {word for text in telling if (word := amplitude_in_words(text))}
+    return found.pop() if len(found) == 1 else ""
+
+
+def draft_amplitude(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:
+    """What all amplitudes of stepped sines are; a column that says another thing states it in its own entry.
+
+    The word of the force holds for columns without one. Without any the answer is asked for.
+
+    Parameters
+    ----------
+    draft
+        Draft that asks.
+    tables
+        Stepped sines, steady states and frequency responses.
+    """
+    stepped = [table for table in tables if table.kind is Kind.STEPPED_SINE]
+    if not stepped:
+        return "peak"
+    of_drive, of_response = (
+        {said_amplitude(table, column) for table in stepped for column in table.of_role(*roles)}
+        for roles in ((Role.FORCE, Role.LEVEL), (Role.RESPONSE,))
+    )
+    if len(of_drive - {""}) == 1:
+        said = next(iter(of_drive - {""}))
+        silent = "" in of_drive | of_response
+        return Marked(value=said, assumed="the force says so, other columns say nothing") if silent else said
+    why = "no file says it; it scales everything"
+    if of_response - {""}:
+        listed = ", ".join(sorted(of_response - {""}))
+        why = f"of what no column says; the responses that say {listed} have it in their entries"
+    text = "Are amplitudes peak, rms or peak to peak values?"
+    return draft.ask(text, "peak", why, *CONVENTIONS)
+
+
+def own_amplitude(draft: Draft, judged: JudgedTable, column: Column) -> dict[str, str]:
+    """The entry of a column whose amplitudes are others than those of the campaign; empty for most."""
+    convention = draft.single.get("convention", {}).get("amplitude", "peak")
+    common = convention.value if isinstance(convention, Marked) else convention
+    said = said_amplitude(judged, column)
+    return {"convention": said} if said not in {"", common} else {}

@@ -1,0 +1,47 @@
+"""Parts in phase and in quadrature, as lock-in amplifiers write them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from study.campaign.column_role import QUADRATURE, Part, Recognised, Role, name_words
+from study.campaign.table import Table
+
+
+def recognise_quadratures(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Beside frequencies, X and Y of both signs are real and imaginary parts.
+
+    Parameters
+    ----------
+    table
+        Table.
+    columns
+        What its columns are by themselves.
+    """
+    result = dict(columns)
+    if not any(guess.role is Role.FREQUENCY for guess in columns.values()):
+        return result
+    parts = [
+        column
+        for column in table.columns
+        if columns[column.name].role is Role.RESPONSE
+        and columns[column.name].part is Part.VALUE
+        and not np.iscomplexobj(column.values)
+    ]
+    words = {column.name: tuple(name_words(table.short_name(column))) for column in parts}
+    for real in parts:
+        other = tuple("y" if word == "x" else word for word in words[real.name])
+        partner = [one for one in parts if "x" in words[real.name] and words[one.name] == other]
+        third = tuple("z" if word == "x" else word for word in words[real.name])
+        alike = partner and columns[partner[0].name].unit == columns[real.name].unit
+        if (
+            alike
+            and third not in words.values()
+            and any((one.values < 0).any() and (one.values > 0).any() for one in (real, partner[0]))
+        ):
+            why = f'"{real.name}" and "{partner[0].name}" {QUADRATURE}'
+            stem = " ".join(word for word in words[real.name] if word != "x")
+            for part, column in ((Part.REAL, real), (Part.IMAGINARY, partner[0])):
+                result[column.name] = replace(columns[column.name], part=part, stem=stem, evidence=why)
+    return result

@@ -1,0 +1,42 @@
+"""Columns of a vibration controller: it keeps the acceleration of the shaken base at a demand, by a voltage."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from study.campaign.column_role import Recognised, Role, name_words
+from study.campaign.table import Table
+
+CONTROL_WORDS, DEMAND_WORDS = {"control", "regelsignal"}, {"demand", "target", "sollwert", "profile"}
+
+
+def recognise_controller(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """The acceleration called "control" as what drives, beside a demand or a voltage; others as they are.
+
+    Parameters
+    ----------
+    table
+        Table.
+    columns
+        What its columns are by themselves.
+    """
+    words = {one.name: set(name_words(table.short_name(one))) for one in table.columns}
+    of_motion = [one for one in table.columns if columns[one.name].quantity == "acceleration"]
+    control = next((one for one in of_motion if words[one.name] & CONTROL_WORDS), None)
+    demands = [one for one in of_motion if words[one.name] & DEMAND_WORDS]
+    drives = [one for one in table.columns if columns[one.name].role is Role.FORCE and one is not control]
+    voltages = [one for one in drives if columns[one.name].quantity == "voltage"]
+    if control is None or not (demands or voltages) or len(voltages) < len(drives):
+        return dict(columns)
+    why = f'called "{control.name}" beside "{(demands or voltages)[0].name}": the controlled acceleration of the base'
+    result = {**columns, control.name: replace(columns[control.name], role=Role.FORCE, evidence=why)}
+    for one in demands:
+        is_level = len(np.unique(one.values)) == 1
+        role, why = (Role.LEVEL, "the demand of the controller") if is_level else (Role.OTHER, "a demand that varies")
+        result[one.name] = replace(columns[one.name], role=role, evidence=why)
+    for one in voltages:
+        result[one.name] = replace(
+            columns[one.name], role=Role.OTHER, evidence="what the controller sends to its shaker"
+        )
+    return result

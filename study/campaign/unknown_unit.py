@@ -1,0 +1,72 @@
+"""What stands as the unit of a column and is none that is known: such a column is never read in SI."""
+
+import re
+
+from correlation.campaign.measurement_unit import root_units
+from correlation.file.column import Column
+from correlation.file.quantity import QUANTITIES, named_quantities
+from correlation.file.unit_label import find_suffix, find_unit, looks_like_a_unit, names_no_unit, unit_text
+
+#: What stands in brackets and is no unit: indices, points, axes, parts of complex numbers, what an amplitude is.
+NO_UNITS = re.compile(
+    r"[\d\s:,]*|[+-]?r?[xyz][+-]?|\d+[xyz]?[+-]?|[a-z]{0,2}\d{1,2}|real|re|imag|im|mag|magnitude|amplitude|amp|abs|"
+    r"phase|rms|pp|p-p|pk|0-pk|peak",
+    re.IGNORECASE,
+)
+
+#: Whole numbers of a converter, and places in a series.
+COUNTS = re.compile(r"counts?|lsb|digits?|samples?|ticks?", re.IGNORECASE)
+#: Longer last words of a name are words, though they may be units: "disp rod".
+LONGEST_SYMBOL = 3
+
+
+def says_counts(column: Column, name: str) -> bool:
+    """Whether the unit of a column is a count of a converter."""
+    label = column.unit_label or find_unit(column.label or name).unit
+    return not column.unit and COUNTS.fullmatch(label.strip()) is not None
+
+
+def unknown_unit(column: Column, name: str) -> str:
+    """What a file has as the unit of a column, if it is not understood; empty if it is, or if there is none.
+
+    Parameters
+    ----------
+    column
+        Column.
+    name
+        Its name within its table.
+    """
+    if column.unit or column.words:
+        return ""
+    if column.unit_label and not unit_text(column.unit_label, name=name):
+        return "" if names_no_unit(column.unit_label) else column.unit_label
+    found = find_unit(column.label or name)
+    if not found.unit:
+        return _unknown_symbol(name)
+    if COUNTS.fullmatch(found.unit):
+        return found.unit
+    if names_no_unit(found.unit) or NO_UNITS.fullmatch(found.unit):
+        return ""
+    if found.sign == "[":
+        return found.unit if re.search(r"[^\W\d_]", found.unit) else ""
+    return found.unit if looks_like_a_unit(found.unit) or _may_measure(found.name, found.unit) else ""
+
+
+def _unknown_symbol(name: str) -> str:
+    """The last word of a name, if it is a symbol of what the name says: "disp dm", "force_dyn"; empty if it is none."""
+    match = re.match(r"(.+?)[\s_]([^\s_]+)$", name)
+    if match is None or find_suffix(name)[1]:
+        return ""
+    start, token = match.groups()
+    short = len(token) <= LONGEST_SYMBOL and bool(named_quantities(start)) and _may_measure(start, token)
+    return token if short or COUNTS.fullmatch(token) or looks_like_a_unit(token) else ""
+
+
+def _may_measure(name: str, token: str) -> bool:
+    """Whether a word is a unit of what the name says, though none that is common on benches: "furlong", "Gal"."""
+    try:
+        dimension = root_units(token)[1]
+    except ValueError:
+        return False
+    named = named_quantities(name) or set(QUANTITIES)
+    return any(dimension == root_units(QUANTITIES[quantity][0])[1] for quantity in named)
