@@ -24,7 +24,7 @@ from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.condensed import Condensed  # noqa: E402
 from hbsolve.errors import NoSteadyState  # noqa: E402
 from hbsolve.joint_law.registry import FORCE, JACOBIAN  # noqa: E402
-from hbsolve.newton import newton  # noqa: E402
+from hbsolve.newton import BalancePoint, newton  # noqa: E402
 from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, residual  # noqa: E402
 from hbsolve.state import SteadyState  # noqa: E402
 from hbsolve.steady_state import steady_state  # noqa: E402
@@ -100,16 +100,15 @@ def measure(force: float) -> None:
     exact = analytic(balance, condensed, peak)
 
     linear = balance.linear(condensed)
-    first, count = balance.joint_of_direction
+    point = BalancePoint(linear, condensed.angular_frequency, condensed.columns, balance.arrays)
 
     # From the point before, as along the curve.
     neighbour = states[max(states.index(peak) - 1, 0)].motion
 
     def solve() -> int:
         _, _, iterations = newton(
-            neighbour, linear, condensed.angular_frequency, condensed.columns, balance.table, first, count,
-            peak.sliders, balance.sampling, TOLERANCE * float(np.linalg.norm(linear)), MAX_ITERATION,
-        )  # fmt: skip
+            neighbour, point, peak.sliders, TOLERANCE * float(np.linalg.norm(linear)), MAX_ITERATION
+        )
         return int(iterations)
 
     iterations = max(solve(), 1)

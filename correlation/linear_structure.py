@@ -1,4 +1,4 @@
-"""The linear structure of a configuration at its frequencies: what models, draws and levels have in common.
+"""The linear structure of a configuration at its frequencies, shared by models, draws and levels.
 
 Preloads, friction coefficients and sliders leave the receptances alone, so that models that differ in them share one
 structure; only the motion under the static load is their own.
@@ -35,7 +35,7 @@ class Stack(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What some sensors read in n states: under the static load, under 1 N, and under unit joint forces."""
+    """Readings of sensors in n states: under the static load, under 1 N, and under unit joint forces."""
 
     static: Complex[Array, "harmonic s"]
     dynamic: Complex[Array, "n harmonic s"]
@@ -45,7 +45,7 @@ class Reading(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearStructure:
-    """Structure between its joints at the frequencies seen so far.
+    """Structure between its joints at the frequencies that have been condensed so far.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class LinearStructure:
         return self._condensed[frequency]
 
     def condense(self, frequencies: Sequence[float]) -> None:
-        """Condense at the frequencies that have not been seen, many at once."""
+        """Condense at the frequencies that are not condensed yet, many at once."""
         if self.base is not None:
             self.base.condense(frequencies)
             return
@@ -134,7 +134,7 @@ class LinearStructure:
         return own._replace(static=self.balance.structure.static_motion)
 
     def contact(self, frequency: float) -> Complex[Array, "harmonic r d"]:
-        """What a unit force along each joint direction moves at a frequency [m/N]."""
+        """Displacements at a frequency under a unit force along each joint direction [m/N]."""
         recovery = self.recovery(frequency) or self.balance.structure.recovery(self.at(frequency))
         return recovery.contact
 
@@ -152,7 +152,7 @@ class LinearStructure:
         source._recovery.update(zip(new, found, strict=True))
 
     def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
-        """What sensors read that follow these rows of the displacement."""
+        """Readings of sensors with these rows over the displacement, shape (s, r)."""
         source, key = self.base or self, (rows.tobytes(), frequencies)
         static = self.balance.structure.static_motion @ rows.T
         if not frequencies:
@@ -167,7 +167,7 @@ class LinearStructure:
     def recover_rows(
         self, frequencies: Sequence[float], rows: Float[NDArray[np.float64], "s r"]
     ) -> list[tuple[Array, Array]]:
-        """What they read at each frequency under 1 N, shape (H + 1, s), and unit joint forces, shape (H + 1, s, d)."""
+        """Readings at each frequency under 1 N, shape (H + 1, s), and unit joint forces, shape (H + 1, s, d)."""
         source = self.base or self
         known = source._row_recovery.setdefault(rows.tobytes(), {})
         new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in known]
@@ -181,7 +181,7 @@ class LinearStructure:
 
     @cached_property
     def reciprocal(self) -> "LinearStructure":
-        """The structure whose responses at a load are those of this one's loads at a response: with transposed damping.
+        """The reciprocal structure, with transposed damping: loads and responses change places.
 
         It is this one itself where the damping is symmetric, viscous and structural (Maxwell and Betti); gyroscopic
         and circulatory terms are not.
@@ -198,7 +198,7 @@ class LinearStructure:
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """Those seen so far [Hz]."""
+        """Frequencies that have been condensed so far [Hz]."""
         return tuple((self.base or self)._condensed)
 
     @property

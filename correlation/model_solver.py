@@ -224,11 +224,9 @@ class ModelSolver:
         stuck = real_from_complex(linear.static + self._forced_all(level, list(indices)) * linear.dynamic)
         sequence = StateSequence(index, earlier_state, linear.angular_frequency, stuck, linear.columns, guess)
         track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
-        begin, count = balance.joint_of_direction
         while number < n:
             number = int(follow(
-                number, carried, from_guess, sequence, balance.table, begin, count, slider, balance.sampling, tolerance,
-                MAX_ITERATION, track,
+                number, carried, from_guess, sequence, balance.arrays, slider, tolerance, MAX_ITERATION, track
             ))  # fmt: skip
             if number < n:
                 slider = self._rescued(level, frequencies[number], guesses[number], number, track, slider, carried)

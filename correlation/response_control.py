@@ -217,11 +217,9 @@ def _solve(
         guess if guess is not None and from_guess else np.full((n, d, nh), np.nan),
     )  # fmt: skip
     track, number, slider = empty_track(n, d, nh, balance.n_slider), 0, solver.slider.astype(float)
-    first, count = balance.joint_of_direction
     while number < n:
         number = 1 + int(follow(
-            number, True, from_guess, sequence, balance.table, first, count, slider, balance.sampling, TOLERANCE,
-            MAX_ITERATION, track,
+            number, True, from_guess, sequence, balance.arrays, slider, TOLERANCE, MAX_ITERATION, track
         ))  # fmt: skip
     g = complex_from_real(track.force)
     drive = (held + (felt * g[:, 1]).sum(axis=1)) / through

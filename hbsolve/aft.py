@@ -11,10 +11,12 @@ Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 3.1.
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Int
 
 from fe.compiled import compiled
-from hbsolve.joint_arrays import FUNCTION, call_force, call_function_force
+from hbsolve.joint_arrays import FUNCTION, JointTable, call_force, call_function_force
 from hbsolve.joint_law.registry import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawOutput
+from hbsolve.sampling import Sampling
 from reduction.array_type import Real, Whole
 
 
@@ -25,6 +27,19 @@ class InitialSliders(NamedTuple):
     """Positions at the first instant, or multipliers m of eq. 11, shape (s,) [m or -]."""
     by_multiplier: Whole
     """1 where the value is a multiplier, shape (s,)."""
+
+
+class BalanceArrays(NamedTuple):
+    """Joints and instants of a balance, as compiled code takes them; d directions."""
+
+    table: JointTable
+    """Joints as arrays."""
+    joint_start: Int[Whole, " d"]
+    """First direction of the joint of each direction, shape (d,)."""
+    joint_size: Int[Whole, " d"]
+    """Number of directions of this joint, shape (d,)."""
+    sampling: Sampling
+    """Basis on the instants of a period."""
 
 
 class JointForces(NamedTuple):

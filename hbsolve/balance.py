@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from hbsolve.aft import BalanceArrays
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.errors import BalanceError, DampingWarning
 from hbsolve.fourier import Coefficients
@@ -208,7 +209,7 @@ class HarmonicBalance:
         # Copied, not built again: the modal decomposition is the work. `copy` would look up all compiled laws again.
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        for cached in ("sampling", "joint_of_direction", "_loads"):
+        for cached in ("sampling", "joint_of_direction", "arrays", "_loads"):
             other.__dict__.pop(cached, None)
         for name, value in changes.items():
             object.__setattr__(other, name, value)
@@ -245,6 +246,11 @@ class HarmonicBalance:
         """First direction, and number of directions, of the joint of each direction."""
         count = np.diff(self.table.direction)
         return np.repeat(self.table.direction[:-1], count), np.repeat(count, count)
+
+    @cached_property
+    def arrays(self) -> BalanceArrays:
+        """Joints and instants, as compiled code takes them."""
+        return BalanceArrays(self.table, *self.joint_of_direction, self.sampling)
 
     def find_stiffer_joint(self) -> tuple[str, float, float] | None:
         """Name and stiffness of a joint stiffer than the linear reference, and what that has instead [N/m]; or none."""

@@ -224,7 +224,7 @@ def find_modal_coordinates(
     Parameters
     ----------
     modes
-        Of mass and stiffness.
+        Modes of mass and stiffness.
     mass, damping, stiffness, structural, basis
         As of `DynamicStiffness`.
     """

@@ -25,15 +25,17 @@ References
 Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 12.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from fe.compiled import compiled
-from hbsolve.aft import joint_forces
+from hbsolve.aft import BalanceArrays, joint_forces
 from hbsolve.joint_law.registry import FORCE, JACOBIAN
 from hbsolve.krylov import Border, gmres, operator
 from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
+from reduction.array_type import Array, Real
 
 #: Up to this many rows elimination is faster than GMRES; with more it is as fast as GMRES with rows / 3 vectors.
 DENSE, ROWS_PER_VECTOR = 150, 3
@@ -50,6 +52,19 @@ DECREASE, SHORTEN, SHORTEST = 1e-4, 0.4, 5e-3
 NEARLY = 3e4
 #: A step that does not decrease |R| is taken whole up to this growth, else this share of it.
 GROWTH, ESCAPE = 1.5, 0.1
+
+
+class BalancePoint(NamedTuple):
+    """R(x) at one frequency and level; d joint directions, nh = 2 H + 1."""
+
+    linear: Float[Real, "d nh"]
+    """x_lin, motion of the directions with all contacts stuck, shape (d, nh) [m]."""
+    angular_frequency: float
+    """Omega [rad/s]."""
+    columns: Array
+    """Of A_k: in row j what a unit force along direction j moves, shape (H + 1, d, d) [m/N]."""
+    arrays: BalanceArrays
+    """Joints and instants."""
 
 
 @compiled
@@ -158,11 +173,10 @@ def bordered_step(
 
 
 @compiled
-def newton_with_forces(
-    x: Any, linear: Any, omega: float, columns: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
-    tolerance: float, max_iteration: int,
-) -> Any:  # fmt: skip
+def newton_with_forces(x: Any, point: Any, start: Any, tolerance: float, max_iteration: int) -> Any:
     """What `newton` returns, and the joint forces at x."""
+    linear, omega, columns, arrays = point
+    table, first, count, sampling = arrays
     forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
     R = x - linear + apply_receptance(columns, forces.coefficients)
     norm = np.sqrt((R * R).sum())
@@ -197,12 +211,21 @@ def newton_with_forces(
 
 
 @compiled
-def newton(
-    x: Any, linear: Any, omega: float, columns: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
-    tolerance: float, max_iteration: int,
-) -> Any:  # fmt: skip
-    """Solve R(x) = 0 from x; returns x, |R|, and the number of iterations. `tolerance` is absolute."""
-    x, norm, iteration, _ = newton_with_forces(
-        x, linear, omega, columns, table, first, count, start, sampling, tolerance, max_iteration
-    )
+def newton(x: Any, point: Any, start: Any, tolerance: float, max_iteration: int) -> Any:
+    """Solve R(x) = 0 from x; returns x, |R|, and the number of iterations.
+
+    Parameters
+    ----------
+    x
+        Motion of the joint directions, shape (d, nh) [m].
+    point
+        `BalancePoint` at which to solve.
+    start
+        `hbsolve.aft.InitialSliders`.
+    tolerance
+        |R| of a solution [m].
+    max_iteration
+        Most iterations [-].
+    """
+    x, norm, iteration, _ = newton_with_forces(x, point, start, tolerance, max_iteration)
     return x, norm, iteration

@@ -7,7 +7,7 @@ from hbsolve.balance import CENTRING, HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
 from hbsolve.joint_law.registry import FORCE, JACOBIAN
-from hbsolve.newton import apply_receptance, newton
+from hbsolve.newton import BalancePoint, apply_receptance, newton
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState, start_motion
 from reduction.array_type import Real
@@ -109,11 +109,8 @@ def newton_at(
     limit: int,
 ) -> tuple[Real, float, int]:
     """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
-    first, count = balance.joint_of_direction
-    result: tuple[Real, float, int] = newton(
-        np.array(x, order="C"), linear, condensed.angular_frequency, condensed.columns, balance.table, first, count,
-        sliders, balance.sampling, tolerance, limit,
-    )  # fmt: skip
+    point = BalancePoint(linear, condensed.angular_frequency, condensed.columns, balance.arrays)
+    result: tuple[Real, float, int] = newton(np.array(x, order="C"), point, sliders, tolerance, limit)
     return result
 
 

@@ -14,7 +14,7 @@ from hbsolve.aft import InitialSliders, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.joint_law.registry import FORCE
-from hbsolve.newton import apply_receptance, newton_with_forces
+from hbsolve.newton import BalancePoint, apply_receptance, newton_with_forces
 from reduction.array_type import Array, Real, Whole
 
 
@@ -66,8 +66,8 @@ def empty_track(n: int, n_direction: int, nh: int, n_slider: int) -> Track:
 
 @compiled
 def follow(
-    first_state: int, carried: bool, from_guess: bool, sequence: Any, table: Any, first: Any, count: Any, slider: Any,
-    sampling: Any, tolerance: float, max_iteration: int, track: Any,
+    first_state: int, carried: bool, from_guess: bool, sequence: Any, arrays: Any, slider: Any, tolerance: float,
+    max_iteration: int, track: Any,
 ) -> Any:  # fmt: skip
     """Write the states from number `first_state` on into a track, up to one where Newton's method alone fails.
 
@@ -80,12 +80,16 @@ def follow(
     from_guess
         Whether a state starts from its guess, moved by what its neighbour differs from its own guess; else from its
         neighbour.
-    sequence, table, first, count, sampling, tolerance, max_iteration
-        As for `hbsolve.newton`; the tolerance is relative to the linear motion.
+    sequence
+        `StateSequence` of the states.
+    arrays
+        `hbsolve.aft.BalanceArrays`.
+    tolerance, max_iteration
+        As for `hbsolve.newton.newton`; the tolerance is relative to the linear motion.
     slider
         Slider positions that the first state begins with, shape (s,) [m].
     track
-        Where the results go.
+        Track that the results are written into.
 
     Returns
     -------
@@ -122,18 +126,16 @@ def follow(
             x = sequence.guess[i].copy()
         else:
             x = linear.copy()
-        omega, columns = sequence.angular_frequency[index], sequence.columns[index]
+        point = BalancePoint(linear, sequence.angular_frequency[index], sequence.columns[index], arrays)
         start = InitialSliders(value, by_multiplier)
         norm, iteration = np.inf, 0
         if from_guess and (not neighboured or track.iterations[before] == 0):
             # Many states are as the guess says, and stay so: nothing has to be derived for them.
-            forces = joint_forces(x, omega, table, start, sampling, FORCE)
-            R = x - linear + apply_receptance(columns, forces.coefficients)
+            forces = joint_forces(x, point.angular_frequency, arrays.table, start, arrays.sampling, FORCE)
+            R = x - linear + apply_receptance(point.columns, forces.coefficients)
             norm = np.sqrt((R * R).sum())
         if not norm <= tolerance * scale:
-            x, norm, iteration, forces = newton_with_forces(
-                x, linear, omega, columns, table, first, count, start, sampling, tolerance * scale, max_iteration
-            )
+            x, norm, iteration, forces = newton_with_forces(x, point, start, tolerance * scale, max_iteration)
         if not norm <= tolerance * scale:
             return i
         track.motion[i], track.force[i] = x, forces.coefficients
@@ -168,9 +170,5 @@ def follow_one(
     omega, columns = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.columns)[None]
     sequence = StateSequence(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, columns, start[None].copy())
     track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
-    begin, count = balance.joint_of_direction
-    follow(
-        0, False, True, sequence, balance.table, begin, count, slider.astype(float), balance.sampling, tolerance,
-        max_iteration, track,
-    )  # fmt: skip
+    follow(0, False, True, sequence, balance.arrays, slider.astype(float), tolerance, max_iteration, track)
     return track

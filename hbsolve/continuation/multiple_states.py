@@ -40,7 +40,7 @@ def steady_states(
     n_start
         Number of starts beside the arc's [-].
     seed
-        Of the random numbers.
+        Seed of the random numbers.
     """
     condensed = balance.at(angular_frequency)
     sliders = make_initial_sliders(balance, slider)
@@ -109,7 +109,7 @@ def friction_history_states(
     n_history
         Number of friction histories [-].
     seed
-        Of the random numbers.
+        Seed of the random numbers.
     """
     condensed = balance.at(angular_frequency)
     linear = balance.linear(condensed)

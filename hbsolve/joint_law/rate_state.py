@@ -38,7 +38,7 @@ def step(before: float, after: float, velocity: float, state: Any, parameters: A
     state
         Before the step, shape (s,).
     parameters
-        Of the joint, shape (p,).
+        Parameters of the joint, shape (p,).
     value
         Filled: the force [N] and the state after the step, shape (1 + s,).
     slope

@@ -22,7 +22,7 @@ BEYOND = 0.03
 
 
 class SearchedFrequencies(NamedTuple):
-    """Where limits are searched for."""
+    """Frequencies at which limits are searched for."""
 
     angular_frequency: Real
     """Ascending, shape (f,) [rad/s]."""

@@ -62,7 +62,7 @@ def dragged_reaches(
     stops
         Frequencies at which tests of the laboratory stop on their way, each as rising places in `angular_frequency`.
     seed
-        Of their first sliders.
+        Seed of their first sliders.
     report
         Called with the number of frequencies that are done, and of all on the way of all tests.
     """

@@ -58,12 +58,12 @@ class SliderDerivative:
     undetermined: Int[Whole, " n"]
     """Which sliders these are, shape (n,)."""
     gradient: Float[Real, " n"]
-    """Of the objective, shape (n,) [its unit / m]."""
+    """Derivative of the objective, shape (n,) [its unit / m]."""
     motion: Float[Real, "d nh n"]
-    """Of x, shape (d, nh, n) [-]."""
+    """Derivative of the motion, shape (d, nh, n) [-]."""
     low: Float[Real, "n n"]
     high: Float[Real, "n n"]
-    """Of the ends of their intervals, shape (n, n) [-]."""
+    """Derivatives of the ends of their intervals, shape (n, n) [-]."""
 
 
 def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
@@ -110,9 +110,9 @@ class LinearStep:
     """The linear programme at one steady state."""
 
     derivative: SliderDerivative
-    """Of the state."""
+    """Derivatives at the state."""
     length: Real
-    """Of the intervals, shape (n,) [m]."""
+    """Lengths of the intervals, shape (n,) [m]."""
     cost: Real
     """Gain by each slider's move over its length, shape (n,)."""
     rows: Real

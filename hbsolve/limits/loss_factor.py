@@ -145,7 +145,7 @@ def loss_factor_limits(
     balance, angular_frequency, levels, options
         As `response_limits`.
     output
-        Of which the amplitude is given.
+        Output whose amplitude is given.
     nominal, reach
         A box for the sliders; the paper has none.
     """

@@ -16,7 +16,7 @@ from hbsolve.joint_law.registry import JACOBIAN
 from hbsolve.limits.objective import Measure
 from hbsolve.limits.slider_bounds import SliderBox
 from hbsolve.limits.sliders import SliderTable, StickIntervals, compute_stick_intervals
-from hbsolve.newton import RELATIVE, apply_receptance, newton_step
+from hbsolve.newton import RELATIVE, BalancePoint, apply_receptance, newton_step
 from hbsolve.solution import TOLERANCE, forces_at, ramp
 from hbsolve.steady_state import FEW_STARTS, from_many_starts, steady_state
 from reduction.array_type import Real, Whole
@@ -25,8 +25,8 @@ Sliders = Float[Real, " s"]
 #: Motion and sliders that a search starts from.
 SearchStart = tuple[Real, Sliders]
 
-#: Newton steps at most; after each three of them |R| must have fallen to a share, which is large for states that are
-#: worth the wait.
+#: Most Newton steps; after each three of them |R| must have fallen to a share: to a small one where a failure costs
+#: little, to any where the state matters.
 LIMIT, PATIENCE, HASTY, PATIENT = 15, 3, 0.3, 1e3
 #: Trials of a Newton step, by how much each is shorter, and the decrease that ends them; the last is taken in any case.
 TRIALS, SHORTENED, DECREASE = 4, 0.4, 1e-4
@@ -47,13 +47,13 @@ class TrialState:
     initial_slider: Sliders
     """Slider positions at the first instant, shape (s,) [m]."""
     value: float
-    """Of the objective."""
+    """Value of the objective [its unit]."""
     residual_norm: float
     """|R| relative to the linear motion [-]."""
     forces: JointForces
-    """Of the joints, with their Jacobian."""
+    """Joint forces in this motion, with their Jacobian."""
     intervals: StickIntervals
-    """Where its sliders stick."""
+    """Intervals in which its sliders stick."""
 
     @property
     def sticking(self) -> Bool[NDArray[np.bool_], " s"]:
@@ -113,12 +113,10 @@ class LimitPoint:
     def solve(self, x: Real, w: Sliders, hopeless: float = HASTY) -> TrialState | None:
         """Newton's method from a motion nearby; none where it fails."""
         balance, tolerance = self.balance, TOLERANCE * self.scale
-        first, count = balance.joint_of_direction
+        at = BalancePoint(self.linear, self.condensed.angular_frequency, self.condensed.columns, balance.arrays)
         result, norm, forces, intervals = newton_near(
-            np.array(x), self.linear, self.condensed.angular_frequency, self.condensed.columns,
-            balance.table, first, count, _start(w), balance.sampling, self.sliders, tolerance, LIMIT, PATIENCE,
-            hopeless,
-        )  # fmt: skip
+            np.array(x), at, _start(w), self.sliders, tolerance, LIMIT, PATIENCE, hopeless
+        )
         return self._trial(result, w, norm / self.scale, forces, intervals) if norm <= tolerance else None
 
     def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> TrialState | None:
@@ -180,15 +178,16 @@ class LimitPoint:
 
 @compiled
 def newton_near(
-    x: Any, linear: Any, omega: float, columns: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
-    sliders: Any, tolerance: float, limit: int, patience: int, hopeless: float,
-) -> Any:  # fmt: skip
+    x: Any, point: Any, start: Any, sliders: Any, tolerance: float, limit: int, patience: int, hopeless: float
+) -> Any:
     """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and where the sliders stick.
 
     Steps in the sliders often leave the branch of a solution, and a search that waits for `hbsolve.newton` to try all
     it can spends most of its time on states that do not exist. So this gives up where |R| is not below the share
     `hopeless` of the first one after `patience` iterations, or its square after twice as many.
     """
+    linear, omega, columns, arrays = point
+    table, first, count, sampling = arrays
     forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
     R = x - linear + apply_receptance(columns, forces.coefficients)
     norm = np.sqrt((R * R).sum())

@@ -65,7 +65,7 @@ def share_histories(
     curve
         System, level and all frequencies; its own objective does not matter.
     indices
-        Of the frequencies.
+        Indices of the frequencies.
     objectives
         What is bounded.
     population
@@ -73,7 +73,7 @@ def share_histories(
     count
         Random histories [-].
     seed
-        Of them.
+        Seed of the random histories.
     branches
         Whether an arc over the level looks for branches that no slider leads to, which takes longer than all else.
     """

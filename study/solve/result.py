@@ -175,7 +175,7 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
             "output_imag": (("point", "harmonic", "output"), outputs.imag, {"units": "SI, see output_unit"}),
             "coefficient_real": (("point", "harmonic", "dof"), coefficients.real, {"units": "m"}),
             "coefficient_imag": (("point", "harmonic", "dof"), coefficients.imag, {"units": "m"}),
-            "slider": (("point", "slider"), joined("slider"), {"units": "m"}),
+            "slider": (("point", "slider"), joined("periodic_slider"), {"units": "m"}),
             "contact_share": (
                 ("point", "joint", "state"),
                 share,

@@ -481,7 +481,7 @@ OTHER_BALANCES: dict[str, tuple[Callable[[], HarmonicBalance], str]] = {
     ),
     "springs in place of sliders": (
         lambda: balance(5, joints=[CubicSpring(name=name, direction=X, stiffness=0.1) for name in "abc"]),
-        r"state has slider of shape \(0,\), the balance \(1,\)",
+        r"state has initial_slider of shape \(0,\), the balance \(1,\)",
     ),
 }
 

@@ -8,7 +8,7 @@ SCRIPT = """
 import numpy as np
 from correlation.model import Model, Sensor
 from correlation.prediction import Points, Predictor
-from hbsolve import aft, follow, newton
+from hbsolve import aft, newton, state_sequence
 from hbsolve import compile_ahead as warm
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.response import frequency_response
@@ -16,7 +16,7 @@ from reduction.jointed_system import ElasticStop, Friction, FrictionContact, Joi
 
 warm.warm()
 functions = (aft.joint_forces, newton.newton, newton.bordered_step, newton.apply_receptance,
-             follow.follow)
+             state_sequence.follow)
 before = [len(each.signatures) for each in functions]
 rows = np.eye(3)
 joints = [

@@ -22,21 +22,7 @@ def track_of(balance: HarmonicBalance, omega: np.ndarray, slider: np.ndarray, gu
     earlier_state = np.array([-1] * len(omega) + list(range(len(omega) - 1, -1, -1)))
     sequence = StateSequence(index, earlier_state, omega, linear, np.array([item.columns for item in condensed]), guess)
     track = empty_track(len(index), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
-    first, count = balance.joint_of_direction
-    done = follow(
-        0,
-        True,
-        from_guess,
-        sequence,
-        balance.table,
-        first,
-        count,
-        slider,
-        balance.sampling,
-        TOLERANCE,
-        MAX_ITERATION,
-        track,
-    )
+    done = follow(0, True, from_guess, sequence, balance.arrays, slider, TOLERANCE, MAX_ITERATION, track)
     return done, track, index
 
 
