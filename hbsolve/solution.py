@@ -15,7 +15,7 @@ from reduction.array_type import Real
 #: |R| of a solution relative to the linear motion of the directions.
 TOLERANCE = 1e-9
 MAX_ITERATION = 40
-#: Force of the springs that centre a body, over those of joints that stick, which no body at rest has.
+#: Force of the springs that centre a body, over the loads: beside joints that stick it is 1e-9 of theirs.
 DRIFT = 1e-6
 #: First step of the level in the ramp, the smallest one, and iterations in each: a state near another needs few.
 FIRST_STEP, LEAST_STEP, STEP_ITERATION = 0.2, 1e-3, 15
@@ -89,9 +89,9 @@ def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real) -> Non
     """
     if balance.structure.stiffness is balance.system.stiffness:
         return
-    reference = balance.structure.reference[:, None]
-    carried = float(np.linalg.norm(CENTRING * reference[:, 0] * x[:, 0]))
-    if carried > DRIFT * float(np.linalg.norm(reference * x[:, 1:])):
+    carried = float(np.linalg.norm(CENTRING * balance.structure.reference * x[:, 0]))
+    system = balance.system
+    if carried > DRIFT * float(np.linalg.norm(system.static) + abs(balance.level) * np.linalg.norm(system.dynamic)):
         raise NoSteadyState(
             f"at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, the body that joints "
             "alone hold drifts: all of them slip, and the mean of their forces is not zero",

@@ -23,6 +23,7 @@ from reduction.jointed_system import (
     JenkinsElement,
     Joint,
     JointedSystem,
+    SmoothFriction,
 )
 from transient.steady import steady_motion
 
@@ -173,3 +174,17 @@ def test_what_cannot_be_refined_is_refused() -> None:
     over_stiffness = joint_response(balance, 826.0, "slider", "limit_force", 10.0, 12.0)
     with pytest.raises(BalanceError, match="of the linear motion: give the balance and the sliders"):
         refine_branch(balance, over_stiffness, 1e-6)
+
+
+def test_a_force_that_steps_between_samples_is_not_judged_on_them() -> None:
+    """Friction that is steep in the velocity: on 256 samples twice the harmonics seem to change nothing."""
+    steep = SmoothFriction(name="steep", direction=np.ones(1), limit_force=0.8, velocity=1e-5)
+    system = JointedSystem(
+        mass=[[1.0]], damping=[[2.0]], stiffness=[[1e4]], joints=[steep], harmonic_force=[[0], [1.0]]
+    )
+    coarse = HarmonicBalance(system=system, n_harmonic=8)
+    fine = HarmonicBalance(system=system, n_harmonic=60, n_sample=8192)
+    state, exact = (steady_state(balance, 90.0) for balance in (coarse, fine))
+    error = abs(state.amplitude(0) / exact.amplitude(0) - 1)
+    assert error > 0.2
+    assert truncation(coarse, state).harmonics > error / 2

@@ -212,7 +212,7 @@ def test_an_address_where_no_scheduler_answers_is_one_sentence(wrong: str, monke
 
 def test_a_missing_package_is_named_with_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingSoftware, match=r"stickslip\[dask\]"), worker_pool([], "tcp://127.0.0.1:9"):
+    with pytest.raises(MissingSoftware, match=r'install -e "\.\[dask\]"'), worker_pool([], "tcp://127.0.0.1:9"):
         pass
 
 

@@ -66,7 +66,8 @@ def test_bricks_and_meshes_that_are_there_stay_as_they_are(model: RigModel) -> N
 def test_without_pytetwild_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fe.mesher.ftetwild.MODULE", "no_such_module")
     with pytest.raises(
-        InputError, match=r'pytetwild, which is not installed: pip install "stickslip\[tets\]", or mesh'
+        InputError,
+        match=r'pytetwild, which is not installed: sh install.sh, in a checkout pip install -e "\.\[tets\]", or mesh',
     ):
         body_tetrahedra(Rig(), BODY, 0.005)
 

@@ -118,7 +118,7 @@ def test_calculix_finds_the_same_frequencies_on_the_same_mesh(mesh: Mesh) -> Non
 
 def test_without_pytetwild_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r'pytetwild, which is not installed: pip install "stickslip\[tets\]"'):
+    with pytest.raises(InputError, match=r"pytetwild, which is not installed: sh install.sh"):
         mesh_solid(plate(), TetRule(size=0.005))
 
 
