@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import KIND, Case, effect_name, effect_value
 from benchmarks.hidden_effects_record import FAILED, Fitted, Found, Planted, Record
+from benchmarks.hidden_effects_setup import setup
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.feature.vector import FeatureVector
@@ -24,21 +25,13 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.threshold.detection_threshold import Thresholds
-from study.case.setup import Setup, read_case
 from study.diagnose.thresholds import shipped_thresholds
-from study.shipped_cases import BEAM
 from transient.virtual_bench.hidden_effect import PlantedTruth, make_campaign
 
 #: Packages whose code a result depends on.
 PACKAGES = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
 #: Gains of the screening that are kept.
 MOST_SCORES = 10
-
-
-@cache
-def setup() -> Setup:
-    """Model, calibration parameters and numerical error under test: those of the shipped beam."""
-    return read_case(BEAM).setup
 
 
 def limits(campaign: Campaign, without: Sequence[str]) -> Thresholds | None:

@@ -89,7 +89,7 @@ def groups_of(scores: "Sequence[Score]", same: float = SAME, listed: float = LIS
 
 def make_groups(file: Path = FILE) -> Groups:
     """Screen a campaign without any effect, and write the file."""
-    from benchmarks.hidden_effects_campaign import setup
+    from benchmarks.hidden_effects_setup import setup
     from correlation.campaign.read_campaign import read_campaign
     from diagnosis.candidate.catalogue import list_effects
     from diagnosis.fit.arrangement import arrange

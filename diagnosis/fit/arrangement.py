@@ -17,19 +17,18 @@ from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import AddedEffect
-from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
+from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import Comparison
-from diagnosis.fit.controlled_start import fit_under_control
 from diagnosis.fit.finer_model import FinerModel
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.jitter import list_jitter
+from diagnosis.fit.model_error_fit import alternate, fit_from_fit, fit_from_scratch, get_error_size, reweigh_slopes
 from diagnosis.fit.problem import Effort, Refit
 from diagnosis.fit.weighting import (
     FEW,
     Measured,
     allow_model_error,
-    downweight_higher_levels,
     downweight_other_branch,
     join_measured,
     leave_out_model_error,
@@ -38,11 +37,6 @@ from diagnosis.fit.weighting import (
     resize_model_error,
     update_model_error,
 )
-
-#: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
-ROUNDS, SETTLED = 6, 0.1
-#: Reduced chi-squared beyond which a calibration may have missed the minimum.
-ASTRAY = 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,7 +80,7 @@ class Arrangement:
     @property
     def model_error_size(self) -> ErrorSize:
         """Model error that the fit leaves."""
-        return _size(self.train)
+        return get_error_size(self.train)
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters with their priors; added effects and the given ones without."""
@@ -94,7 +88,7 @@ class Arrangement:
 
     def with_fit(self, train: Comparison, fit: Fit) -> "Arrangement":
         """The same with another fit, and the model error that it leaves."""
-        size = _size(train)
+        size = get_error_size(train)
         return replace(
             self, train=train, fit=fit, held_out=resize_model_error(self.held_out, size),
             held_out_without_jitter=resize_model_error(self.held_out_without_jitter, size),
@@ -112,9 +106,9 @@ class Arrangement:
         """
         # The error of another fit would pull the values astray first.
         train = update_model_error(self.train, fit.prediction)
-        slopes = _reweigh(fit, by, train)
+        slopes = reweigh_slopes(fit, by, train)
         begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
-        train, last = _alternate(train, begun)
+        train, last = alternate(train, begun)
         return self.with_fit(train, calibrate(train, fit.unknowns, last.values, last.prediction, slopes=last.jacobian))
 
     def with_refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
@@ -145,7 +139,7 @@ class Arrangement:
 
     def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
-        if _size(self.train) == NO_ERROR:
+        if get_error_size(self.train) == NO_ERROR:
             return fit.chi2 + self.train.log_weight
         train = update_model_error(self.train, fit.prediction)
         residual, m = train.residual(fit.prediction), fit.n_number
@@ -168,7 +162,7 @@ class Arrangement:
             return downweighted
         fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
         # The points that have no weight now were a part of the model error.
-        train, fit = _alternate(train, fit)
+        train, fit = alternate(train, fit)
         return downweighted.with_fit(
             train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT)
         )
@@ -179,7 +173,7 @@ class Arrangement:
         The model error of the held-out data has the size that they show: that of the training data is too small where a
         model errs by more at other levels.
         """
-        return self._test(effect, fit, *_alternate(self.held_out_without_jitter, self._fit_jitter(fit)))
+        return self._test(effect, fit, *alternate(self.held_out_without_jitter, self._fit_jitter(fit)))
 
     def test_uncalibrated(self, model: Model) -> Refit:
         """The same test of a model that nothing was fitted to, by the model error of the fit.
@@ -282,15 +276,15 @@ def _compared(
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
     refined = [each.compose(values) for each in finer]
     first, _ = make_comparison(sides[0], model, prediction, budget, refined, FEW, fitted=False)
-    first, fit = _fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
+    first, fit = fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
     if not known:
         finer = [each.calibrated(first, fit) for each in finer]
     refined = [each.compose(fit.values) for each in finer]
     (train, _), unseen = _weigh_sides(sides, fit, budget, refined)
-    train, fit = _fit_from_fit(train, fit, budget.model)
+    train, fit = fit_from_fit(train, fit, budget.model)
     if not known:
         finer = [each.calibrated(train, fit) for each in finer]
-    return {"train": train, "fit": fit, "finer": tuple(finer), **_unseen(unseen, fit, budget, _size(train))}
+    return {"train": train, "fit": fit, "finer": tuple(finer), **_unseen(unseen, fit, budget, get_error_size(train))}
 
 
 def expect_usual_error(arrangement: Arrangement) -> Arrangement:
@@ -325,8 +319,8 @@ def arrange_with_effect(
     finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
     (train, _), unseen = _weigh_sides(_sides(campaign), fit, of.budget, refined, [of.train, of.held_out])
-    train, fit = _fit_from_fit(train, fit, of.budget.model)
-    return replace(of, train=train, fit=fit, **_unseen(unseen, fit, of.budget, _size(train)))
+    train, fit = fit_from_fit(train, fit, of.budget.model)
+    return replace(of, train=train, fit=fit, **_unseen(unseen, fit, of.budget, get_error_size(train)))
 
 
 def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
@@ -355,102 +349,6 @@ def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: 
     held_out = allow_model_error(comparison, fit.model, prediction, budget.model, size)
     without_jitter, shifts = _take_out_jitter(held_out, scatter, fit.model)
     return {"held_out": held_out, "held_out_without_jitter": without_jitter, "jitter": tuple(shifts)}
-
-
-def _fit_from_scratch(
-    comparison: Comparison, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, usual: float
-) -> tuple[Comparison, Fit]:
-    """Fit from start values, and the comparison with the model error that it leaves.
-
-    The fit begins without model error. Where it ends badly, others begin with the error of the start, so that they need
-    not explain what they cannot. The most probable one is taken: by contacts that slip, each may end in a minimum that
-    is not the least.
-    """
-    plain = allow_model_error(comparison, model, prediction, usual)
-    if not usual:
-        return plain, _calibrated(plain, unknowns, values, prediction)
-    fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK)
-    found = [_alternate(plain, fit)]
-    if fit.chi2 > ASTRAY * fit.n_number:
-        wide = update_model_error(plain, prediction)
-        begins = [values] if _size(wide) != NO_ERROR else []
-        begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
-        found += [_alternate(wide, calibrate(wide, unknowns, each, prediction, ending=Ending.QUICK)) for each in begins]
-    return _finish_most_probable(found)
-
-
-def _fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Comparison, Fit]:
-    """Fit that begins where another one ended, and the comparison with the model error that it leaves.
-
-    One begins without model error, and one with that of the start, so that it need not explain what it cannot. The more
-    probable one is taken.
-    """
-    unknowns, values, prediction = fit.unknowns, fit.values, fit.prediction
-    plain = allow_model_error(comparison, fit.model, prediction, usual)
-    if not usual:
-        return plain, _calibrated(plain, unknowns, values, prediction)
-    # A quick fit may end above its minimum.
-    found = [_alternate(plain, calibrate(plain, unknowns, values, prediction))]
-    wide = update_model_error(plain, prediction)
-    if _size(wide) != NO_ERROR:
-        found.append(_alternate(wide, calibrate(wide, unknowns, values, prediction, ending=Ending.QUICK)))
-    return _finish_most_probable(found)
-
-
-def _finish_most_probable(found: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:
-    """The fit of the least -2 ln p by its own covariance, brought to its minimum."""
-    comparison, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
-    begin = fit.unknowns, fit.values, fit.prediction
-    if _size(comparison) == NO_ERROR:
-        return comparison, _calibrated(comparison, *begin)
-    return comparison, calibrate(comparison, *begin, slopes=fit.jacobian, ending=Ending.EXACT)
-
-
-def _alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
-    """Size of the model error and quick fit in turn, by which -2 ln p of both falls, until neither changes."""
-    for _ in range(ROUNDS):
-        resized = update_model_error(comparison, fit.prediction)
-        if _size(resized).is_near(_size(comparison), SETTLED):
-            break
-        slopes, comparison = _reweigh(fit, comparison, resized), resized
-        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
-    return comparison, fit
-
-
-def _reweigh(fit: Fit, before: Comparison, after: Comparison) -> Matrix:
-    """Jacobian of a fit by another covariance of the same predictions, shape (m + p, p)."""
-    return fit.reweigh(lambda slopes: after.whitening(before.whitening.undo(slopes)))
-
-
-def _size(comparison: Comparison) -> ErrorSize:
-    return NO_ERROR if comparison.model_error is None else comparison.model_error.size
-
-
-def _calibrated(
-    comparison: Comparison,
-    unknowns: Unknowns,
-    values: Values,
-    prediction: Prediction,
-) -> Fit:
-    """First fit; where it may have missed the minimum, a second one starts from a fit to the lowest level alone.
-
-    Where a resonance is off by several of its widths, contacts slip in the model at frequencies at which they stick in
-    the test, and friction parameters make up for it. At the lowest level the model is almost linear and shows where the
-    resonance is. A missing effect makes a fit bad as well; both starts then end alike.
-    """
-    fit = calibrate(comparison, unknowns, values, prediction, ending=Ending.EXACT)
-    if fit.chi2 <= ASTRAY * fit.n_number:
-        return fit
-    second = fit_from_lowest_level(comparison, unknowns, values, prediction)
-    return min(fit, second, key=lambda each: each.chi2)
-
-
-def fit_from_lowest_level(
-    comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, ending: Ending = Ending.EXACT
-) -> Fit:
-    """Fit that begins where one to the lowest level alone ends; both end alike."""
-    near = calibrate(downweight_higher_levels(comparison), unknowns, values, prediction, ending=ending)
-    return calibrate(comparison, unknowns, near.values, near.prediction, ending=ending)
 
 
 def _take_out_jitter(

@@ -17,9 +17,10 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.fit.arrangement import Arrangement, arrange_with_effect, fit_from_lowest_level
+from diagnosis.fit.arrangement import Arrangement, arrange_with_effect
 from diagnosis.fit.calibration import Ending, Fit
 from diagnosis.fit.comparison import Comparison
+from diagnosis.fit.model_error_fit import fit_from_lowest_level
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.fit.weighting import resize_model_error
 from diagnosis.step import RunStep, compute_step

@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 
 from benchmarks.hidden_effects import main
-from benchmarks.hidden_effects_campaign import examine, excluded_kinds, floors, kind_of, setup
+from benchmarks.hidden_effects_campaign import examine, excluded_kinds, floors, kind_of
 from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import ROWS, Case, cases, effect_name, effect_value
 from benchmarks.hidden_effects_record import FAILED, MISSING, NONE, Planted, Record, read
 from benchmarks.hidden_effects_run import run
+from benchmarks.hidden_effects_setup import setup
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
 from correlation.prediction import Points

@@ -9,9 +9,9 @@ import pytest
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
-from diagnosis.fit import arrangement
-from diagnosis.fit.arrangement import ASTRAY
+from diagnosis.fit import model_error_fit
 from diagnosis.fit.comparison import EXCLUDED_FACTOR, Comparison
+from diagnosis.fit.model_error_fit import ASTRAY
 
 N = 100
 LEVEL = np.array([0.1, 1.0, 3.0, 10.0])
@@ -31,7 +31,7 @@ def calibrated(monkeypatch: pytest.MonkeyPatch, *chi2: float) -> tuple[Any, list
         asked.append((comparison.whitening.deviation, start))
         return SimpleNamespace(chi2=left.pop(0), n_number=N, values=f"end of {len(asked)}", prediction=None)
 
-    monkeypatch.setattr(arrangement, "calibrate", calibrate)
+    monkeypatch.setattr(model_error_fit, "calibrate", calibrate)
     features = FeatureVector.choose(POINTS, np.ones(4, dtype=np.complex128), np.ones(4, dtype=bool))
     whitening: Any = Whitening(deviation=np.arange(1.0, 9.0))
     nothing: Any = None
@@ -39,7 +39,7 @@ def calibrated(monkeypatch: pytest.MonkeyPatch, *chi2: float) -> tuple[Any, list
         observed=nothing, features=features, measured=nothing, whitening=whitening, predictor=nothing, noise=nothing
     )
     start: Any = "start"
-    return arrangement._calibrated(comparison, nothing, start, nothing), asked
+    return model_error_fit._calibrated(comparison, nothing, start, nothing), asked
 
 
 def test_a_calibration_that_finds_the_way_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:

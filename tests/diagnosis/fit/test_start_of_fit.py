@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-import diagnosis.fit.arrangement
+import diagnosis.fit.model_error_fit
 from correlation.noise.error_size import NO_ERROR, ErrorSize
-from diagnosis.fit.arrangement import _fit_from_fit
+from diagnosis.fit.model_error_fit import fit_from_fit
 
 LEFT = ErrorSize(damping=0.01)
 
@@ -33,12 +33,12 @@ def test_a_fit_that_is_decided_by_begins_with_and_without_model_error(
         "allow_model_error": lambda *_: compare(NO_ERROR),
         "update_model_error": lambda *_: compare(LEFT),
         "calibrate": calibrate,
-        "_alternate": lambda comparison, fit: (comparison, fit),
+        "alternate": lambda comparison, fit: (comparison, fit),
     }.items():
-        monkeypatch.setattr(diagnosis.fit.arrangement, name, stand_in)
+        monkeypatch.setattr(diagnosis.fit.model_error_fit, name, stand_in)
     begin: Any = SimpleNamespace(unknowns=None, values=np.zeros(1), model=None, prediction=None)
     given: Any = None
-    comparison, fit = _fit_from_fit(given, begin, 1e-3)
+    comparison, fit = fit_from_fit(given, begin, 1e-3)
     assert fit.chi2 == 100.0
     assert comparison.model_error is not None
     assert chi2[comparison.model_error.size] == 100.0
