@@ -146,10 +146,12 @@ class HarmonicBalance:
         static[0] = system.static
         dynamic[: min(len(system.dynamic), self.n_harmonic)] = system.dynamic[: self.n_harmonic]
         rows = np.vstack([np.zeros((0, system.n_dof)), *(joint.directions for joint in system.joints)])
-        stiffness = system.stiffness
-        if is_free(stiffness):
-            stiffness = stiffness + rows.T @ (CENTRING * table.reference[:, None] * rows)
+        of_joints = rows.T @ (table.reference[:, None] * rows)
+        stiffness, centred = system.stiffness, is_free(system.stiffness, of_joints)
+        if centred:
+            stiffness = stiffness + CENTRING * of_joints
         return CondensedStructure(
+            is_centred=centred,
             mass=system.mass,
             damping=system.damping,
             stiffness=stiffness,

@@ -107,6 +107,8 @@ class CondensedStructure:
     """Mode shapes of a structure without the joints nearby; none by default."""
     structural: Float[Real, "r r"] | None = None
     """H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default."""
+    is_centred: bool = False
+    """Whether joints alone hold the structure, and the stiffness has weak springs in their directions."""
 
     def __post_init__(self) -> None:
         stuck = self.stuck

@@ -15,7 +15,9 @@ from reduction.array_type import Real
 #: |R| of a solution relative to the linear motion of the directions.
 TOLERANCE = 1e-9
 MAX_ITERATION = 40
-#: Force of the springs that centre a body, over the loads: beside joints that stick it is 1e-9 of theirs.
+#: Vibration of a body that drifts, over its distance, and force of the springs that centre it, over loads and mean
+#: forces of joints: beside joints that stick it is 1e-9 of theirs.
+DISTANT = 1e-3
 DRIFT = 1e-6
 #: First step of the level in the ramp, the smallest one, and iterations in each: a state near another needs few.
 FIRST_STEP, LEAST_STEP, STEP_ITERATION = 0.2, 1e-3, 15
@@ -59,13 +61,13 @@ def solve_at(
         result, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
         iterations += count
         if norm <= TOLERANCE * scale:
-            refuse_drift(balance, condensed, result)
+            refuse_drift(balance, condensed, result, sliders)
             return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
     for guess in (linear, 0 * linear):
         result, norm, count = ramp(balance, condensed, guess, sliders, scale)
         iterations += count
         if norm <= TOLERANCE * scale:
-            refuse_drift(balance, condensed, result)
+            refuse_drift(balance, condensed, result, sliders)
             return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
     contacts = [joint for joint in balance.system.joints if joint.normal_direction is not None]
     pressed = [contact.name for contact in contacts if not contact.open_at_rest]
@@ -79,7 +81,7 @@ def solve_at(
     )
 
 
-def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real) -> None:
+def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: InitialSliders) -> None:
     """Refuse a body that joints alone hold and that a mean force pushes on: the springs that centre it carry it.
 
     Raises
@@ -87,11 +89,15 @@ def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real) -> Non
     NoSteadyState
         It drifts.
     """
-    if balance.structure.stiffness is balance.system.stiffness:
+    vibration = float(np.linalg.norm(x[:, 1:]))
+    if not (balance.structure.is_centred and 0 < vibration < DISTANT * float(np.linalg.norm(x[:, 0]))):
         return
     carried = float(np.linalg.norm(CENTRING * balance.structure.reference * x[:, 0]))
+    mean = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE).coefficients[:, 0]
+    mean_force = np.linalg.norm(mean + balance.structure.reference * x[:, 0])
     system = balance.system
-    if carried > DRIFT * float(np.linalg.norm(system.static) + abs(balance.level) * np.linalg.norm(system.dynamic)):
+    loads = np.linalg.norm(system.static) + abs(balance.level) * np.linalg.norm(system.dynamic)
+    if carried > DRIFT * float(loads + mean_force):
         raise NoSteadyState(
             f"at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, the body that joints "
             "alone hold drifts: all of them slip, and the mean of their forces is not zero",

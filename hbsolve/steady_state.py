@@ -79,7 +79,7 @@ def steady_state(
         state = rescue(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
         if state is None:
             raise
-    refuse_drift(balance, condensed, real_from_complex(state.displacement))
+    refuse_drift(balance, condensed, real_from_complex(state.displacement), sliders)
     return state
 
 

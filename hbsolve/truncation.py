@@ -1,11 +1,13 @@
 """What the harmonics left out and the number of samples cost: one Newton step of a finer balance."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex, Float
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, scattered, times_jacobian
 from hbsolve.newton import newton_step
 from hbsolve.solution import forces_at, residual
@@ -61,7 +63,8 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
     by_harmonics, harmonics = estimate(at_level.with_harmonics(n_harmonic, n_sample))
     if samples > max(harmonics, COARSE):
         # Between its samples a force may step unseen, and harmonics then seem to change nothing.
-        by_harmonics, harmonics = estimate(at_level.with_harmonics(n_harmonic, FINER * n_sample))
+        with suppress(BalanceError):  # where they do not fit into memory
+            by_harmonics, harmonics = estimate(at_level.with_harmonics(n_harmonic, FINER * n_sample))
     return Truncation(
         harmonics=harmonics,
         samples=samples,

@@ -49,10 +49,9 @@ class ScopedParameter(CalibrationParameter):
         if self.key == "density":
             return Density(name=self.name, part=self.owner).apply(model, values)
         (part,) = (part for part in model.parts if part.name == self.owner)
-        changed = model.with_system(stiffness=model.system.stiffness + (factor - 1) * part.stiffness)
         if self.owner in model.elastic_bodies:
-            changed = changed.with_elastic_body(self.owner, model.elastic_bodies[self.owner].stiffer(factor))
-        return changed
+            return model.with_elastic_body(self.owner, model.elastic_bodies[self.owner].stiffer(factor))
+        return model.with_system(stiffness=model.system.stiffness + (factor - 1) * part.stiffness)
 
 
 def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedParameter:

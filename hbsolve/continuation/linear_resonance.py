@@ -19,6 +19,8 @@ from reduction.array_type import Real
 ANGLES = np.pi / 12 * np.arange(1, 12)
 #: A mode shows if its peak adds this share to the response of a degree of freedom by all others.
 SHOWN = 0.1
+#: A resonance whose half-power bandwidth is twice this part of the range is no sharp one: steps land on it anyway.
+STEPS = 50
 #: Least damping ratio: a resonance without damping has no peak.
 UNDAMPED = 1e-6
 
@@ -52,14 +54,20 @@ def find_resonance_frequencies(
             loss = omega * viscous + hysteretic
             ratio = float(loss[mode] / (2 * omega**2 * stuck.modes.mu[mode]))
             impedance = 1 - (stuck.modes.shift + omega**2) * stuck.modes.mu + 1j * loss
-            if ratio < UNDAMPED or not _shows(V, modal_force, impedance, int(mode)):
+            is_sharp = UNDAMPED <= ratio < harmonic * (upper - lower) / STEPS / omega
+            if not is_sharp or not _shows(V, modal_force, impedance, int(mode)):
                 continue
             found.append(omega * (1 - ratio / np.tan(ANGLES)) / harmonic)
             margin.append(np.full(len(ANGLES), 0.25 * ratio * omega * ANGLES[0] / harmonic))
     frequency, near = np.concatenate(found), np.concatenate(margin)
     order = np.argsort(frequency)
-    order = order[(frequency[order] > lower) & (frequency[order] < upper)]
-    return frequency[order], near[order]
+    retained, last = list[int](), lower
+    for number in order:
+        # Of modes at one frequency one has the stops.
+        if last + near[number] < frequency[number] < upper:
+            retained.append(int(number))
+            last = frequency[number]
+    return frequency[retained], near[retained]
 
 
 def _shows(V: Real, modal_force: Real, impedance: Real, mode: int) -> bool:

@@ -23,10 +23,13 @@ def find_scale_warning(loads: Sequence[LoadTable], drive: Drive) -> str | None:
     drive
         What the levels of the campaign are.
     """
-    amplitudes = {load.amplitude if load.base is None else load.base_quantity[1] for load in loads}
-    if len(loads) != 1 or not drive.calibrated or amplitudes == {1.0}:
+    if len(loads) != 1 or not drive.calibrated:
         return None
-    (amplitude,) = amplitudes
+    (load,) = loads
+    quantity, amplitude = ("force", load.amplitude) if load.base is None else load.base_quantity
+    # What moves otherwise than it was measured is refused elsewhere.
+    if amplitude == 1.0 or quantity not in drive.quantity:
+        return None
     unit = drive.unit
     return (
         f"[[load]] has an amplitude of {amplitude:g} {unit}, and the levels of the campaign are in {unit}: the model "

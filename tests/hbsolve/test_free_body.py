@@ -1,5 +1,7 @@
 """A body that joints alone hold: where all of them slip it vibrates about no place of its own, and does not drift."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import Failure, NoSteadyState
 from hbsolve.free_body import is_free
 from hbsolve.steady_state import steady_state
-from reduction.jointed_system import JenkinsElement, JointedSystem
+from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
 from transient.steady import steady_motion
 
 PAIR = np.array([[1e4, -1e4], [-1e4, 1e4]])
@@ -55,7 +57,30 @@ def test_a_level_falls_to_zero_and_through_it(last: float) -> None:
 
 
 def test_what_is_free() -> None:
-    assert is_free(PAIR)
-    assert is_free(np.zeros((2, 2)))
-    assert not is_free(PAIR + np.diag([0.0, 1e-3]))
-    assert not is_free(np.diag([1.0, 1e14]))
+    joint = np.diag([1e4, 0.0])
+    assert is_free(PAIR, joint)
+    assert is_free(np.zeros((1, 1)), np.ones((1, 1)))
+    assert not is_free(PAIR + np.diag([0.0, 1.0]), joint)
+    assert not is_free(np.diag([1.0, 1e14]), joint)
+
+
+@pytest.mark.parametrize("level", [0.0, 1e-4, 1e-2])
+def test_a_body_between_preloaded_contacts_is_at_rest_off_its_place(level: float) -> None:
+    contacts = [
+        FrictionContact(name=name, tangents=np.array([0.0, 1.0]), normal=np.array([sign, 0.0]),
+                        tangential_stiffness=1e6, normal_stiffness=1e6, friction_coefficient=0.5, preload=preload)
+        for name, sign, preload in (("left", 1.0, 100.0), ("right", -1.0, 120.0))
+    ]  # fmt: skip
+    system = JointedSystem(mass=np.eye(2), damping=np.eye(2), stiffness=np.zeros((2, 2)), joints=contacts,
+                           harmonic_force=[[0, 0], [1.0, 1.0]])  # fmt: skip
+    state = steady_state(HarmonicBalance(system=system, n_harmonic=5, level=level), 100.0)
+    assert state.coefficients[0, 0].real == pytest.approx(1e-5)  # (120 N - 100 N) / 2e6 N/m
+
+
+def test_a_held_body_that_shares_a_structure_is_at_rest_where_it_is_pushed() -> None:
+    slider = JenkinsElement(name="j", direction=np.ones(1), tangential_stiffness=1e9, limit_force=1.0)
+    system = JointedSystem(mass=[[1.0]], damping=[[10.0]], stiffness=[[1e5]], joints=[slider], static_load=[100.0],
+                           harmonic_force=[[0], [1e-3]])  # fmt: skip
+    balance = HarmonicBalance(system=system, n_harmonic=5)
+    shared = balance.on_same_structure(replace(system, joints=[slider.with_values({"limit_force": 2.0})]))
+    assert steady_state(shared, 50.0).coefficients[0, 0].real == pytest.approx(98.0 / 1e5, rel=1e-3)

@@ -18,6 +18,8 @@ BASE, VOLTS = Drive(quantity="base acceleration", unit="m/s^2"), Drive(unit="V",
         ([{"amplitude": "0.6 N"}, {"amplitude": "0.4 N"}], Drive(), None),
         ([{"base": "z"}], BASE, None),
         ([{"base": "z", "acceleration": "9.81 m/s^2"}], BASE, "9.81 times"),
+        ([{"base": "z", "displacement": "1 um"}], BASE, None),
+        ([{"amplitude": "2 N"}], BASE, None),
         ([], Drive(), None),
     ],
 )
