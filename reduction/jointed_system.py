@@ -248,9 +248,9 @@ def modal_damping(system: JointedSystem, shapes: Matrix, angular_frequency: Vect
     shapes, angular_frequency
         Modes, shapes (r, m) and (m,) [kg^-1/2, rad/s]; a rigid-body motion has no structural damping.
     """
-    rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
+    rate = np.einsum("rm,rm->m", shapes, system.damping @ shapes)
     if system.structural_damping is not None:
-        loss = np.einsum("rm,rs,sm->m", shapes, system.structural_damping, shapes)
+        loss = np.einsum("rm,rm->m", shapes, system.structural_damping @ shapes)
         rate += np.divide(loss, angular_frequency, out=np.zeros_like(rate), where=np.asarray(angular_frequency) > 0)
     return np.asarray(rate)
 

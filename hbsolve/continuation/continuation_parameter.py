@@ -115,7 +115,7 @@ class FrequencyPath(Path):
 
     def stops(self, first: float, last: float) -> tuple[Real, Real]:
         """Where the structure with stuck joints resonates."""
-        return find_resonance_frequencies(self.balance.structure, min(first, last), max(first, last))
+        return find_resonance_frequencies(self.balance, min(first, last), max(first, last))
 
 
 def level_at(balance: HarmonicBalance, angular_frequency: float, level_power: int) -> HarmonicBalance:

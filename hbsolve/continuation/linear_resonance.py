@@ -12,8 +12,9 @@ freedom would show.
 import numpy as np
 from jaxtyping import Float
 
-from hbsolve.condensed import CondensedStructure
-from reduction.array_type import Real
+from hbsolve.balance import HarmonicBalance
+from reduction.array_type import Array, Real
+from reduction.jointed_system import modal_damping
 
 #: Angles at which a curve stops, the resonance in their middle [rad].
 ANGLES = np.pi / 12 * np.arange(1, 12)
@@ -26,14 +27,14 @@ UNDAMPED = 1e-6
 
 
 def find_resonance_frequencies(
-    structure: CondensedStructure, lower: float, upper: float
+    balance: HarmonicBalance, lower: float, upper: float
 ) -> tuple[Float[Real, " s"], Float[Real, " s"]]:
     """Frequencies at which a curve stops, ascending, and how far each may be missed.
 
     Parameters
     ----------
-    structure
-        Structure between its joints, with its loads.
+    balance
+        System with its loads.
     lower, upper
         Range of Omega [rad/s].
 
@@ -41,24 +42,21 @@ def find_resonance_frequencies(
     -------
     Omega of each, and a quarter of the distance to its neighbours of the same mode, shapes (s,) [rad/s].
     """
-    stuck = structure.stuck
-    V, natural = stuck.modes.shapes, np.sqrt(stuck.modes.lambda_.clip(min=0.0))
-    viscous = np.einsum("ij,ij->j", V, stuck.damping @ V)
-    hysteretic = 0.0 if stuck.structural is None else np.einsum("ij,ij->j", V, stuck.structural @ V)
+    modes = balance.structure.stuck.modes
+    shapes, natural = modes.mode_shapes, np.sqrt(modes.lambda_.clip(min=0.0))
+    width = modal_damping(balance.system, shapes, natural)  # 2 zeta omega
     found, margin = [np.zeros(0)], [np.zeros(0)]
-    for harmonic in range(1, len(structure.dynamic)):
-        modal_force = V.T @ structure.dynamic[harmonic]
+    for harmonic in range(1, balance.n_harmonic):
+        modal_force = shapes.T @ balance.structure.dynamic[harmonic]
         inside = (natural > harmonic * lower) & (natural < harmonic * upper) & (np.abs(modal_force) > 0)
         for mode in np.flatnonzero(inside):
-            omega = natural[mode]
-            loss = omega * viscous + hysteretic
-            ratio = float(loss[mode] / (2 * omega**2 * stuck.modes.mu[mode]))
-            impedance = 1 - (stuck.modes.shift + omega**2) * stuck.modes.mu + 1j * loss
-            is_sharp = UNDAMPED <= ratio < harmonic * (upper - lower) / STEPS / omega
-            if not is_sharp or not _shows(V, modal_force, impedance, int(mode)):
+            omega, half = natural[mode], width[mode] / 2
+            is_sharp = UNDAMPED * omega <= half < harmonic * (upper - lower) / STEPS
+            impedance = natural**2 - omega**2 + 1j * omega * width
+            if not is_sharp or not _shows(shapes, modal_force, impedance, int(mode)):
                 continue
-            found.append(omega * (1 - ratio / np.tan(ANGLES)) / harmonic)
-            margin.append(np.full(len(ANGLES), 0.25 * ratio * omega * ANGLES[0] / harmonic))
+            found.append((omega - half / np.tan(ANGLES)) / harmonic)
+            margin.append(np.full(len(ANGLES), 0.25 * half * ANGLES[0] / harmonic))
     frequency, near = np.concatenate(found), np.concatenate(margin)
     order = np.argsort(frequency)
     retained, last = list[int](), lower
@@ -70,9 +68,9 @@ def find_resonance_frequencies(
     return frequency[retained], near[retained]
 
 
-def _shows(V: Real, modal_force: Real, impedance: Real, mode: int) -> bool:
+def _shows(shapes: Real, modal_force: Array, impedance: Array, mode: int) -> bool:
     """Whether the peak of a mode shows in some degree of freedom."""
     amplitude = modal_force / np.where(impedance == 0, np.inf, impedance)
-    own = np.abs(V[:, mode] * amplitude[mode])
+    own = np.abs(shapes[:, mode] * amplitude[mode])
     amplitude[mode] = 0.0
-    return bool(np.any(own > SHOWN * np.abs(V @ amplitude)))
+    return bool(np.any(own > SHOWN * np.abs(shapes @ amplitude)))

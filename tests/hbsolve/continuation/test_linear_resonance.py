@@ -36,12 +36,12 @@ def test_the_peak_is_that_of_the_closed_form(ratio: float, force: tuple[float, f
 
 
 def test_the_curve_stops_at_a_part_of_the_frequency_for_a_load_in_a_higher_harmonic() -> None:
-    stops, _ = find_resonance_frequencies(balance(1e-3, (1.0, 1.0), harmonic=3).structure, 20.0, 400.0)
+    stops, _ = find_resonance_frequencies(balance(1e-3, (1.0, 1.0), harmonic=3), 20.0, 400.0)
     np.testing.assert_allclose(stops[len(stops) // 2], np.sqrt(SQUARES[0]) / 3)
     assert len(stops) == 11  # the other mode has no force
 
 
 def test_neither_an_undamped_mode_nor_one_that_no_force_excites_makes_a_stop() -> None:
-    assert not len(find_resonance_frequencies(balance(0.0, (1.0, 0.3)).structure, FIRST, LAST)[0])
-    stops, _ = find_resonance_frequencies(balance(1e-3, (1.0, -1.0)).structure, FIRST, LAST)
+    assert not len(find_resonance_frequencies(balance(0.0, (1.0, 0.3)), FIRST, LAST)[0])
+    stops, _ = find_resonance_frequencies(balance(1e-3, (1.0, -1.0)), FIRST, LAST)
     np.testing.assert_allclose(np.median(stops), np.sqrt(SQUARES[1]))
