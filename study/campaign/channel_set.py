@@ -7,7 +7,7 @@ with the force or the frequencies of another set it would be wrong by a factor.
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -225,13 +225,18 @@ def sets_by_header(table: Table) -> ChannelSets | None:
         return ChannelSets(
             marks={}, lost={name: why for name, channel in channels.items() if channel in repeated - forces}
         )
-    marks: dict[str, str] = {}
-    seen: Counter[str] = Counter()
-    for name, channel in channels.items():
-        if channel in repeated:
-            seen[channel] += 1
-            marks[name] = f"set {seen[channel]}"
+    marks = number_sets({name: channel for name, channel in channels.items() if channel in repeated})
     return ChannelSets(marks=marks, names={name: channels[name] for name in marks})
+
+
+def number_sets(channels: Mapping[str, Hashable]) -> dict[str, str]:
+    """Set of each column by how many columns of its channel stand before it: "set 1" for the first."""
+    counts: Counter[Hashable] = Counter()
+    marks = {}
+    for name, channel in channels.items():
+        counts[channel] += 1
+        marks[name] = f"set {counts[channel]}"
+    return marks
 
 
 def _several(table: Table, told: Mapping[str, tuple[str, str]]) -> ChannelSets | None:

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 
 from correlation.file.column import Column
-from study.campaign.channel_set import ChannelSets, is_response
+from study.campaign.channel_set import ChannelSets, is_response, number_sets
 from study.campaign.column_role import Role, recognise_column
 from study.campaign.run_name import HARMONIC_IN_NAME, LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME
 from study.campaign.table import Table
@@ -101,12 +101,7 @@ def _by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[s
     channels = list(dict.fromkeys(order))
     if order not in (channels * number, [key for key in channels for _ in range(number)]):
         return None
-    seen: Counter[Hashable] = Counter()
-    marks = {}
-    for one in columns:
-        seen[keys[one.name]] += 1
-        marks[one.name] = f"set {seen[keys[one.name]]}"
-    return marks
+    return number_sets({one.name: keys[one.name] for one in columns})
 
 
 def _estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> ChannelSets | None:
