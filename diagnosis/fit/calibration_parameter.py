@@ -179,10 +179,24 @@ def list_calibration_parameters(
 
 
 def _factor(models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
-    lower, upper = BOUNDS[name]
-    lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
+    factor = make_factor(*BOUNDS[name], deviation)
+    lower, upper = factor.lower, factor.upper
     for each in models if name == "bearing" else ():
         lower, upper = contact_position_bounds(each, lower, upper)
+    return make_factor(lower, upper, deviation)
+
+
+def make_factor(lower: float, upper: float, deviation: float) -> EffectParameter:
+    """A factor with a prior about 1, within bounds and within what no fit goes beyond.
+
+    Parameters
+    ----------
+    lower, upper
+        Bounds [-].
+    deviation
+        Standard deviation of its prior [-].
+    """
+    lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
     typical = min(1 + deviation, upper)
     return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from correlation.model import LoadCell, Model
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
-from diagnosis.candidate.effect import EffectError, EffectParameter
+from diagnosis.candidate.effect import EffectError
 from diagnosis.effect.density import Density
-from diagnosis.fit.calibration_parameter import BOUNDS, MOST_PULLED, CalibrationParameter
+from diagnosis.fit.calibration_parameter import BOUNDS, CalibrationParameter, make_factor
 from reduction.joint_law.registry import Joint, LawParameter
 
 #: Numbers of a line and of a part that may be calibrated.
@@ -86,29 +86,26 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
         size = _part_size(model, owner, key)
         lower, upper = BOUNDS["E"]
     else:
-        owners = [*model.lines, *_joint_names(model), *(part.name for part in model.parts)]
+        joint_names = [joint.name for joint in _joints_of_no_line(model)]
+        owners = [*model.lines, *joint_names, *(part.name for part in model.parts)]
         raise EffectError(f'"{name}" is of no line, joint or part: there are {", ".join(owners)}')
     if not size:
         raise EffectError(f'"{name}" is zero in the case, and a factor leaves it so: leave it out, or give it a value')
-    lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
-    factor = EffectParameter(
-        name="factor", unit="-", lower=lower, upper=upper, typical=min(1 + deviation, upper), vanishes=1.0
-    )
     return ScopedParameter(
-        name=name, physics=f"{key} of {owner}.", deviation=deviation, parameters=(factor,), owner=owner, key=key
-    )
+        name=name, physics=f"{key} of {owner}.", deviation=deviation, owner=owner, key=key,
+        parameters=(make_factor(lower, upper, deviation),),
+    )  # fmt: skip
 
 
 def find_joints(model: Model, name: str) -> list[Joint]:
     """Joints of a table `[[joint]]`, which are several where its place has several nodes; none of a line."""
-    of_lines = {member for members in model.lines.values() for member in members}
     pattern = re.compile(rf"{re.escape(name)}( \d+)?")
-    return [joint for joint in model.system.joints if joint.name not in of_lines and pattern.fullmatch(joint.name)]
+    return [joint for joint in _joints_of_no_line(model) if pattern.fullmatch(joint.name)]
 
 
-def _joint_names(model: Model) -> list[str]:
+def _joints_of_no_line(model: Model) -> list[Joint]:
     of_lines = {member for members in model.lines.values() for member in members}
-    return [joint.name for joint in model.system.joints if joint.name not in of_lines]
+    return [joint for joint in model.system.joints if joint.name not in of_lines]
 
 
 def _require_key(name: str, key: str, known: Sequence[str]) -> None:
