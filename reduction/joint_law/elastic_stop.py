@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from reduction.array_type import Row
+from reduction.joint_law.elastic_energy import spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -57,10 +58,13 @@ class ElasticStop(DirectedJoint):
     ) -> Row:
         """About its mean displacement."""
         stiffness, gap = parameters["stiffness"], parameters["gap"]
-        u = displacement[0]
-        closed, mean = np.maximum(u - gap, 0.0), u.mean()
-        at_mean = max(mean - gap, 0.0)
-        return np.asarray(stiffness * (closed**2 / 2 - at_mean**2 / 2 - at_mean * (u - mean)))
+
+        def indentation(x: Row) -> Row:
+            return np.maximum(x - gap, 0.0)
+
+        return spring_energy_about_mean(
+            lambda x: stiffness / 2 * indentation(x) ** 2, lambda x: stiffness * indentation(x), displacement[0]
+        )
 
     def pyharm(self, scale: float) -> Mapping[str, Any]:
         """PenaltyUnilateralGap."""

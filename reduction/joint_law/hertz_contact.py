@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
+from reduction.joint_law.elastic_energy import spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -64,11 +65,12 @@ class HertzContact(DirectedJoint):
     ) -> Row:
         """About its mean displacement."""
         k, r, p, gap = (parameters[each.name] for each in self.parameters)
-        u = displacement[0]
-        mean = u.mean()
 
         def indentation(x: Row) -> Row:
             return np.maximum(x - gap, 0.0) / r
 
-        stored = k * r**2 / (p + 1) * (indentation(u) ** (p + 1) - indentation(mean) ** (p + 1))
-        return np.asarray(stored - k * r * indentation(mean) ** p * (u - mean))
+        return spring_energy_about_mean(
+            lambda x: k * r**2 / (p + 1) * indentation(x) ** (p + 1),
+            lambda x: k * r * indentation(x) ** p,
+            displacement[0],
+        )

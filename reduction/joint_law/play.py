@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
+from reduction.joint_law.elastic_energy import spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -49,7 +50,10 @@ class Play(DirectedJoint):
     ) -> Row:
         """About its mean displacement."""
         stiffness, gap = parameters["stiffness"], parameters["gap"]
-        u = displacement[0]
-        beyond, mean = u - np.clip(u, -gap, gap), u.mean()
-        at_mean = mean - np.clip(mean, -gap, gap)
-        return np.asarray(stiffness * (beyond**2 / 2 - at_mean**2 / 2 - at_mean * (u - mean)))
+
+        def beyond(x: Row) -> Row:
+            return x - np.clip(x, -gap, gap)
+
+        return spring_energy_about_mean(
+            lambda x: stiffness / 2 * beyond(x) ** 2, lambda x: stiffness * beyond(x), displacement[0]
+        )

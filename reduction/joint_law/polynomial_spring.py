@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
+from reduction.joint_law.elastic_energy import spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -54,7 +55,4 @@ class PolynomialSpring(DirectedJoint):
         """About its mean displacement."""
         factors = [parameters[each.name] for each in self.parameters]
         force_of = np.polynomial.Polynomial([0.0, 0.0, *factors])
-        u = displacement[0]
-        mean = u.mean()
-        stored = force_of.integ()
-        return np.asarray(stored(u) - stored(mean) - force_of(mean) * (u - mean))
+        return spring_energy_about_mean(force_of.integ(), force_of, displacement[0])
