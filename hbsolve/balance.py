@@ -15,7 +15,6 @@ from hbsolve.aft import BalanceArrays
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.errors import BalanceError, DampingWarning
 from hbsolve.fourier import Coefficients
-from hbsolve.free_body import is_free
 from hbsolve.joint_arrays import JointTable, force_addresses, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
@@ -35,9 +34,6 @@ STIFFEST, BEYOND = 1e6, 1e10
 ROUND_OFF = 1e-9
 #: Arrays of instants and coefficients while a basis is made, and Jacobians of all joints while they are used [-].
 BASES, JACOBIANS = 11, 2
-#: Springs that centre a body which joints alone hold, over the stiffness of the joints: where all of them slip, nothing
-#: else says where it vibrates.
-CENTRING = 1e-9
 #: Memory below which nobody asks how much is free [byte].
 LITTLE = 2e8
 #: Largest load [N]: norms of what it moves must not overflow.
@@ -146,15 +142,10 @@ class HarmonicBalance:
         static[0] = system.static
         dynamic[: min(len(system.dynamic), self.n_harmonic)] = system.dynamic[: self.n_harmonic]
         rows = np.vstack([np.zeros((0, system.n_dof)), *(joint.directions for joint in system.joints)])
-        of_joints = rows.T @ (table.reference[:, None] * rows)
-        stiffness, centred = system.stiffness, is_free(system.stiffness, of_joints)
-        if centred:
-            stiffness = stiffness + CENTRING * of_joints
         return CondensedStructure(
-            is_centred=centred,
             mass=system.mass,
             damping=system.damping,
-            stiffness=stiffness,
+            stiffness=system.stiffness,
             # A structure that has grown by a body is no longer near.
             basis=system.basis if system.basis is not None and system.basis.shape == system.mass.shape else None,
             structural=system.structural_damping,

@@ -20,7 +20,7 @@ Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 12.
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, TypeVar
 
@@ -30,11 +30,15 @@ from jaxtyping import Complex, Float
 from hbsolve.dynamic_stiffness import DynamicStiffness, unit_forces_and_force
 from hbsolve.errors import ModelError
 from hbsolve.fourier import Coefficients, harmonics
+from hbsolve.free_body import is_free
 from hbsolve.modal_coordinates import ModalCoordinates
-from reduction.array_type import Array, Real, Vector
+from reduction.array_type import Array, Matrix, Real, Vector
 
 T = TypeVar("T")
 
+#: Springs that centre a body which joints alone hold, over the stiffness of the joints: where all of them slip, nothing
+#: else says where it vibrates.
+CENTRING = 1e-9
 #: Memory of the modal responses that are computed at once [byte]; they stay in the cache of a processor.
 TOGETHER = 2**21
 
@@ -95,7 +99,7 @@ class CondensedStructure:
     mass: Float[Real, "r r"]
     damping: Float[Real, "r r"]
     stiffness: Float[Real, "r r"]
-    """Without the joints, shape (r, r)."""
+    """Without the joints, shape (r, r); with the springs that centre a body which joints alone hold."""
     directions: Float[Real, "d r"]
     """B, shape (d, r)."""
     reference: Float[Real, " d"]
@@ -107,10 +111,13 @@ class CondensedStructure:
     """Mode shapes of a structure without the joints nearby; none by default."""
     structural: Float[Real, "r r"] | None = None
     """H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default."""
-    is_centred: bool = False
+    is_centred: bool = field(init=False)
     """Whether joints alone hold the structure, and the stiffness has weak springs in their directions."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "is_centred", is_free(self.stiffness, self._joint_stiffness))
+        if self.is_centred:
+            object.__setattr__(self, "stiffness", self.stiffness + CENTRING * self._joint_stiffness)
         stuck = self.stuck
         if stuck.n_rigid:
             raise ModelError(
@@ -121,8 +128,13 @@ class CondensedStructure:
     @cached_property
     def stuck(self) -> DynamicStiffness:
         """The structure with all contacts stuck and closed."""
-        stiffness = self.stiffness + self.directions.T @ (self.reference[:, None] * self.directions)
+        stiffness = self.stiffness + self._joint_stiffness
         return DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=stiffness, structural=self.structural)
+
+    @cached_property
+    def _joint_stiffness(self) -> Matrix:
+        """Stiffness of all joints stuck and closed, B^T D B, shape (r, r) [N/m]."""
+        return np.asarray(self.directions.T @ (self.reference[:, None] * self.directions))
 
     @property
     def is_dense(self) -> bool:

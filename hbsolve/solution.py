@@ -1,10 +1,13 @@
 """A steady state from one start: Newton's method, from the start and from rest, then a ramp of the level."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from hbsolve.aft import InitialSliders, JointForces, joint_forces
-from hbsolve.balance import CENTRING, HarmonicBalance
-from hbsolve.condensed import Condensed, Recovery
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import CENTRING, Condensed, Recovery
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
 from hbsolve.joint_law.registry import FORCE, JACOBIAN
 from hbsolve.newton import BalancePoint, apply_receptance, newton
@@ -54,19 +57,17 @@ def solve_at(
         )
     if scale == 0.0:
         scale = 1.0
-    iterations = 0
-    for attempt in (x, linear):
-        if attempt is None:
-            continue
-        result, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
+    tolerance, iterations = TOLERANCE * scale, 0
+    attempts: list[Callable[[], tuple[Real, float, int]]] = [
+        partial(newton_at, balance, condensed, linear, guess, sliders, tolerance, MAX_ITERATION)
+        for guess in (x, linear)
+        if guess is not None
+    ]
+    attempts += [partial(ramp, balance, condensed, guess, sliders, scale) for guess in (linear, 0 * linear)]
+    for attempt in attempts:
+        result, norm, count = attempt()
         iterations += count
-        if norm <= TOLERANCE * scale:
-            refuse_drift(balance, condensed, result, sliders)
-            return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
-    for guess in (linear, 0 * linear):
-        result, norm, count = ramp(balance, condensed, guess, sliders, scale)
-        iterations += count
-        if norm <= TOLERANCE * scale:
+        if norm <= tolerance:
             refuse_drift(balance, condensed, result, sliders)
             return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
     contacts = [joint for joint in balance.system.joints if joint.normal_direction is not None]

@@ -10,7 +10,7 @@ References
 Seydel, Practical Bifurcation and Stability Analysis (2010), section 4.5: scaling and step control.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -101,14 +101,18 @@ class Continuation:
     """Stop after so many."""
     largest: float = LARGEST
     """Largest ds: share of its size by which the motion may change in a step [-]."""
+    _least_amplitude: float = field(init=False, repr=False)
+    """Amplitude below which a vibration counts as none: steps would shrink with it for ever [m]."""
 
     def __post_init__(self) -> None:
         for name in ("first", "last") if self.step is None else ("first", "last", "step"):
             object.__setattr__(self, name, real_number(getattr(self, name), name, BalanceError))
         if not np.isfinite([self.first, self.last]).all() or self.first == self.last:
             raise BalanceError(f"the range from {self.first:g} to {self.last:g} is empty: give two different ends")
-        for end in (self.first, self.last):
-            self.path.at(end)  # refuses an end that its path cannot have, before anything is computed
+        # Refuses an end that its path cannot have, before anything is computed.
+        ends = [self.path.at(end) for end in (self.first, self.last)]
+        amplitude = max(_amplitude(balance.linear(condensed)) for balance, condensed in ends)
+        object.__setattr__(self, "_least_amplitude", LEAST_AMPLITUDE * amplitude)
         if self.step is not None and not 0 < self.step < np.inf:
             raise BalanceError(f"step = {self.step:g} must be positive and finite")
 
@@ -117,12 +121,6 @@ class Continuation:
         """s_lambda."""
         way = abs(self.last - self.first)
         return (way / STEPS if self.step is None else min(self.step, way)) / self.largest
-
-    @cached_property
-    def _least_amplitude(self) -> float:
-        """Amplitude below which a vibration counts as none: steps would shrink with it for ever [m]."""
-        ends = (self.path.at(end) for end in (self.first, self.last))
-        return LEAST_AMPLITUDE * max(_amplitude(balance.linear(condensed)) for balance, condensed in ends)
 
     @cached_property
     def _stops(self) -> tuple[Real, Real]:
