@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float
 
 from hbsolve.aft import InitialSliders
+from hbsolve.condensed import CENTRING
 from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected_points, tangent
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.continuation.stop_reason import StopReason
@@ -43,6 +44,8 @@ NEAR = 0.5
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
 #: Amplitude that is none, over that of the linear structure at the ends of the range.
 LEAST_AMPLITUDE = 1e-6
+#: Share of vibration and lambda in a tangent of mean displacement alone. Springs that centre a body leave CENTRING.
+UNCHANGED = CENTRING**0.5
 #: Steps of largest length over the range by default, and points at most.
 STEPS, MOST_POINTS = 50, 5000
 
@@ -200,6 +203,8 @@ class Continuation:
             return self._finish(state, between, share * step, metric, sliders)
         if self._outside(result.value):
             return None, replace(state, value=result.value, stop_reason=StopReason.TURNED_BACK)
+        if result.at.balance.structure.is_centred and _drifts(t, metric):
+            return None, replace(state, value=result.value, stop_reason=StopReason.DRIFTED)
         point = _point(result.at, result.motion, sliders, result.iterations)
         n_point = state.n_point + 1
         if self._closed(state, result, t, step, metric):
@@ -289,6 +294,11 @@ def _amplitude(x: Real) -> float:
     """Size of the vibration, or of the displacement where nothing vibrates [m]."""
     vibration = float(np.linalg.norm(x[:, 1:]))
     return vibration or float(np.linalg.norm(x)) or 1.0
+
+
+def _drifts(t: Direction, metric: Metric) -> bool:
+    """Whether a branch goes on by the mean displacement alone, against nothing but the springs that centre a body."""
+    return metric.length(Direction(t.motion[:, 1:], t.value)) < UNCHANGED * metric.length(t)
 
 
 def _point(at: Equation, x: Real, sliders: InitialSliders, iterations: int) -> SteadyState:

@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from hbsolve.errors import BalanceError
+from hbsolve.errors import BalanceError, Failure
 
 
 class StopReason(Enum):
@@ -18,6 +18,7 @@ class StopReason(Enum):
         "folds again and again, so that the largest number of points is reached: branches of stick and slip lie side "
         "by side, as with large friction coefficients; take smaller ones"
     )
+    DRIFTED = f"a body that joints alone hold drifts: {Failure.DRIFT.value}"
     FAILED = "the corrections fail even for the smallest step: continue from another state, or with more harmonics"
 
     def sentence(self, where: str = "") -> str:
@@ -43,5 +44,6 @@ _OLDER_SENTENCES = {
     StopReason.ISOLA: "it is an isola",
     StopReason.MOST_POINTS: "reached ",
     StopReason.FOLDED: "folds again",
+    StopReason.DRIFTED: "a body that joints",
     StopReason.FAILED: "the corrections fail",
 }

@@ -45,6 +45,15 @@ def test_a_body_that_a_mean_of_friction_pushes_on_has_no_steady_state() -> None:
     assert refused.value.failure is Failure.DRIFT
 
 
+def test_a_curve_ends_where_a_mean_of_friction_begins_to_push() -> None:
+    # All stick up to the limit force; beyond it the body slips one way further than the other.
+    curve = level_response(balance(1.0, second=2.0), 60.0, 0.05, 1.0)
+    assert curve.stop_reason is StopReason.DRIFTED
+    time = np.linspace(0, 2 * np.pi, 1000)
+    stuck = np.exp(1j * np.outer(time, np.arange(curve.coefficients.shape[1]))) @ curve.coefficients[-1, :, 0]
+    assert 3e4 * np.abs(stuck.real).max() == pytest.approx(1.0, rel=0.1)
+
+
 @pytest.mark.parametrize("last", [0.0, -1.0])
 def test_a_level_falls_to_zero_and_through_it(last: float) -> None:
     slider = JenkinsElement(name="a", direction=np.ones(1), tangential_stiffness=3e4, limit_force=2.0)
