@@ -298,7 +298,7 @@ def _amplitude(x: Real) -> float:
 
 def _drifts(t: Direction, metric: Metric) -> bool:
     """Whether a branch goes on by the mean displacement alone, against nothing but the springs that centre a body."""
-    return metric.length(Direction(t.motion[:, 1:], t.value)) < UNCHANGED * metric.length(t)
+    return bool(metric.length(Direction(t.motion[:, 1:], t.value)) < UNCHANGED * metric.length(t))
 
 
 def _point(at: Equation, x: Real, sliders: InitialSliders, iterations: int) -> SteadyState:
