@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -105,10 +106,25 @@ def turn_order(order: Whole, of_pass: Whole, frequency: Real, sweep: Whole) -> W
     return turned
 
 
-def differ(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
-    """Whether two curves, by rising frequency, differ over some neighbouring frequencies that both have."""
-    apart = np.abs(_ratio(frequency, size, other, other_size)) > np.log(BRANCH_FACTOR)
-    return bool(np.convolve(apart, np.ones(BRANCH_POINTS), mode="valid").max(initial=0.0) >= BRANCH_POINTS)
+class Difference(NamedTuple):
+    """Frequencies from the first to the last of which two curves differ, and the largest factor between them."""
+
+    first: float
+    last: float
+    factor: float
+
+
+def find_difference(frequency: Real, size: Real, other: Real, other_size: Real) -> Difference | None:
+    """Where two curves, by rising frequency, differ over neighbouring frequencies that both have; None if nowhere."""
+    if not len(frequency) or not len(other):
+        return None
+    ratio = np.abs(_ratio(frequency, size, other, other_size))
+    apart = ratio > np.log(BRANCH_FACTOR)
+    runs = np.split(np.arange(len(ratio)), np.flatnonzero(np.diff(apart)) + 1)
+    longest = max((rows for rows in runs if apart[rows].any()), key=len, default=np.zeros(0, dtype=np.int64))
+    if len(longest) < BRANCH_POINTS:
+        return None
+    return Difference(float(frequency[longest[0]]), float(frequency[longest[-1]]), float(np.exp(ratio[longest].max())))
 
 
 def _are_branches(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
@@ -117,7 +133,7 @@ def _are_branches(frequency: Real, size: Real, other: Real, other_size: Real) ->
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio) or (ratio.min() < 0 < ratio.max()) or np.ptp(ratio) < np.log(BRANCH_FACTOR):
         return False
-    return differ(frequency, size, other, other_size)
+    return find_difference(frequency, size, other, other_size) is not None
 
 
 def _ratio(frequency: Real, size: Real, other: Real, other_size: Real) -> Real:

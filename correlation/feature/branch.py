@@ -21,7 +21,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
-from correlation.campaign.passes import differ
+from correlation.campaign.passes import find_difference
 from correlation.feature.curve import CurveSet, list_curves
 from correlation.feature.jump import find_curve_jumps
 from correlation.noise.smoothness import estimate_curve_noise
@@ -211,7 +211,7 @@ def _find_alone(curves: CurveSet, split: Bool[NDArray[np.bool_], " n"]) -> Bool[
         return np.zeros(len(split), dtype=bool)
     first, back = (np.abs(_mean(curves.value[rows])[0]) for rows in ways)
     frequency = curves.frequency
-    apart = split.any() or differ(frequency[up], first[up], frequency[down], back[down])
+    apart = split.any() or find_difference(frequency[up], first[up], frequency[down], back[down]) is not None
     return np.asarray((up != down) & apart)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from correlation.campaign.passes import BRANCH_FACTOR, BRANCH_POINTS, SWEEP_WORDS
+from correlation.campaign.passes import SWEEP_WORDS, find_difference
 from study.campaign.column_role import Role
 from study.campaign.draft_frequency import (
     complex_force,
@@ -49,36 +49,6 @@ def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
     return list(dict.fromkeys([*sentences, *find_wrong_names(tables)]))
 
 
-def two_branches(
-    frequency: Series, size: Series, rising: Bool[NDArray[np.bool_], " n"]
-) -> tuple[float, float, float] | None:
-    """Where rising and falling sweeps differ.
-
-    Parameters
-    ----------
-    frequency, size
-        Frequencies and sizes of the response, shape (n,) each.
-    rising
-        Whether a row belongs to a rising sweep, shape (n,).
-
-    Returns
-    -------
-    Lowest and highest frequency, and the largest factor between the sweeps; None if they agree.
-    """
-    up, down = (dict(zip(frequency[rows].tolist(), size[rows].tolist(), strict=True)) for rows in (rising, ~rising))
-    common = np.array(sorted(set(up) & set(down)))
-    if len(common) < BRANCH_POINTS:
-        return None
-    ratio = np.array([up[one] / down[one] if down[one] else np.inf for one in common.tolist()])
-    apart = np.maximum(ratio, 1 / np.where(ratio == 0, np.nan, ratio)) > BRANCH_FACTOR
-    runs = np.split(np.arange(len(common)), np.flatnonzero(np.diff(apart.astype(int))) + 1)
-    longest = max((rows for rows in runs if apart[rows[0]]), key=len, default=np.zeros(0, dtype=int))
-    if len(longest) < BRANCH_POINTS:
-        return None
-    factor = float(np.max(np.maximum(ratio[longest], 1 / ratio[longest])))
-    return float(common[longest[0]]), float(common[longest[-1]]), factor
-
-
 def _branches(judged: JudgedTable) -> list[str]:
     """Sweeps on two branches."""
     frequency, sweeps = judged.of_role(Role.FREQUENCY)[0], judged.of_role(Role.SWEEP)
@@ -91,12 +61,15 @@ def _branches(judged: JudgedTable) -> list[str]:
         else:
             rising = _rises(frequency.values[mask])
         for column, _ in responses_with_phases(judged):
-            apart = two_branches(frequency.values[mask], np.abs(column.values[mask]), rising)
-            if apart:
+            at_rows, size = frequency.values[mask].real, np.abs(column.values[mask])
+            order = np.argsort(at_rows, kind="stable")
+            up, down = order[rising[order]], order[~rising[order]]
+            apart = find_difference(at_rows[up], size[up], at_rows[down], size[down])
+            if apart is not None:
                 at = f" at {', '.join(f'{key} = {value}' for key, value in rows.items())}" if rows else ""
                 sentences.append(
                     f'{judged.table.file.path.name}: "{column.name}"{at}: rising and falling sweeps differ by up to a '
-                    f"factor of {apart[2]:.2g} from {apart[0]:g} to {apart[1]:g} Hz: two branches, no repeats"
+                    f"factor of {apart.factor:.2g} from {apart.first:g} to {apart.last:g} Hz: two branches, no repeats"
                 )
     return sentences
 

@@ -10,7 +10,6 @@ from study.campaign.column_role import Part, Role, name_words, recognise_column
 from study.campaign.phase_convention import judge_phase, opposite_sign
 from study.campaign.question import Question, Terminal
 from study.campaign.repeat import is_settling
-from study.campaign.suspicion import two_branches
 from study.campaign.time_history import judge_history, uniform_rate
 
 RAMP = np.linspace(1.0, 5.0, 20)
@@ -146,14 +145,6 @@ def test_readings_that_settle_go_one_way_in_smaller_steps() -> None:
     assert "10 of 10" in is_settling(frequency, [settling])
     assert not is_settling(frequency, [np.random.default_rng(3).normal(10, 0.1, 40)])
     assert not is_settling(np.arange(40.0), [settling])
-
-
-def test_sweeps_on_two_branches_are_told_with_their_frequencies() -> None:
-    frequency = np.concatenate([np.arange(10.0), np.arange(10.0)[::-1]])
-    rising = np.arange(20) < 10
-    size = np.where(rising & (frequency >= 4) & (frequency <= 7), 2.0, 1.0)
-    assert two_branches(frequency, size, rising) == (4.0, 7.0, 2.0)
-    assert two_branches(frequency, np.ones(20), rising) is None
 
 
 def test_a_person_is_asked_once_and_an_empty_line_takes_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
