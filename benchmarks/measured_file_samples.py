@@ -49,6 +49,17 @@ def _write_text(folder: Path, frequency: NDArray[Any], response: NDArray[Any]) -
     (folder / "german.csv").write_text("\r\n".join(["Frequenz;Re;Im", "Hz;mm/N;mm/N", *semicolons]) + "\r\n")
     words = [f"up\t{row}".replace(",", "\t") for row in rows] + [f"down\t{row}".replace(",", "\t") for row in rows]
     (folder / "tidy.tsv").write_text("\n".join(["# beam, level 1 N", "sweep\tf\tre\tim", *words]))
+    (folder / "labview.lvm").write_text(_labview_text(response))
+
+
+def _labview_text(response: NDArray[Any]) -> str:
+    """Two channels with the time that their header states."""
+    end = "***End_of_Header***\t"
+    file = ["LabVIEW Measurement\t", "Writer_Version\t2", "Separator\tTab", "Decimal_Separator\t.", end, ""]
+    of_channels = ["Channels\t2", "Samples\t20\t20", "Y_Unit_Label\tm/s^2\tN", "X_Dimension\tTime\tTime"]
+    rows = [f"\t{x.real:.6e}\t{x.imag:.6e}" for x in response]
+    steps = ["X0\t0.0\t0.0", "Delta_X\t0.001\t0.001", end, "X_Value\tacc\tforce\tComment"]
+    return "\n".join([*file, *of_channels, *steps, *rows]) + "\n"
 
 
 def _write_universal(folder: Path, frequency: NDArray[Any], response: NDArray[Any]) -> None:
