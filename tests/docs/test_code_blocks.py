@@ -18,7 +18,7 @@ from fe.file.imported_matrices import read_matrices
 from fe.file.matrix_file import MatrixSource
 from reduction.jointed_system import CubicSpring, JointedSystem
 from study.case.setup import read_case
-from study.shipped_cases import LIMITS
+from study.shipped_cases import LIMITS, SOLVE
 from tests.slow import slow
 from tests.study.rubbing_mass import CASE, write_matrices
 
@@ -58,6 +58,15 @@ def test_the_first_block_of_harmonic_balance_saves_a_curve(tmp_path: Path, monke
     monkeypatch.chdir(tmp_path)
     run(fenced("docs/harmonic_balance.md", "python")[0], "docs/harmonic_balance.md")
     assert (tmp_path / "curve.nc").is_file()
+
+
+def test_energies_and_a_backbone_of_a_case_are_those_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+    block = text_of("docs/harmonic_balance.md").split("## Energies and backbone of a case\n")[1].split("```")[1]
+    code = block.removeprefix("python").replace('"my.toml"', repr(str(SOLVE)))
+    space = run(code, "docs/harmonic_balance.md")
+    energy = space["energy"]
+    np.testing.assert_allclose(energy.dissipated, energy.input_work, rtol=1e-6)  # type: ignore[attr-defined] # residual
+    assert "wall" in capsys.readouterr().out
 
 
 def test_matrices_are_exported_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
