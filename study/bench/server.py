@@ -27,8 +27,7 @@ LONGEST, WATCHING = 5.0, 0.9
 #: How often case and campaign are looked at [s].
 LOOK_EVERY = 1.0
 MISSING = (
-    "stickslip bench needs aiohttp, which is not installed: pip install 'stickslip[bench]', or sh install.sh in a "
-    "checkout"
+    'stickslip bench needs aiohttp, which is not installed: sh install.sh, or in a checkout pip install -e ".[bench]"'
 )
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 

@@ -113,7 +113,7 @@ class NumericalErrorTable(CaseModel):
 
 
 class PluginsTable(CaseModel):
-    """Python files with members of one's own: joint laws, elements, file formats, effects, figures, kinds of case."""
+    """Python files with extensions of one's own, of any kind (docs/extending.md)."""
 
     files: Annotated[tuple[str, ...], Field(examples=[["my_law.py"]])] = ()
 

@@ -28,7 +28,8 @@ def add(
             negative="",
             allow_leading_hyphen=True,
             show_default=False,
-            help="Value of its parameter with a unit, instead of that of the diagnosis; repeated for each parameter.",
+            help="Value of its parameter, instead of that of the diagnosis: with a unit, for ratios none; repeated for "
+            "each parameter, in the order of the diagnosis.",
         ),
     ] = (),
     options: Options = DEFAULTS,

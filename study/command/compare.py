@@ -10,9 +10,7 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
     "compare",
-    """A model beside a measurement campaign: where it fails, by how much, in words, tables and figures.
-
-    Reads a case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
+    """Reads a case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
     for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
     error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
     predicted responses. With --calibrate the calibration parameters are fitted to the training data first. With
@@ -33,7 +31,10 @@ def compare(
     out: Out = Path("compared"),
     calibrate: Annotated[bool, Parameter(negative="", help="Fit the calibration parameters first.")] = False,
     limits: Annotated[
-        bool, Parameter(negative="", help="Lay measured families over the limits of all friction histories.")
+        bool,
+        Parameter(
+            negative="", help="Lay every repeat and sweep over the limits of all friction histories; takes minutes."
+        ),
     ] = False,
     calibrate_families: Annotated[
         bool,

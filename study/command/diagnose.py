@@ -14,9 +14,9 @@ app = command_app(
     these tests cannot separate two effects, that nothing is missing (with the detection threshold of each effect), or
     that something is missing which is none of the known effects, and where. Every effect is tried at every place
     together with the calibration parameters; the error on held-out data decides. Writes an HTML page, figures and
-    JSON, and notes the result beside the case (CASE.history.json), from where `stickslip add` takes the strength. An
-    interrupted run goes on. With --auto what is missing is added to the case, and the case is diagnosed again;
-    `stickslip undo` removes it. See docs/diagnose.md.""",
+    JSON, and notes the result beside the case (CASE.history.json), from where `stickslip add` takes the strength. It
+    takes minutes; an interrupted run goes on. With --auto what is missing is added to the case, and the case is
+    diagnosed again; `stickslip undo` removes it. See docs/diagnose.md.""",
     examples=[
         "stickslip diagnose beam.toml campaign --out diagnosed",
         "stickslip diagnose beam.toml campaign --auto",
@@ -32,7 +32,9 @@ def diagnose(
     /,
     *,
     out: Out = Path("diagnosed"),
-    auto: Annotated[bool, Parameter(negative="", help="Add what is missing, and diagnose again.")] = False,
+    auto: Annotated[
+        bool, Parameter(negative="", help="Add what is missing, and diagnose again, at most 5 times.")
+    ] = False,
     without: Without = (),
     trials: Annotated[
         int,

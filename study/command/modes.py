@@ -12,9 +12,7 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
     "modes",
-    """Compute natural frequencies, and draw the mode shapes of a blade or of your own mesh.
-
-    SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
+    """SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
     20-node hexahedra or 10-node tetrahedra with named sets. A mesh file needs --length-unit, and --fix or --free.
     Writes a picture of each mode, the von Mises stress of the first, a film, and a VTU file with all modes for
     ParaView; with --no-pictures the VTU file alone, without a graphics library. Of plain matrices and matrices of

@@ -10,9 +10,7 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
     "reduce",
-    """Reduce a blade, the whole rig, your own part, or matrices of another program by Craig-Bampton.
-
-    A blade: builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
+    """A blade: builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
     fixed-interface modes. Writes the STEP file, the mesh (VTU), the reduced model (HDF5, docs/rom_file.md) and the
     frequency response of the tip, and compares reduced frequencies with full ones. Without a case file: the rig's
     blade.
