@@ -15,13 +15,16 @@ from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.candidate.effect import EffectError
 from diagnosis.effect.density import Density
 from diagnosis.fit.calibration_parameter import BOUNDS, CalibrationParameter, make_factor
-from reduction.joint_law.registry import Joint, LawParameter
+from reduction.errors import JointError
+from reduction.joint_law.registry import Joint
 
 #: Numbers of a line and of a part that may be calibrated.
 OF_LINE = ("tangential_stiffness", "normal_stiffness", "friction_coefficient")
 OF_PART = ("E", "density")
 #: Bounds of a factor on a number of a joint: joints are known to an order of magnitude.
 JOINT_BOUNDS = (0.1, 10.0)
+#: Relative accuracy of the factor beyond which a law refuses its number.
+CLOSE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,15 +75,15 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
         The model has nothing of that name, or it is zero, or cannot be scaled by itself.
     """
     owner, _, key = name.rpartition(".")
-    lower, upper = JOINT_BOUNDS
     if owner in model.lines:
         _require_key(name, key, OF_LINE)
-        size = max(abs(float(getattr(contact, key))) for contact in find_contacts(model, owner))
+        contacts = find_contacts(model, owner)
+        size = max(abs(float(getattr(contact, key))) for contact in contacts)
+        lower, upper = (_furthest(contacts, key, bound) for bound in JOINT_BOUNDS)
     elif joints := find_joints(model, owner):
         _require_key(name, key, [parameter.name for parameter in joints[0].parameters])
-        (parameter,) = (item for item in joints[0].parameters if item.name == key)
-        size = max(abs(value) for joint in joints for value in parameter.values(joint))
-        lower, upper = _bounds(parameter, joints)
+        size = max(abs(value) for joint in joints for value in _scaled(joint, key, 1.0).values())
+        lower, upper = (_furthest(joints, key, bound) for bound in JOINT_BOUNDS)
     elif owner in {part.name for part in model.parts}:
         _require_key(name, key, OF_PART)
         size = _part_size(model, owner, key)
@@ -118,16 +121,22 @@ def _scaled(joint: Joint, key: str, factor: float) -> dict[str, float]:
     return dict(zip(parameter.names(joint), (factor * value for value in parameter.values(joint)), strict=True))
 
 
-def _bounds(parameter: LawParameter, joints: Sequence[Joint]) -> tuple[float, float]:
-    """Factors that leave a number within the bounds of its law."""
-    lower, upper = JOINT_BOUNDS
-    for joint in joints:
-        for value in parameter.values(joint):
-            if value > 0 and np.isfinite(parameter.lower):
-                lower = max(lower, parameter.lower / value)
-            elif value < 0 and np.isfinite(parameter.lower):
-                upper = min(upper, parameter.lower / value)
-    return min(lower, 1.0), max(upper, 1.0)
+def _furthest(joints: Sequence[Joint], key: str, bound: float) -> float:
+    """The factor nearest to a bound with which all joints are what their laws take."""
+
+    def takes(factor: float) -> bool:
+        try:
+            for joint in joints:
+                joint.with_values(_scaled(joint, key, factor))
+        except JointError:
+            return False
+        return True
+
+    taken, refused = (bound, bound) if takes(bound) else (1.0, bound)
+    while abs(refused / taken - 1) > CLOSE:
+        middle = np.sqrt(taken * refused)
+        taken, refused = (middle, refused) if takes(middle) else (taken, middle)
+    return float(taken)
 
 
 def _part_size(model: Model, part: str, key: str) -> float:

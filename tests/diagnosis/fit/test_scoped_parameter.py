@@ -9,7 +9,7 @@ from correlation.model import Part
 from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import EffectError
 from diagnosis.fit.scoped_parameter import find_joints, make_scoped_parameter
-from reduction.jointed_system import IwanJoint, JenkinsChain
+from reduction.jointed_system import IwanJoint, JenkinsChain, ValanisJoint
 from study.case.setup import read_case
 from study.shipped_cases import BEAM
 
@@ -17,7 +17,10 @@ MODEL = read_case(BEAM).setup.model
 ROW = np.eye(MODEL.system.n_dof)[0]
 CHAIN = JenkinsChain(name="chain", direction=ROW, tangential_stiffness=(1e3, 2e3), limit_force=(1.0, 3.0))
 IWAN = {"direction": ROW, "tangential_stiffness": 1e3, "limit_force": 2.0, "exponent": -0.4, "ratio": 0.0}
-JOINTS = [CHAIN, *(IwanJoint(name=f"lap {number}", **IWAN) for number in range(2))]
+BOLT = ValanisJoint(
+    name="bolt", direction=ROW, tangential_stiffness=1e3, slip_stiffness=200.0, limit_force=2.0, kappa=0.8
+)
+JOINTS = [CHAIN, BOLT, *(IwanJoint(name=f"lap {number}", **IWAN) for number in range(2))]
 WITH_JOINTS = MODEL.with_system(joints=[*MODEL.system.joints, *JOINTS])
 
 
@@ -49,9 +52,13 @@ def test_density_and_modulus_of_one_part() -> None:
     np.testing.assert_allclose(stiffer.system.stiffness, 1.03 * system.stiffness)
 
 
-def test_a_factor_stays_within_the_bounds_of_the_law() -> None:
-    (factor,) = make_scoped_parameter(WITH_JOINTS, "lap.exponent", 1.0).parameters
-    assert factor.upper == pytest.approx(0.99 / 0.4)
+@pytest.mark.parametrize(
+    ("name", "lower", "upper"),
+    [("lap.exponent", 0.1, 0.99 / 0.4), ("bolt.slip_stiffness", 0.1, 1e3 / 200), ("bolt.kappa", 0.1, 1 / 0.8)],
+)
+def test_a_factor_stays_within_the_bounds_of_the_law(name: str, lower: float, upper: float) -> None:
+    (factor,) = make_scoped_parameter(WITH_JOINTS, name, 10.0).parameters
+    assert [factor.lower, factor.upper] == pytest.approx([lower, upper], rel=1e-5)
 
 
 @pytest.mark.parametrize(
