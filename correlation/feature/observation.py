@@ -43,6 +43,8 @@ class Observation(RowTable):
     noise
         Standard deviation of each part of a single repeat's value that is stated, or estimated from the curve of the
         only repeat, shape (k,) [SI]; NaN, the default, where the repeats tell it.
+    n_reading
+        Readings of which a repeat's value is the mean, such as both sweeps, shape (k,); one by default.
     """
 
     points: Points
@@ -51,12 +53,15 @@ class Observation(RowTable):
     taken: Bool[NDArray[np.bool_], "k R"]
     phased: Bool[NDArray[np.bool_], " k"] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     noise: Float[NDArray[np.float64], " k"] = field(default_factory=lambda: np.zeros(0))
+    n_reading: Int[NDArray[np.int64], " k"] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __post_init__(self) -> None:
         if not len(self.phased):
             object.__setattr__(self, "phased", np.ones(len(self.points), dtype=np.bool_))
         if not len(self.noise):
             object.__setattr__(self, "noise", np.full(len(self.points), np.nan))
+        if not len(self.n_reading):
+            object.__setattr__(self, "n_reading", np.ones(len(self.points), dtype=np.int64))
 
     @property
     def value(self) -> Complex[NDArray[np.complex128], " k"]:
@@ -87,9 +92,10 @@ class Observation(RowTable):
     def amplitude_of_noise(self) -> Bool[NDArray[np.bool_], " k"]:
         """Mask of rows of curves that are amplitudes of noise without a phase, shape (k,): no model reads them."""
         amplitude = ~self.phased & (self.points.harmonic > 0)
-        return np.asarray(amplitude & ~self._exceeds_scatter(MIN_AMPLITUDE_TO_NOISE))
+        # Noise of a mean of amplitudes falls with the number of readings, and its mean does not.
+        return np.asarray(amplitude & ~self._exceeds_scatter(MIN_AMPLITUDE_TO_NOISE * np.sqrt(self.n_reading)))
 
-    def _exceeds_scatter(self, times: float) -> Bool[NDArray[np.bool_], " k"]:
+    def _exceeds_scatter(self, times: float | Float[NDArray[np.float64], " k"]) -> Bool[NDArray[np.bool_], " k"]:
         """Mask of rows whose curve is so many times its scatter at most frequencies, shape (k,)."""
         points, there = self.points, np.isfinite(self.repeat)
         n = there.sum(axis=1)
@@ -136,12 +142,13 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     )
     there = np.isfinite(repeat)
     count = np.bincount(row, np.isfinite(value), len(first)) / np.maximum(there.sum(axis=1), 1)
+    n_reading = np.maximum(np.rint(count).astype(np.int64), 1)
     mean = np.where(there, repeat, 0.0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
     mean[~there.any(axis=1)] = np.nan
     return Observation(
         points=points, repeat=repeat, motion=motion[sensor], taken=there,
         phased=np.array([each.has_phase for each in campaign.sensors])[sensor],
-        noise=find_reading_noise(campaign, points, mean, np.rint(count).astype(np.int64), there.sum(axis=1) > 1),
+        noise=find_reading_noise(campaign, points, mean, n_reading, there.sum(axis=1) > 1), n_reading=n_reading,
     )  # fmt: skip
 
 

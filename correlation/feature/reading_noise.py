@@ -46,7 +46,7 @@ def find_reading_noise(
         if any(sensor.noise):
             relative, absolute = sensor.noise
             reading = np.hypot(relative * np.abs(value[own]), absolute)
-            noise[own] = reading / np.sqrt(np.maximum(n_reading[own], 1))
+            noise[own] = reading / np.sqrt(n_reading[own])
             continue
         for free in np.unique(points.free[own]):
             rows = np.flatnonzero(own & (points.free == free))

@@ -21,7 +21,7 @@ from scipy.special import chdtri
 from correlation.campaign.measurement import name_configuration
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
-from correlation.feature.reading_noise import LEAST_REPEATED
+from correlation.feature.reading_noise import FREEDOM, LEAST_REPEATED
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import FORCES
@@ -133,7 +133,9 @@ def estimate_scatter(
     together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
-    modes = np.column_stack([shared, budget, _bias(features, y, noise)])
+    margin = np.sqrt(compute_margin(FREEDOM))
+    bias = _bias(features, y, margin * noise * _root_of_readings(observed, features))
+    modes = np.column_stack([shared, budget, bias])
     return Scatter(Whitening(deviation=deviation, modes=modes), covariances, noise)
 
 
@@ -160,7 +162,7 @@ def _without_repeats(
     _require_noise(observed, features, noise)
     deviation = np.sqrt(noise**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1))
     usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL_JITTER, jitter, strict=False)]
-    bias = _bias(features, features.of_values(observed.mean), noise)
+    bias = _bias(features, features.of_values(observed.mean), noise * _root_of_readings(observed, features))
     shared = [size * block for size, block in zip(USUAL_JITTER, jitter, strict=False)]
     return Scatter(
         Whitening(deviation=deviation, modes=np.column_stack([*shared, history, budget, bias])), usual, noise
@@ -186,11 +188,16 @@ def _require_noise(observed: Observation, features: FeatureVector, noise: Varian
         )
 
 
-def _bias(features: FeatureVector, value: Variance, noise: Variance) -> Float[NDArray[np.float64], "m g"]:
+def _bias(features: FeatureVector, value: Variance, of_one_reading: Variance) -> Float[NDArray[np.float64], "m g"]:
     """How much noise adds to each modulus without a phase, one mode for each sensor and harmonic."""
     moduli, group = (features.amplitude & (features.reference >= 0))[features.row], _groups(features)
-    bias = np.where(moduli, value - remove_bias(value, noise), 0.0)
+    bias = np.where(moduli, value - remove_bias(value, of_one_reading), 0.0)
     return np.where(group[:, None] == np.unique(group[moduli]), np.nan_to_num(bias)[:, None], 0.0)
+
+
+def _root_of_readings(observed: Observation, features: FeatureVector) -> Variance:
+    """Noise of one reading over that of a repeat, which is the mean of several, shape (m,) [-]."""
+    return np.asarray(np.sqrt(observed.n_reading)[features.row])
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:

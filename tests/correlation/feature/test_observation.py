@@ -159,10 +159,15 @@ def test_a_sensor_on_what_does_not_move_reads_noise(n_repeat: int) -> None:
     np.testing.assert_array_equal(seen.above_noise, seen.points.sensor == "tip")
 
 
+@pytest.mark.parametrize("n_reading", [1, 2, 4])
 @pytest.mark.parametrize("n_repeat", [2, 3, 5])
-def test_amplitudes_of_noise_are_told_from_those_of_a_motion(n_repeat: int) -> None:
-    complexes = swept({"tip": np.full(40, 10.0), "hung": np.zeros(40)}, 0.1, n_repeat)
-    seen = replace(complexes, repeat=np.abs(complexes.repeat).astype(complex), phased=np.zeros(80, dtype=bool))
+def test_amplitudes_of_noise_are_told_from_those_of_a_motion(n_repeat: int, n_reading: int) -> None:
+    complexes = swept({"tip": np.full(40, 10.0), "hung": np.zeros(40)}, 0.1, n_repeat * n_reading)
+    mean = np.abs(complexes.repeat).reshape(80, n_repeat, n_reading).mean(axis=2)
+    seen = replace(
+        complexes, repeat=mean.astype(complex), phased=np.zeros(80, dtype=bool), taken=np.isfinite(mean),
+        n_reading=np.full(80, n_reading),
+    )  # fmt: skip
     np.testing.assert_array_equal(seen.amplitude_of_noise, seen.points.sensor == "hung")
     assert not complexes.amplitude_of_noise.any()
 

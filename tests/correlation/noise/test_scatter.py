@@ -238,3 +238,24 @@ def test_moduli_without_a_phase_have_a_mode_of_their_bias() -> None:
     np.testing.assert_allclose(_bias(moduli, 3 * ones, 2 * ones), [[0.0], [3.0]])
     phased = FeatureVector.choose(points, ones.astype(complex), np.ones(k, bool))
     assert _bias(phased, np.ones(4), np.ones(4)).shape == (4, 0)
+
+
+@pytest.mark.parametrize("n_reading", [1, 2, 4])
+def test_a_harmonic_of_noise_alone_is_bias_for_means_of_several_readings(n_reading: int) -> None:
+    n_frequency, n_repeat, random = 60, 3, np.random.default_rng(7)
+    parts = random.standard_normal((2, 2 * n_frequency, n_repeat, n_reading))
+    true = np.repeat([100.0, 0.0], n_frequency)
+    repeat = np.abs(true[:, None, None] + parts[0] + 1j * parts[1]).mean(axis=2)
+    points = Points(
+        free=np.zeros(len(true), dtype=bool), level=np.ones(len(true)), frequency=np.tile(np.arange(60.0), 2),
+        sensor=np.repeat("tip", len(true)), harmonic=np.repeat([1, 3], n_frequency),
+    )  # fmt: skip
+    unphased, motion = np.zeros(len(true), dtype=bool), np.ones(len(true), dtype=bool)
+    seen = Observation(
+        points=points, repeat=repeat.astype(complex), motion=motion, taken=np.isfinite(repeat), phased=unphased,
+        n_reading=np.full(len(true), n_reading),
+    )  # fmt: skip
+    features, none = FeatureVector.choose(points, seen.value, motion, unphased), np.zeros((len(true), 0))
+    modes = estimate_scatter(seen, features, [none], none, none).whitening.modes
+    # A reading that is large by chance is taken for some motion: a fifth of the mean at most here.
+    assert modes[n_frequency:, -1].mean() > 0.75 * features.of_values(seen.value)[n_frequency:].mean()
