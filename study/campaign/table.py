@@ -1,6 +1,7 @@
 """Tables within measured files: columns of one length that belong together."""
 
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -68,8 +69,8 @@ class Table:
 
 
 def file_stem(name: str) -> str:
-    """Name of a file without its suffix, also of a compressed one."""
-    return Path(name.removesuffix(".gz")).stem
+    """Name of a file without its suffix, also of a compressed one, with each accent in its letter."""
+    return unicodedata.normalize("NFC", Path(name.removesuffix(".gz")).stem)
 
 
 def split_tables(file: MeasuredFile) -> list[Table]:

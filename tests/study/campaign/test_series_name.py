@@ -1,6 +1,7 @@
 """Files whose names differ in other words than level, repeat, direction or sensor are tests of their own."""
 
 import re
+import unicodedata
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,14 @@ def test_what_numbers_or_dates_a_run_is_no_test(tmp_path: Path, first: str, seco
     campaign, manifest = drafted(tmp_path)
     assert len(manifest["test"]) == 1
     assert [run["repeat"] for run in manifest["run"]] == [1, 2]
+    assert not campaign.suspicions
+
+
+def test_names_that_differ_in_the_encoding_of_an_accent_are_of_one_test(tmp_path: Path) -> None:
+    names = {unicodedata.normalize(form, f"mit_Dämpfer_{level}N"): 100.0 for form, level in (("NFC", 1), ("NFD", 3))}
+    write_sweeps(tmp_path, names)
+    campaign, manifest = drafted(tmp_path)
+    assert [test["name"] for test in manifest["test"]] == ["mit_Dämpfer"]
     assert not campaign.suspicions
 
 
