@@ -147,7 +147,7 @@ QUADRATURE = "are signed: in phase, and in quadrature"
 #: Why a column is not used though it is a channel.
 NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
 #: Roles by a name that need no unit; of a phase the range tells it.
-WITHOUT_UNIT = {Role.PHASE, Role.COHERENCE, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC}
+WITHOUT_UNIT = {Role.COHERENCE, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC}
 
 
 def recognise_column(column: Column, name: str) -> Recognised:
