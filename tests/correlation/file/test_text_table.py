@@ -10,6 +10,7 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.read_file import read_file
+from correlation.file.text_table.read_table import DECIMALS
 from correlation.file.unit_label import split_label
 
 X = np.array([0.5, -1.25, 3e-7, 40.0, 0.0])
@@ -72,6 +73,22 @@ def test_groups_of_three_digits_are_thousands_and_other_signs_decimals(
 ) -> None:
     measured = read(tmp_path, "\n".join(["f;acc", *rows, *rows, *rows]) + "\n")
     np.testing.assert_array_equal(measured.columns[1].values[:3], values)
+
+
+@pytest.mark.parametrize(
+    ("rows", "doubtful"),
+    [
+        (["70.000;10.000;171", "70.500;9.998;168", "71.000;10.001;161"], True),
+        (["70,000;10,000;171", "70,500;9,998;168", "71,000;10,001;161"], True),
+        (["70.000;10.000;171", "70.500;9.998;168", "71.000;0.998;161"], False),  # no group begins with a zero
+        (["70.000;10.000;171", "70.500;9.998;168", "71.00;10.001;161"], False),
+        (["1;70.000;10.000", "2;70.500;9.998", "3;71.000;10.001"], False),  # the number of the row
+        (["70.000;10.000;171.000", "70.500;9.998;168.250", "71.000;10.001;161.125"], False),
+    ],
+)
+def test_numbers_that_may_be_decimals_or_thousands_are_doubted(tmp_path: Path, rows: list[str], doubtful: bool) -> None:
+    measured = read(tmp_path, "\n".join(["f;force;phase", *rows]) + "\n")
+    assert (DECIMALS in measured.facts) == doubtful
 
 
 @pytest.mark.parametrize(
