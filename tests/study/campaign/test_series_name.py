@@ -42,6 +42,15 @@ def test_other_words_of_names_are_other_tests(tmp_path: Path, first: str, second
     assert any("only words in the names" in sentence for sentence in campaign.suspicions)
 
 
+def test_a_quantity_in_the_names_of_columns_that_is_no_level_tells_tests(tmp_path: Path) -> None:
+    size = 1e6 * np.abs(receptance(FREQUENCY))
+    header = "f [Hz],Force 1000rpm [N],Disp 1000rpm [um],Force 2000rpm [N],Disp 2000rpm [um]"
+    write_csv(tmp_path / "tip.csv", header, FREQUENCY, 1 + 0 * FREQUENCY, size, 1 + 0 * FREQUENCY, size)
+    campaign, manifest = drafted(tmp_path)
+    assert [run["test"] for run in manifest["run"]] == ["1000rpm", "2000rpm"]
+    assert any("only words in the names" in sentence for sentence in campaign.suspicions)
+
+
 @pytest.mark.parametrize(
     ("first", "second"),
     [
