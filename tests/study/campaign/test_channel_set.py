@@ -219,6 +219,46 @@ def test_an_array_of_two_short_axes_without_levels_is_left_out(tmp_path: Path) -
     assert len(draft.entries["sensor"]) == 1
 
 
+@pytest.mark.parametrize("of_force", [None, 1])
+def test_levels_and_harmonics_in_different_lines_of_one_universal_file_are_combined(
+    tmp_path: Path, of_force: int | None
+) -> None:
+    columns = []
+    for level in LEVELS:
+        told = {"line 1": f"Level {level:g} N"}
+        force = dataset(level + 0j * FREQUENCY, "N")
+        columns.append(replace(force, facts=told | ({"line 2": f"Order {of_force}.00"} if of_force else {})))
+        columns += [
+            replace(dataset(response(level) / number, "m"), facts=told | {"line 2": f"Order {number}.00"})
+            for number in (1, 3)
+        ]
+    write_datasets(tmp_path / "sine.uff", *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [6, 1]
+    check_levels(tmp_path)
+
+
+def test_levels_and_repeats_in_different_lines_of_one_universal_file_are_combined(tmp_path: Path) -> None:
+    columns = []
+    for level in LEVELS:
+        for repeat in (1, 2):
+            told = {"line 1": f"Level {level:g} N", "line 2": f"repeat {repeat}"}
+            columns.append(replace(dataset(level + 0j * FREQUENCY, "N"), facts=told))
+            columns.append(replace(dataset(response(level), "m"), facts=told))
+    write_datasets(tmp_path / "sine.uff", *columns)
+    _, manifest = drafted(tmp_path)
+    assert sorted((run["level"], run["repeat"]) for run in manifest["run"]) == [
+        (level, repeat) for level in LEVELS for repeat in (1, 2)
+    ]
+
+
+def test_points_that_are_numbered_as_harmonics_are_sensors(tmp_path: Path) -> None:
+    columns = [dataset(response(1.0), "m", f"Point H{node}", node=node) for node in (1, 2)]
+    write_datasets(tmp_path / "sine.uff", dataset(1 + 0j * FREQUENCY, "N"), *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [1, 2]
+
+
 @pytest.mark.parametrize("layout", ["columns", "rows", "universal file"])
 def test_harmonics_are_those_of_one_sensor(tmp_path: Path, layout: str) -> None:
     first, third, force = response(3.0), 0.03 * response(3.0), 3 + 0 * FREQUENCY
