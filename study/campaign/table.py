@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from correlation.file.column import Column, MeasuredFile
+from correlation.file.format.lvm import SEGMENTS
 from study.campaign.column_role import Role, recognise_column
 from study.campaign.run_name import LEVEL_IN_NAME, level_value, naming_scheme
 
@@ -145,9 +146,9 @@ def _path(name: str, format_name: str) -> str:
 
 
 def _channels_of_groups(file: MeasuredFile) -> dict[str, dict[str, Column]]:
-    """Channels of the groups of a TDMS file, by their names within the group; empty for another format."""
+    """Channels of groups of a TDMS file, or of segments of LabVIEW, by their names in these; empty for others."""
     groups: dict[str, dict[str, Column]] = {}
-    for column in file.columns if file.format == "tdms" else ():
+    for column in file.columns if file.format == "tdms" or SEGMENTS in file.facts else ():
         if group := _group(column.name):
             groups.setdefault(group, {})[column.name.removeprefix(f"{group}/")] = column
     return groups
