@@ -125,9 +125,11 @@ def harmonic_of(mark: str) -> int | None:
 def sets_by_name(table: Table) -> ChannelSets | None:
     """Sets by words of the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
     told = {one.name: _split_run(table, one) for one in table.columns if one.response is None}
-    if sets := _several(table, told):
-        return sets
-    # A number with another unit may be a place, unless a force has it, too.
+    return _several(table, told) or sets_by_quantity(table)
+
+
+def sets_by_quantity(table: Table) -> ChannelSets | None:
+    """Sets by a number with another unit, "Acc 1000rpm": it may be a place, unless each set has a force."""
     told = {
         one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
     }
@@ -141,8 +143,12 @@ def sets_by_name(table: Table) -> ChannelSets | None:
 def _split_run(table: Table, column: Column) -> tuple[str, str]:
     """Name of a column without the words of its run, and these words."""
     name = table.short_name(column)
-    has_unit = column.unit_label or split_label(LEVEL_BESIDE_UNIT.sub("", name))[1]
-    return split_name(name, *OF_COLUMN, *([LEVEL_BESIDE_UNIT] if has_unit else []))
+    if split_label(LEVEL_BESIDE_UNIT.sub("", name))[1]:
+        return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT)
+    # Beside a row of units "Acc 1 g" may be channel 1.
+    if column.unit_label and (not split_label(name)[1] or role_of(table, column) is Role.FORCE):
+        return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT, has_unit=False)
+    return split_name(name, *OF_COLUMN)
 
 
 def sets_by_harmonic(table: Table) -> ChannelSets | None:

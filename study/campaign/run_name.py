@@ -68,7 +68,7 @@ QUANTITY_OF_COLUMN = re.compile(r"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:[uµμmn]m|
 OF_COLUMN = (LEVEL_OF_COLUMN, SPACED_LEVEL, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN)
 
 
-def split_name(name: str, *patterns: re.Pattern[str]) -> tuple[str, str]:
+def split_name(name: str, *patterns: re.Pattern[str], has_unit: bool = True) -> tuple[str, str]:
     """Name of a channel without the words that some patterns find anywhere but in its unit, and these words.
 
     Parameters
@@ -77,18 +77,22 @@ def split_name(name: str, *patterns: re.Pattern[str]) -> tuple[str, str]:
         Name of a column: "A_3N rep2 [um]".
     patterns
         What tells one run from another.
+    has_unit
+        Whether its unit may stand in the name.
 
     Returns
     -------
     "A [um]" and "3N rep2".
     """
-    unit = find_unit(name).unit
+    unit = find_unit(name).unit if has_unit else ""
     place = -1 if any(pattern.fullmatch(unit) for pattern in patterns) else name.rfind(unit)
     plain = f"{name[:place]}\0{name[place + len(unit) :]}" if unit and place >= 0 else name
     found: list[str] = []
     for pattern in patterns:
-        found += [re.sub(r"(?<=\d) ", "", match[0]) for match in pattern.finditer(plain)]
-        plain = pattern.sub("", plain)
+        for match in reversed([*pattern.finditer(plain)]):
+            if not (LEVEL_IN_NAME.fullmatch(match[0]) and OTHER_FORCE.search(plain[: match.start()])):
+                found.append(re.sub(r"(?<=\d) ", "", match[0]))
+                plain = plain[: match.start()] + plain[match.end() :]
     if not found:
         return name, ""
     plain = re.sub(r"[(\[]\s*[)\]]", "", plain)

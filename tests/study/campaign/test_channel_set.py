@@ -160,6 +160,34 @@ def test_a_level_stands_anywhere_in_a_name_but_in_its_unit(tmp_path: Path, ampli
     check_levels(tmp_path)
 
 
+def test_a_force_above_a_row_of_units_is_of_the_level_in_its_name(tmp_path: Path) -> None:
+    columns = [part for level in LEVELS for part in (level + 0 * FREQUENCY, *polar(response(level)))]
+    names = ",".join(f"Force {level:g} N,Disp {level:g} N,Phase {level:g} N" for level in LEVELS)
+    write_csv(tmp_path / "a.csv", f"f,{names}\nHz{',N,um,deg' * 3}", FREQUENCY, *columns)
+    campaign, manifest = drafted(tmp_path)
+    assert all("force" in run["columns"] for run in manifest["run"])
+    assert not campaign.draft.left_out
+    check_levels(tmp_path)
+
+
+def test_a_preload_in_the_name_of_a_column_is_no_level(tmp_path: Path) -> None:
+    columns = [part for level in LEVELS for part in polar(response(level))]
+    header = ",".join(f"tip preload 20N {level:g}N [um],phase preload 20N {level:g}N [deg]" for level in LEVELS)
+    write_csv(tmp_path / "a.csv", f"f [Hz],{header}", FREQUENCY, *columns)
+    drafted(tmp_path)
+    check_levels(tmp_path)
+
+
+def test_quantities_tell_tests_within_each_level(tmp_path: Path) -> None:
+    sets = [(speed, level) for speed in (1000, 2000) for level in LEVELS]
+    header = ",".join(f"Force {speed}rpm {level:g}N [N],Disp {speed}rpm {level:g}N [um]" for speed, level in sets)
+    columns = [part for _, level in sets for part in (level + 0 * FREQUENCY, polar(response(level))[0])]
+    write_csv(tmp_path / "tip.csv", f"f [Hz],{header}", FREQUENCY, *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [6, 1]
+    assert {test["name"] for test in manifest["test"]} == {"1000rpm", "2000rpm"}
+
+
 def test_a_number_before_the_unit_of_a_name_is_no_level(tmp_path: Path) -> None:
     write_csv(tmp_path / "a.csv", "f [Hz],Force 1 N,tip dB re 1 um", FREQUENCY, 0 * FREQUENCY + 3, FREQUENCY)
     _, manifest = drafted(tmp_path)
