@@ -218,7 +218,7 @@ def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list
     units_alone = len(of_units) == len(rows) > 0  # they name the columns
     if units_alone:
         of_units = of_units[1:]
-    of_names = [row for row in rows if not any(row is other for other in of_units)]
+    of_names = _without_merged_cells([row for row in rows if not any(row is other for other in of_units)])
     names, units, labels, cells = [], [], [], []
     for column in range(width):
         cell = next((row[column] for row in of_units), "")
@@ -233,6 +233,21 @@ def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list
         labels.append(" ".join([name, *(row[column] for row in of_units)]))
         cells.append(cell)
     return unique_names(names), units, labels, cells
+
+
+def _without_merged_cells(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Rows of names; a cell that spans several columns, as above "Amp, Phase, Amp, Phase", is in each of them."""
+    filled = [[*row] for row in rows]
+    for above, below in itertools.pairwise(filled):
+        named = [place for place, cell in enumerate(above) if cell]
+        ends = [*named[1:], len(above)]
+        starts = [place for place, end in zip(named, ends, strict=True) if end > place + 1]
+        size = min((end - place for place, end in zip(named, ends, strict=True) if place in starts), default=0)
+        blocks = [below[place : place + size] for place in starts]
+        if len(blocks) > 1 and all(blocks[0]) and all(block == blocks[0] for block in blocks):
+            for place in starts:
+                above[place : place + size] = [above[place]] * size
+    return filled
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:

@@ -119,6 +119,20 @@ def test_names_and_units_come_from_the_header(tmp_path: Path, header: str, names
 
 
 @pytest.mark.parametrize(
+    ("above", "names"),
+    [
+        (",tip,,root,", ["f", "tip Re", "tip Im", "root Re", "root Im"]),
+        ("Point,tip,,root,", ["Point f", "tip Re", "tip Im", "root Re", "root Im"]),
+        ("Operator,Smith,,,", ["Operator f", "Smith Re", "Im", "Re", "Im (2)"]),  # one cell spans nothing
+        (",tip,,,root", ["f", "tip Re", "Im", "Re", "root Im"]),  # its columns differ
+    ],
+)
+def test_a_cell_above_several_columns_is_in_the_names_of_all(tmp_path: Path, above: str, names: list[str]) -> None:
+    measured = read(tmp_path, f"{above}\nf,Re,Im,Re,Im\n1,2,3,4,5\n6,7,8,9,10\n")
+    assert [column.name for column in measured.columns] == names
+
+
+@pytest.mark.parametrize(
     ("header", "unit", "reference"),
     [
         ("f (Hz),tip (dB re 1 m/N)", "m/N", 1.0), ("f,tip_dB", "", 1.0), ("f,tip [dB rel. 1e-6 m/s^2]", "m/s^2", 1e-6),
