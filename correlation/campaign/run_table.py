@@ -120,8 +120,9 @@ def read_run_rows(
         named = name_branches(sweep, of_pass, level, frequency, _size(motions, len(frequency)))
         if (named != sweep).any():
             suspicions.append(_tell_branches(entry, level[named != sweep]))
-            order = turn_order(order, of_pass, frequency, named)
         sweep = named
+    if not {"sweep", "order"} & {*entry.own}:  # columns of up and down beside one frequency list both in one way
+        order = turn_order(order, of_pass, frequency, sweep)
     given = "repeat" in entry.own
     repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
     states = _States(
@@ -298,16 +299,18 @@ def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) 
 
 def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:
     """Sweep and number of the pass of each row, shape (n,): stated, or from the order of the rows."""
-    if entry.sweep == BY_ORDER and "sweep" not in entry.own:
-        return find_passes(frequency)
-    sweep = np.full(len(frequency), SWEEP_WORDS.get(entry.sweep, 0))
     if "sweep" in entry.own:
         column = file.column(next(iter(entry.own["sweep"].columns.values())))
         for word in column.words or ("numbers",):
             if word.lower() not in SWEEP_WORDS:
                 raise entry.own["sweep"].problem(f'"{word}" is no sweep: its rows must say up, down or none')
         sweep = np.array([SWEEP_WORDS[word.lower()] for word in column.words])[column.values.astype(np.int64)]
-    return sweep, number_stated_passes(frequency, sweep)
+        return sweep, number_stated_passes(frequency, sweep)
+    sweep, of_pass = find_passes(frequency)
+    stated = SWEEP_WORDS.get(entry.sweep)
+    if stated == 0:  # readings in any order
+        return np.zeros_like(sweep), np.zeros_like(of_pass)
+    return (sweep if stated is None else np.full_like(sweep, stated)), of_pass
 
 
 def _whole(entry: RunEntry, file: MeasuredFile, name: str) -> Whole:

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.campaign.measurement_unit import si_factor
+from correlation.campaign.measurement_unit import root_units, si_factor
 from correlation.row_group import group_rows
 
 #: Forces of one level.
@@ -98,11 +98,12 @@ def likely_units(factor: float, unit: str) -> list[str]:
     unit
         Unit that both are said to have.
     """
+    si = next((si for si in UNITS if root_units(si)[1] == root_units(unit)[1]), "")
     return [
         f"{what} in {name} instead of {unit}"
         for what, own in (("the force", factor), ("the level", 1 / factor))
-        for name in UNITS.get(unit, ())
-        if abs(np.log(own * si_factor(name, unit))) < NEAR
+        for name in ((*UNITS[si], si) if si else ())
+        if name != unit and abs(np.log(own * si_factor(name, unit))) < NEAR
     ]
 
 

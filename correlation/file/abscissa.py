@@ -1,4 +1,4 @@
-"""Times and frequencies that a file of arrays says by numbers: a sampling rate, or a first value and a step."""
+"""Times and frequencies that a file says by numbers: a sampling rate, or a first value and a step."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -7,10 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from correlation.file.column import Column, MeasuredFile
+from correlation.file.quantity import OF_UNIT, named_quantities
 from correlation.file.unit_label import unit_text
 
 #: Formats whose columns are arrays with numbers beside them.
 OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
+#: Tables of text, which say such numbers above their rows.
+OF_TEXT = {"csv"}
+#: Quantities beside which a table of text has no rows of time.
+NO_HISTORY = {"time", "frequency", "angle"}
 #: Names of a sampling rate and of a step of time, without marks between their words.
 RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate", "fsample", "fsamp"}
 STEPS = {"dt", "deltat", "timestep", "samplinginterval", "sampletime", "samplingtime", "timeincrement", "ts"}
@@ -23,14 +28,14 @@ FEWEST = 20
 
 
 def add_abscissas(file: MeasuredFile) -> MeasuredFile:
-    """A file with a column of the time or frequency of arrays that have none, where numbers in it say them.
+    """A file with a column of the time or frequency of columns that have none, where numbers in it say them.
 
     Parameters
     ----------
     file
-        Measured file, of arrays or not.
+        Measured file.
     """
-    if file.format not in OF_ARRAYS:
+    if file.format not in OF_ARRAYS | OF_TEXT or (file.format in OF_TEXT and any(map(_tells_abscissa, file.columns))):
         return file
     groups: dict[tuple[str, int], list[Column]] = {}
     for column in file.columns:
@@ -72,12 +77,15 @@ def _step(facts: Mapping[str, str]) -> float | None:
     found = set()
     for key, text in facts.items():
         whole = re.sub(r"[^a-z]", "", key.lower())
-        unit = next((unit for unit in ("khz", "hz", "ms", "us", "s") if re.search(rf"_{unit}$", key.lower())), "")
+        ending = re.search(r"[_ (](khz|hz|ms|us|s)\)?$", key.lower())
+        unit = ending[1] if ending else ""
         name = whole.removesuffix(unit) if unit else whole
         kind = 1 if name in RATES else -1 if name in STEPS else 0
-        number = _number(text)
-        if kind and number is not None and number > 0:
-            value = number * FACTORS.get(unit, 1.0)
+        match = re.fullmatch(r"(\S+?)(?:\s*([a-z]+))?", text.strip().lower())  # "4000 Hz"
+        number = _number(match[1]) if match else None
+        factor = FACTORS.get(unit or (match[2] if match else "") or "s")
+        if kind and number is not None and number > 0 and factor is not None:
+            value = number * factor
             found.add(float(f"{value if kind < 0 else 1 / value:.12g}"))
     return found.pop() if len(found) == 1 else None
 
@@ -95,6 +103,11 @@ def _of_pair(file: MeasuredFile, path: str, length: int) -> Column | None:
     kind = "time" if unit == "s" else "frequency"
     values = first + step * np.arange(length)
     return Column(name=f"{path}{_mark(file)}{kind}", values=values, unit=unit, function=kind, where=of_x)
+
+
+def _tells_abscissa(column: Column) -> bool:
+    """Whether the unit or the name of a column says a time, a frequency or a phase."""
+    return bool({OF_UNIT.get(column.unit, ""), *named_quantities(column.name)} & NO_HISTORY)
 
 
 def _may_be_abscissa(column: Column) -> bool:
@@ -115,6 +128,8 @@ def _numbers(file: MeasuredFile, path: str) -> dict[str, str]:
 
 
 def _path(file: MeasuredFile, column: Column) -> str:
+    if file.format in OF_TEXT:
+        return ""
     return re.sub(r"[(\[][\d:,]+[)\]]$", "", column.name).rpartition(_mark(file))[0]
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -70,6 +71,29 @@ def has_decimal_comma(rows: Sequence[Sequence[str]]) -> bool:
             if grouped and whole and grouped + whole == len(written):
                 return comma
     return len(commas) > len(points)
+
+
+def may_part_thousands(rows: Sequence[Sequence[str]], *, decimal_comma: bool) -> bool:
+    """Whether decimal signs may as well part groups of thousands: three digits behind each, beside whole numbers.
+
+    Programs that write groups write whole numbers, those below 1000 without a sign. Numbers in equal steps are whole
+    anyway, and so are those of few values, such as levels.
+
+    Parameters
+    ----------
+    rows
+        Fields of rows of one length.
+    decimal_comma
+        Whether decimals are taken to be commas.
+    """
+    sign = "," if decimal_comma else "."
+    columns = [[field.strip() for field in column] for column in zip(*rows, strict=True)]
+    signed = [field for column in columns for field in column if sign in field and field[:1] in "+-.,0123456789"]
+    if not signed or not all(GROUPED[not decimal_comma].fullmatch(field) for field in signed):
+        return False
+    small = [column for column in columns if all(re.fullmatch(r"[+-]?\d{1,3}", field) for field in column)]
+    steps = [{int(b) - int(a) for a, b in pairwise(column)} for column in small]
+    return any(len(own) > 1 and 4 * len({*column}) > len(column) for column, own in zip(small, steps, strict=True))
 
 
 def read_numbers(text: bytes) -> Float[NDArray[np.float64], " n"] | None:

@@ -11,12 +11,15 @@ from typing import NamedTuple
 
 from correlation.file.quantity import OF_UNIT, fits_name
 
-#: A unit in brackets; after square ones more words may follow.
+#: A unit in brackets, after which more words may follow.
 BRACKETED = re.compile(
-    r"^(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\](?P<rest>[^\[\]()]*)|\((?P<round>[^()]*(?:\([^()]*\)[^()]*)*)\))\s*$"
+    r"^(?P<name>.*?)\s*(?P<both>\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*(?:\([^()]*\)[^()]*)*)\))"
+    r"(?P<rest>(?!\s*[/*^·])[^\[\]()]*)$"
 )
 #: Before a unit that stands behind a name; a stroke without blanks may be that of a path or of a ratio.
 BEHIND = re.compile(r"(?<=[^\s/,])(?:\s+/\s+|/|\s+in\s+|,\s+)(?=\S)")
+#: A unit, and behind it a word or a quantity such as a level.
+OF_CELL = re.compile(r"(?P<unit>.+?)\s+(?P<words>[^\W\d_]+|\(?(?:@|at|bei)?\s*\d[\d.,p]*\s?[^\W\d_]+\)?)")
 LAST_WORD = re.compile(r"^(?P<name>.*\S)\s+(?P<unit>\S+)$")
 #: Units that are words of names, too.
 WORDS_TOO = {"in", "min", "us", "ft"}
@@ -118,9 +121,11 @@ def find_unit(label: str) -> Label:
             return found._replace(unit=f"{found.unit} {match['word']}")
     if (match := BRACKETED.match(label)) and match["name"]:
         token = match["square"] if match["square"] is not None else match["round"]
-        rest = (match["rest"] or "").strip()
-        if not rest or unit_text(token):
-            return Label(f"{match['name']} {rest}".strip(), token, "[" if match["square"] is not None else "(")
+        rest, sign = match["rest"].strip(), match["both"][0]
+        if not unit_text(token) and unit_text((found := find_unit(match["name"])).unit) and not found.is_doubtful:
+            return found._replace(name=f"{found.name} {match['both']} {rest}".strip())  # "Disp [mm] (tip)"
+        if not rest or (unit_text(token) and (sign == "[" or _may_be_behind(match["name"], sign, token))):
+            return Label(f"{match['name']} {rest}".strip(), token, sign)
     behind = [(label[: one.start()], one[0], label[one.end() :]) for one in BEHIND.finditer(label)]
     known = next(((name, sign, unit) for name, sign, unit in behind if _may_be_behind(name, sign, unit)), None)
     if known is not None:
@@ -208,12 +213,12 @@ def _suffix(ending: str) -> str:
 
 
 def split_unit_cell(cell: str, *, name: str = "") -> tuple[str, str]:
-    """Word and unit of a cell in a row of units: "(m/s^2)/N Real" is of the real part; the word is empty in most."""
+    """Words and unit of a cell in a row of units, "(m/s^2)/N Real" or "um @ 3 N"; the words are empty in most."""
     if unit := unit_text(cell, name=name):
         return "", unit
-    unit, _, word = cell.rpartition(" ")
-    known = unit_text(unit, name=name) if word.isalpha() else ""
-    return (word, known) if known else ("", "")
+    match = OF_CELL.fullmatch(cell)
+    known = unit_text(match["unit"], name=name) if match else ""
+    return (match["words"], known) if match and known else ("", "")
 
 
 def names_no_unit(label: str) -> bool:

@@ -14,9 +14,11 @@ import numpy as np
 
 from correlation.file.column import Column
 from correlation.file.quantity import OF_UNIT
+from correlation.file.unit_label import split_label
 from study.campaign.column_role import RATIOS, WORDS, Role, name_words, recognise_column
 from study.campaign.run_name import (
     HARMONIC_IN_NAME,
+    LEVEL_BESIDE_UNIT,
     LEVEL_IN_NAME,
     OF_COLUMN,
     QUANTITY_OF_COLUMN,
@@ -79,8 +81,6 @@ def split_sets(table: Table, finders: Iterable[Finder]) -> tuple[list[Table], li
     of_level = any(LEVEL_IN_NAME.search(mark) or sets.scalars.get(mark) for mark in order)
     harmonics = {mark: number for mark in order if (number := harmonic_of(mark)) is not None}
     marks, names = dict(sets.marks), {**table.names, **sets.names}
-    for name, (channel, mark) in _in_order(table, marks, order, roles).items():
-        names[name], marks[name] = channel, mark
     for column in table.columns if len(order) > 1 else ():
         role = roles[column.name]
         if marks.get(column.name) or column.name in lost or role in SHARED:
@@ -98,38 +98,12 @@ def split_sets(table: Table, finders: Iterable[Finder]) -> tuple[list[Table], li
             continue
         tables.append(
             replace(
-                table, columns=tuple(own), of_set=mark, names=names,
+                table, columns=tuple(own), of_set=" ".join(word for word in (table.of_set, mark) if word), names=names,
                 scalars={**table.scalars, **sets.scalars.get(mark, {})}, harmonic=harmonics.get(mark, table.harmonic),
             )
         )  # fmt: skip
     file = table.file.path.name
     return tables, [f'{file}: "{name}" is not used: {why}; {REMEDY}' for name, why in lost.items()]
-
-
-def _in_order(
-    table: Table, marks: Mapping[str, str], order: Sequence[str], roles: Mapping[str, Role]
-) -> dict[str, tuple[str, str]]:
-    """Headers and sets of columns of one header, one in each set, as below the merged cell of a spreadsheet."""
-    names = {column.name for column in table.columns}
-    alike: dict[str, list[str]] = {}
-    for column in table.columns:
-        channel = AGAIN.sub("", column.name)
-        if not marks.get(column.name) and roles[column.name] not in SHARED and channel in names:
-            alike.setdefault(channel, []).append(column.name)
-    place = {column.name: number for number, column in enumerate(table.columns)}
-    begins = [min(place[name] for name, mark in marks.items() if mark == one) for one in order]
-    ends = [*begins[1:], len(place)]
-
-    def is_below(same: Sequence[str]) -> bool:
-        pairs = zip(begins, same, ends, strict=True)
-        return all(begin <= place[name] < end for begin, name, end in pairs)
-
-    return {
-        name: (channel, mark)
-        for channel, same in alike.items()
-        if len(same) == len(order) > 1 and is_below(same)
-        for name, mark in zip(same, order, strict=True)
-    }
 
 
 def role_of(table: Table, column: Column, names: Mapping[str, str] | None = None) -> Role:
@@ -150,10 +124,12 @@ def harmonic_of(mark: str) -> int | None:
 
 def sets_by_name(table: Table) -> ChannelSets | None:
     """Sets by words of the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
-    told = {one.name: split_name(table.short_name(one), *OF_COLUMN) for one in table.columns if one.response is None}
-    if sets := _several(table, told):
-        return sets
-    # A number with another unit may be a place, unless a force has it, too.
+    told = {one.name: _split_run(table, one) for one in table.columns if one.response is None}
+    return _several(table, told) or sets_by_quantity(table)
+
+
+def sets_by_quantity(table: Table) -> ChannelSets | None:
+    """Sets by a number with another unit, "Acc 1000rpm": it may be a place, unless each set has a force."""
     told = {
         one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
     }
@@ -162,6 +138,17 @@ def sets_by_name(table: Table) -> ChannelSets | None:
         return None
     driven = {sets.marks.get(one.name, "") for one in table.columns if role_of(table, one) is Role.FORCE}
     return sets if driven >= {*sets.marks.values()} else None
+
+
+def _split_run(table: Table, column: Column) -> tuple[str, str]:
+    """Name of a column without the words of its run, and these words."""
+    name = table.short_name(column)
+    if split_label(LEVEL_BESIDE_UNIT.sub("", name))[1]:
+        return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT)
+    # Beside a row of units "Acc 1 g" may be channel 1.
+    if column.unit_label and (not split_label(name)[1] or role_of(table, column) is Role.FORCE):
+        return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT, has_unit=False)
+    return split_name(name, *OF_COLUMN)
 
 
 def sets_by_harmonic(table: Table) -> ChannelSets | None:
@@ -246,18 +233,44 @@ def _several(table: Table, told: Mapping[str, tuple[str, str]]) -> ChannelSets |
         found.setdefault(channel, set()).update([mark] if mark else [])
     if not any(len(words) > 1 for words in found.values()):
         return None
+    named = {name: (channel or "response", mark) for name, (channel, mark) in told.items() if mark}
+    named |= _below(table, named)
     marks: dict[str, set[str]] = {}
     for column in table.columns:
-        channel, mark = told.get(column.name, ("", ""))
-        if mark and is_response(recognise_column(column, channel or column.name).role):
+        channel, mark = named.get(column.name, ("", ""))
+        if mark and is_response(recognise_column(column, channel).role):
             marks.setdefault(channel, set()).add(mark)
     if not any(len(words) > 1 for words in marks.values()):
         return None
-    named = {name: (channel, mark) for name, (channel, mark) in told.items() if mark}
     return ChannelSets(
         marks={name: mark for name, (_, mark) in named.items()},
-        names={name: channel or "response" for name, (channel, _) in named.items()},
+        names={name: channel for name, (channel, _) in named.items()},
     )
+
+
+def _below(table: Table, named: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+    """Headers and sets of columns of one header, one in each set, as below the merged cell of a spreadsheet."""
+    names = {column.name for column in table.columns}
+    alike: dict[str, list[str]] = {}
+    for column in table.columns:
+        channel = AGAIN.sub("", column.name)
+        if column.name not in named and role_of(table, column) not in SHARED and channel in names:
+            alike.setdefault(channel, []).append(column.name)
+    place = {column.name: number for number, column in enumerate(table.columns)}
+    order = list(dict.fromkeys(named[column.name][1] for column in table.columns if column.name in named))
+    begins = [min(place[name] for name, (_, mark) in named.items() if mark == one) for one in order]
+    ends = [*begins[1:], len(place)]
+
+    def is_below(same: Sequence[str]) -> bool:
+        pairs = zip(begins, same, ends, strict=True)
+        return all(begin <= place[name] < end for begin, name, end in pairs)
+
+    return {
+        name: (channel, mark)
+        for channel, same in alike.items()
+        if len(same) == len(order) > 1 and is_below(same)
+        for name, mark in zip(same, order, strict=True)
+    }
 
 
 def _some(marks: Sequence[str]) -> str:

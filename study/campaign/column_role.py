@@ -13,6 +13,7 @@ from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from correlation.file.quantity import FORCE_QUANTITY, MOTION_WORDS, OF_UNIT
 from correlation.file.unit_label import find_suffix, split_label, unit_text
+from study.campaign.motion_ratio import is_motion_ratio
 from study.campaign.unknown_unit import says_counts, unknown_unit
 
 
@@ -147,7 +148,7 @@ QUADRATURE = "are signed: in phase, and in quadrature"
 #: Why a column is not used though it is a channel.
 NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
 #: Roles by a name that need no unit; of a phase the range tells it.
-WITHOUT_UNIT = {Role.PHASE, Role.COHERENCE, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC}
+WITHOUT_UNIT = {Role.COHERENCE, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC}
 
 
 def recognise_column(column: Column, name: str) -> Recognised:
@@ -293,8 +294,8 @@ def _foreign(words: list[str], unit: str, quantity: str) -> str:
     try:
         base_unit(of_force[1] if of_force else unit)
     except ValueError:
-        # A ratio without a dimension, such as a transmissibility, may be one of motions.
-        return f"{unit} is a unit of no motion, force or voltage" if _has_dimension(unit) else ""
+        is_number = "/" not in unit and not _has_dimension(unit)  # such as a percentage
+        return "" if is_number or is_motion_ratio(unit) else f"{unit} is a unit of no motion, force or voltage"
     return ""
 
 

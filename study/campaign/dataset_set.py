@@ -2,17 +2,17 @@
 
 import re
 from collections import Counter
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 from correlation.file.column import Column
-from study.campaign.channel_set import ChannelSets, is_response, number_sets
+from study.campaign.channel_set import ChannelSets, is_response, number_sets, role_of
 from study.campaign.column_role import Role, recognise_column
-from study.campaign.run_name import HARMONIC_IN_NAME, LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME
+from study.campaign.run_name import HARMONIC_IN_NAME, LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN
 from study.campaign.table import Table
 
 #: Lines of a dataset that may tell its set, and what in them tells it.
 LINES = ("line 1", "line 2", "line 4", "line 5", "line 3", "z")
-TELLING = (LEVEL_IN_NAME, HARMONIC_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, re.compile(r".+"))
+TELLING = (LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN)
 #: Estimators of a frequency response.
 ESTIMATOR = re.compile(r"(?<![A-Za-z\d])H[12v](?![A-Za-z\d])")
 #: Number of a dataset at the beginning of the name of its column.
@@ -38,23 +38,57 @@ def sets_by_dataset(table: Table) -> ChannelSets | None:
     counts = Counter(keys.values())
     if max(counts.values(), default=1) < 2:
         return _named(_common_level(table, columns), columns)
-    driven = {keys[one.name] for one in measured if roles[one.name] is Role.FORCE}
+    driven: set[Hashable] = {keys[one.name] for one in measured if roles[one.name] is Role.FORCE}
     are_ratios = any(one.function == FREQUENCY_RESPONSE for one in measured)
     if are_ratios:
         return _estimates(measured, keys) or _named(_levels(columns, keys), columns)
-    marks = _by_text(measured, keys, driven) or _by_order(measured, keys)
+    marks = next((marks for marks in _texts(measured) if _are_sets(marks, keys, driven)), None)
+    marks = marks or _by_order(measured, keys)
     if marks is not None:
         return _named(marks, measured)
     why = "its sensor has several datasets, and neither their texts nor their order tell which belong together"
     return ChannelSets(marks={}, lost={name: why for name, key in keys.items() if counts[key] > 1})
 
 
-def _channel(column: Column, role: Role) -> Hashable:
-    """What a dataset measures and where; one that names no point is a channel of its own."""
+def _channel(column: Column, role: Role) -> tuple[Hashable, ...]:
+    """What a dataset measures, where and in which harmonic; one that names no point is a channel of its own."""
     reference = column.reference
     to = None if reference is None else (reference.node or reference.name, reference.direction.lstrip("+-"))
     kind = (column.function, role, column.unit, column.facts.get("quantity", ""))
-    return _point(column), to, kind
+    return _point(column), to, kind, _harmonic(column)
+
+
+def _harmonic(column: Column) -> int | None:
+    """Harmonic in the texts of a dataset; None without one, and for a frequency response, whose H1 is an estimator."""
+    if column.function == FREQUENCY_RESPONSE:
+        return None
+    found = (HARMONIC_IN_NAME.search(column.facts.get(line, "")) for line in LINES)
+    return next((int(match[1]) for match in found if match), None)
+
+
+def sets_by_dataset_harmonic(table: Table) -> ChannelSets | None:
+    """Harmonics of the datasets of one set, by their texts; the first of the force drives.
+
+    Parameters
+    ----------
+    table
+        Table of a universal file.
+    """
+    columns = [one for one in table.columns if one.response is not None]
+    roles = {one.name: role_of(table, one) for one in columns}
+    harmonics = {one.name: number for one in columns if (number := _harmonic(one)) is not None}
+    of_channel: dict[Hashable, set[int]] = {}
+    for one in columns:
+        if one.name in harmonics and is_response(roles[one.name]):
+            of_channel.setdefault(_channel(one, roles[one.name])[:-1], set()).add(harmonics[one.name])
+    if max(map(len, of_channel.values()), default=0) < 2:
+        return None
+    why = "the force of a run is that of its first harmonic"
+    return ChannelSets(
+        marks={name: f"harmonic {number}" for name, number in harmonics.items() if roles[name] is not Role.FORCE},
+        names={one.name: DATASET.sub("", one.name) for one in columns},
+        lost={name: why for name, number in harmonics.items() if roles[name] is Role.FORCE and number > 1},
+    )
 
 
 def _point(column: Column) -> Hashable:
@@ -65,30 +99,29 @@ def _point(column: Column) -> Hashable:
     return point.node or point.name, point.direction.lstrip("+-")
 
 
-def _by_text(columns: Sequence[Column], keys: Mapping[str, Hashable], driven: set[Hashable]) -> dict[str, str] | None:
-    """Set of each dataset by what one of its lines tells: a level, harmonic or repeat, else the whole line."""
-    most = max(Counter(keys.values()).values())
+def _texts(columns: Sequence[Column]) -> Iterator[dict[str, str]]:
+    """What may tell the sets of datasets: a level or repeat in one line, those in all lines, a whole line."""
     for telling in TELLING:
         for line in LINES:
-            found = {one.name: telling.search(one.facts.get(line, "")) for one in columns}
-            marks = {name: _mark(telling, match) for name, match in found.items() if match}
-            groups: dict[str, list[Hashable]] = {}
-            for name, mark in marks.items():
-                groups.setdefault(mark, []).append(keys[name])
-            alone = {key for name, key in keys.items() if name not in marks}
-            # A force without the text of a level or repeat is that of nobody knows which.
-            shared = alone <= driven and telling is HARMONIC_IN_NAME
-            if (
-                len(groups) == most > 1
-                and all(len({*group}) == len(group) and {*group} - driven for group in groups.values())
-                and (all({*group} >= driven for group in groups.values()) if not alone else shared)
-            ):
-                return marks
-    return None
+            matches = {one.name: telling.search(one.facts.get(line, "")) for one in columns}
+            yield {name: match[0].strip() for name, match in matches.items() if match}
+    joined = {}
+    for one in columns:
+        whole = " / ".join(one.facts.get(line, "") for line in LINES)
+        joined[one.name] = " ".join(match[0].strip() for telling in TELLING for match in telling.finditer(whole))
+    yield {name: text for name, text in joined.items() if text}
+    for line in LINES:
+        yield {one.name: text for one in columns if (text := one.facts.get(line, "").strip())}
 
 
-def _mark(telling: re.Pattern[str], match: re.Match[str]) -> str:
-    return f"harmonic {int(match[1])}" if telling is HARMONIC_IN_NAME else match[0].strip()
+def _are_sets(marks: Mapping[str, str], keys: Mapping[str, Hashable], driven: set[Hashable]) -> bool:
+    """Whether texts part all datasets into as many sets as a channel has datasets, each with its force."""
+    groups: dict[str, list[Hashable]] = {}
+    for name, mark in marks.items():
+        groups.setdefault(mark, []).append(keys[name])
+    return len(groups) == max(Counter(keys.values()).values()) > 1 and all(
+        len(marks) == len(keys) and len({*group}) == len(group) and {*group} > driven for group in groups.values()
+    )
 
 
 def _by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:

@@ -8,8 +8,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement_unit import si_factor
 from correlation.campaign.passes import find_passes, number_stated_passes
 from correlation.data_quality.missing_level import find_common_factors, format_factors
+from correlation.file.quantity import OF_UNIT
 from correlation.file.unit_label import find_suffix
 from study.campaign.column_role import name_words
 from study.campaign.draft import Draft
@@ -42,7 +44,7 @@ def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
 
 
 def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
-    """Level in the name of a run and its words, if it is in newtons as its force is; None if not.
+    """Level in the name of a run in the unit of its force, and its words; None if they are not both forces.
 
     Parameters
     ----------
@@ -51,10 +53,11 @@ def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
     force
         Column of the force.
     """
-    if judged.columns[force].unit != "N":
+    unit = judged.columns[force].unit
+    if OF_UNIT.get(unit) != "force":
         return None, ""
     forces = [(value, match[0]) for match in named_levels(judged.table) if (value := _newtons(match)) is not None]
-    return forces[0] if forces else (None, "")
+    return (float(f"{forces[0][0] / si_factor(unit, 'N'):.12g}"), forces[0][1]) if forces else (None, "")
 
 
 def named_force(table: Table) -> float | None:

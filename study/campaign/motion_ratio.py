@@ -2,10 +2,10 @@
 
 import re
 
-from correlation.file.quantity import OF_UNIT
-from study.campaign.column_role import MOTIONS
+from correlation.file.quantity import MOTION_WORDS, OF_UNIT
 
-MOTION_RATIO = re.compile(r"\((.+)\)/\((.+)\)")
+#: Of two units in brackets, or of a unit to itself; "µm/m" is a strain.
+MOTION_RATIO = re.compile(r"\((.+)\)/\((.+)\)|(.+)/\3")
 #: Why such a ratio is not used, and how it can be.
 TRANSMISSIBILITY = (
     "a transmissibility, a ratio of motions and no response to a force: write [drive] quantity = "
@@ -16,4 +16,4 @@ TRANSMISSIBILITY = (
 def is_motion_ratio(unit: str) -> bool:
     """Whether a unit is that of a ratio of two motions, such as "(g_n)/(g_n)"."""
     match = MOTION_RATIO.fullmatch(unit)
-    return match is not None and all(OF_UNIT.get(part) in MOTIONS for part in match.groups())
+    return match is not None and all(OF_UNIT.get(part) in MOTION_WORDS for part in match.groups() if part)

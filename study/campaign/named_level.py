@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from correlation.campaign.measurement_unit import si_factor
 from correlation.campaign.signal_entry import PEAK_OF
 from correlation.data_quality.constant_factor import AMPLITUDES
 from correlation.data_quality.drive import ANOTHER, NEAR, common_factor, is_exchanged, levels_meant, likely_units
@@ -19,13 +20,14 @@ USED = "the measured force is used"
 
 
 class _NamedLevel(NamedTuple):
-    """A run whose name tells a level [N], the words of it, and what its measured force is [N]."""
+    """A run whose name tells a level [N], the words of it, its measured force [N], and the unit of that in its file."""
 
     file: str
     words: str
     level: float
     channel: str
     force: float
+    unit: str
 
     @property
     def differs(self) -> bool:
@@ -78,12 +80,14 @@ def _named_level(judged: JudgedTable) -> _NamedLevel | None:
     if not is_history:  # the level in a name may be a peak, or what the force is
         peak = size * PEAK_OF.get(said_amplitude(judged, force), 1.0)
         size = min(size, peak, key=lambda force: abs(np.log(force / level)))
-    return _NamedLevel(judged.table.file.path.name, words, level, force.name, size)
+    unit = judged.columns[force.name].unit
+    newtons = si_factor(unit, "N")
+    return _NamedLevel(judged.table.file.path.name, words, newtons * level, force.name, newtons * size, unit)
 
 
 def _of_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
     """One factor of all runs, and what it may be; empty for a small one that nothing known explains."""
-    units = likely_units(factor, "N")
+    units = likely_units(factor, runs[0].unit)
     amplitudes = [
         f"the force {own} and the level in the name {read}"
         for known, (own, read) in AMPLITUDES.items()

@@ -12,6 +12,7 @@ from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
 from correlation.file.format.uff import NOT_CLOSED, NOT_READ
 from correlation.file.read_file import read_file
+from correlation.file.text_table.read_table import DECIMALS
 from study.campaign.channel_name import name_channels
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
@@ -179,7 +180,10 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     ]
     draft.suspicions += list_suspicions(judged)
     draft.suspicions += [
-        f"{name} {ending}" for name, file in measured.files.items() if (ending := file.facts.get(NOT_CLOSED))
+        f"{name} {doubt}"
+        for name, file in measured.files.items()
+        for fact in (NOT_CLOSED, DECIMALS)
+        if (doubt := file.facts.get(fact))
     ]
     number_repeats(draft)
     draft.suspicions += doubt_repeats(draft)

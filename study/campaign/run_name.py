@@ -2,6 +2,8 @@
 
 import re
 
+from correlation.file.unit_label import find_unit
+
 #: Words that say that a structure was measured without its contacts.
 FREE = {"free", "frei", "unjointed", "nocontact"}
 #: Words in a row that say that it had them. They count beside "free", too, since every ring-down is a free decay.
@@ -48,11 +50,16 @@ def level_value(match: re.Match[str]) -> tuple[float, str]:
     return factor * decimal(match[1]), unit
 
 
-#: What tells a column from those of other runs beside it. An underscore stands before a unit, "acc_1_V" is a channel.
-LEVEL_OF_COLUMN = re.compile(rf"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])")
+#: What tells a column from those of other runs beside it. An underscore stands before a unit, "acc_1_V" is a channel,
+#: and behind "re" stands the reference of decibels.
+OF_A_LEVEL = r"(?<![A-Za-z\d.])(?<!re )(?<!re\. )(?<!rel )(?<!rel\. )\d+(?:[.,p]\d+)?"
+UNIT_OF_LEVEL = rf"(?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])"
+LEVEL_OF_COLUMN = re.compile(rf"{OF_A_LEVEL}{UNIT_OF_LEVEL}")
 SPACED_LEVEL = re.compile(
-    rf"(?:^|(?<=at )|(?<=bei )|(?<=level )|(?<=@ )|(?<=@))\d+(?:[.,p]\d+)? (?:{'|'.join(LEVEL_UNITS)})(?![a-zA-Z0-9/])"
+    rf"(?:^|(?<=at )|(?<=bei )|(?<=level )|(?<=@ )|(?<=@)|(?<=[(\[])){OF_A_LEVEL} {UNIT_OF_LEVEL}"
 )
+#: Beside another unit: "Disp 3 N [um]", where "Force 3 N" may be channel 3 in newtons.
+LEVEL_BESIDE_UNIT = re.compile(rf"{OF_A_LEVEL} {UNIT_OF_LEVEL}")
 WAY_OF_COLUMN = re.compile(r"(?<![a-z])(?:up|down|forward|backward)(?![a-z])", re.IGNORECASE)
 #: Set point of a displacement in the name of a run.
 LENGTH_IN_NAME = re.compile(rf"{NUMBER}[uµμnm]?m(?![A-Za-z])")
@@ -61,8 +68,8 @@ QUANTITY_OF_COLUMN = re.compile(r"(?<![A-Za-z\d.])\d+(?:[.,p]\d+)?(?:[uµμmn]m|
 OF_COLUMN = (LEVEL_OF_COLUMN, SPACED_LEVEL, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN)
 
 
-def split_name(name: str, *patterns: re.Pattern[str]) -> tuple[str, str]:
-    """Name of a channel without the words that some patterns find before its unit, and these words.
+def split_name(name: str, *patterns: re.Pattern[str], has_unit: bool = True) -> tuple[str, str]:
+    """Name of a channel without the words that some patterns find anywhere but in its unit, and these words.
 
     Parameters
     ----------
@@ -70,20 +77,28 @@ def split_name(name: str, *patterns: re.Pattern[str]) -> tuple[str, str]:
         Name of a column: "A_3N rep2 [um]".
     patterns
         What tells one run from another.
+    has_unit
+        Whether its unit may stand in the name.
 
     Returns
     -------
     "A [um]" and "3N rep2".
     """
-    plain, bracket, unit = re.match(r"([^\[(]*)([\[(]?)(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
+    unit = find_unit(name).unit if has_unit else ""
+    place = -1 if any(pattern.fullmatch(unit) for pattern in patterns) else name.rfind(unit)
+    plain = f"{name[:place]}\0{name[place + len(unit) :]}" if unit and place >= 0 else name
     found: list[str] = []
     for pattern in patterns:
-        found += [match[0] for match in pattern.finditer(plain)]
-        plain = pattern.sub("", plain)
+        for match in reversed([*pattern.finditer(plain)]):
+            if not (LEVEL_IN_NAME.fullmatch(match[0]) and OTHER_FORCE.search(plain[: match.start()])):
+                found.append(re.sub(r"(?<=\d) ", "", match[0]))
+                plain = plain[: match.start()] + plain[match.end() :]
     if not found:
         return name, ""
-    plain = re.sub(r"([ _-])[ _-]+", r"\1", plain).strip(" _-@") + (" " if bracket else "")
-    return f"{plain}{bracket}{unit}".strip(), " ".join(found)
+    plain = re.sub(r"[(\[]\s*[)\]]", "", plain)
+    plain = re.sub(r"([ _-])[ _-]+", r"\1", re.sub(r"\s*@\s*", " ", plain))
+    plain = re.sub(r"[ _-]+(?=[(\[])", " ", plain).strip(" _-")
+    return plain.replace("\0", unit), " ".join(found)
 
 
 def frequency_in_name(name: str) -> float | None:

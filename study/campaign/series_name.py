@@ -6,7 +6,7 @@ from study.campaign.channel_set import AGAIN
 from study.campaign.dataset_set import DATASET
 from study.campaign.draft import Draft
 from study.campaign.draft_frequency import complex_force, is_response_controlled, responses_with_phases, says_free
-from study.campaign.run_name import LENGTH_IN_NAME, condition_words, naming_scheme
+from study.campaign.run_name import LENGTH_IN_NAME, QUANTITY_OF_COLUMN, condition_words, naming_scheme
 from study.campaign.table import file_stem
 from study.campaign.table_kind import JudgedTable, Kind
 
@@ -15,7 +15,8 @@ def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
     """Test of each table, by its identity.
 
     Tables of equal columns are runs of one test. Words of the names of their files that tell neither a run, a level, a
-    direction nor a sensor tell other tests: "with_damper_1N", "without_damper_1N".
+    direction nor a sensor tell other tests, "with_damper_1N" and "without_damper_1N", and so do quantities in the names
+    of columns that are no levels, "Acc 1000rpm" and "Acc 2000rpm".
 
     Parameters
     ----------
@@ -49,8 +50,9 @@ def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
             result |= {id(member): name for member in members}
         if len(own) > 1:
             draft.suspicions.append(
-                f"tests {', '.join(own)}: only words in the names of files tell them apart: if these words number "
-                "repeats or name sensors of one test, give their runs one test, and repeats or sensors of their own"
+                f"tests {', '.join(own)}: only words in the names of files or columns tell them apart: if these words "
+                "number repeats or name sensors of one test, give their runs one test, and repeats or sensors of their "
+                "own"
             )
     return result
 
@@ -67,9 +69,9 @@ def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
 
 
 def _words(judged: JudgedTable) -> tuple[str, ...]:
-    """Words of the name of a file that may tell a test: those that are in the name of a sensor tell none."""
+    """Words of the names of a file and of columns that may tell a test: those of a sensor tell none."""
     of_sensors = {word for guess in judged.columns.values() for word in guess.stem.split()}
-    name = file_stem(judged.table.file.path.name)
+    name = " ".join([file_stem(judged.table.file.path.name), *QUANTITY_OF_COLUMN.findall(judged.table.of_set)])
     if judged.kind is Kind.STEPPED_SINE and _is_response_controlled(judged):
         name = LENGTH_IN_NAME.sub("_", name)
     words = condition_words(name)

@@ -1,11 +1,13 @@
 """Tables within measured files: columns of one length that belong together."""
 
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from correlation.file.column import Column, MeasuredFile
+from correlation.file.format.lvm import SEGMENTS
 from study.campaign.column_role import Role, recognise_column
 from study.campaign.run_name import LEVEL_IN_NAME, level_value, naming_scheme
 
@@ -68,8 +70,8 @@ class Table:
 
 
 def file_stem(name: str) -> str:
-    """Name of a file without its suffix, also of a compressed one."""
-    return Path(name.removesuffix(".gz")).stem
+    """Name of a file without its suffix, also of a compressed one, with each accent in its letter."""
+    return unicodedata.normalize("NFC", Path(name.removesuffix(".gz")).stem)
 
 
 def split_tables(file: MeasuredFile) -> list[Table]:
@@ -144,9 +146,9 @@ def _path(name: str, format_name: str) -> str:
 
 
 def _channels_of_groups(file: MeasuredFile) -> dict[str, dict[str, Column]]:
-    """Channels of the groups of a TDMS file, by their names within the group; empty for another format."""
+    """Channels of groups of a TDMS file, or of segments of LabVIEW, by their names in these; empty for others."""
     groups: dict[str, dict[str, Column]] = {}
-    for column in file.columns if file.format == "tdms" else ():
+    for column in file.columns if file.format == "tdms" or SEGMENTS in file.facts else ():
         if group := _group(column.name):
             groups.setdefault(group, {})[column.name.removeprefix(f"{group}/")] = column
     return groups

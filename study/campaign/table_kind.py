@@ -96,7 +96,7 @@ class JudgedTable:
 
 
 #: What can be done about a unit that is not understood.
-REMEDY = "write a unit such as um, m/s^2 or N in its header, or the column with its unit in the manifest"
+REMEDY = "write a unit such as um, m/s^2, N or deg in its header, or the column with its unit in the manifest"
 #: Begins the evidence of a channel that only the name of its file or group tells.
 OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.

@@ -1,7 +1,7 @@
 """LabVIEW measurement files (.lvm): a header of the file, then segments, each with a header of its channels."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,8 @@ from correlation.file.unit_label import split_label, unit_text
 
 FIRST_LINE, END, X = "LabVIEW Measurement", "***End_of_Header***", "X_Value"
 SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
+#: Fact of a file of several segments: how many.
+SEGMENTS = "segments"
 #: Units of an abscissa without a label of its unit, by its dimension.
 SI_OF_X = {"time": "s", "frequency": "Hz"}
 Line = tuple[int, list[str]]
@@ -38,12 +40,12 @@ def recognise(head: bytes) -> bool:
 
 
 def read(path: Path) -> MeasuredFile:
-    """Channels with the abscissa that they share; the rows of all segments stand one below the other.
+    """Channels with their abscissas; rows of segments that go on are one, others are groups "segment 1", "segment 2".
 
     Raises
     ------
     CampaignError
-        A header that does not end, a row that is cut, or segments that do not continue the first.
+        A header that does not end, or a row that is cut.
     """
     with open_text(path) as stream:
         texts = [clean(text.rstrip("\r\n")) for text in stream]
@@ -55,11 +57,13 @@ def read(path: Path) -> MeasuredFile:
     segments = list(_segments(path.name, lines, comma=facts.get("Decimal_Separator") == ","))
     if not segments:
         raise CampaignError(f'{path.name}: has no rows below a second "{END}"; export it again')
-    table = np.concatenate([segment.table for segment in segments if segment.names == segments[0].names])
-    begins_anew = segments[0].names[0] == X and not (np.diff(table[:, 0]) > 0).all()
-    if len(segments) > 1 and (begins_anew or len(table) < sum(len(segment.table) for segment in segments)):
-        raise CampaignError(f"{path.name}: has {len(segments)} segments; export each to a file of its own")
-    return MeasuredFile(path=path, format="lvm", columns=_columns(segments[0], table), facts=facts)
+    if all(segment.names == segments[0].names for segment in segments):
+        table = np.concatenate([segment.table for segment in segments])
+        if segments[0].names[0] != X or (np.diff(table[:, 0]) > 0).all():
+            segments = [replace(segments[0], table=table)]
+    if len(segments) > 1:
+        facts[SEGMENTS] = str(len(segments))
+    return MeasuredFile(path=path, format="lvm", columns=tuple(_columns(segments)), facts=facts)
 
 
 def _header(texts: Sequence[str]) -> Sequence[str]:
@@ -93,39 +97,48 @@ def _row(file: str, line: Line, width: int, *, comma: bool) -> list[float]:
     return [value for value in values if isinstance(value, float)]
 
 
+def _said(names: Sequence[str], header: Mapping[str, Sequence[str]], key: str, column: int) -> str:
+    """What a header says of the channel in a column: above it, or, of other programs, in the order of the channels."""
+    texts = [text.strip() for text in header.get(key, [])]
+    above = names[0] == X and not any(text for name, text in zip(names[1:], texts, strict=False) if name == X)
+    place = column - 1 if above else column - names[:column].count(X)
+    return texts[place] if 0 <= place < len(texts) else ""
+
+
 def _with_x(
     names: Sequence[str], header: Mapping[str, Sequence[str]], table: Float[NDArray[np.float64], "n k"], *, comma: bool
 ) -> Float[NDArray[np.float64], "n k"]:
     """Numbers with the abscissas that the header states by start and step where their columns are empty."""
-    start, step = (read_number(header.get(key, ["nan"])[0], decimal_comma=comma) for key in ("X0", "Delta_X"))
     for column, name in enumerate(names):
+        start, step = (
+            read_number(_said(names, header, key, column + 1), decimal_comma=comma) for key in ("X0", "Delta_X")
+        )
         if name == X and np.isnan(table[:, column]).all() and isinstance(start, float) and isinstance(step, float):
             table[:, column] = start + step * np.arange(len(table))
     return table
 
 
-def _columns(segment: _Segment, table: Float[NDArray[np.float64], "n k"]) -> tuple[Column, ...]:
-    """Columns with their units; each channel has the abscissa before it."""
+def _columns(segments: Sequence[_Segment]) -> Iterator[Column]:
+    """Columns with their units; each channel has the abscissa before it in its segment."""
+    for number, segment in enumerate(segments, start=1):
+        group = f"segment {number}/" if len(segments) > 1 else ""
 
-    def said(key: str, channel: int) -> str:
-        texts = segment.header.get(key, [])
-        return texts[channel].strip() if channel < len(texts) else ""
+        def said(key: str, place: int, segment: _Segment = segment) -> str:
+            return _said(segment.names, segment.header, key, place)
 
-    dimension = said("X_Dimension", 0).lower() or "time"
-    called = [dimension if name == X else name or "channel" for name in segment.names]
-    columns: list[Column] = []
-    abscissa, channel = None, 0
-    for name, original, values in zip(unique_names(called), segment.names, table.T, strict=True):
-        if original == X:
-            abscissa = name
-            unit = unit_text(said("X_Unit_Label", 0)) or SI_OF_X.get(dimension, "")
-            columns.append(Column(name=name, values=values, unit=unit, function=dimension))
-        else:
-            label = said("Y_Unit_Label", channel)
-            unit = unit_text(label, name=name) or split_label(name)[1]
-            columns.append(Column(name=name, values=values, unit=unit, unit_label=label, abscissa=abscissa))
-            channel += 1
-    return tuple(columns)
+        dimensions = [said("X_Dimension", place + 1).lower() or "time" for place in range(len(segment.names))]
+        pairs = zip(dimensions, segment.names, strict=True)
+        called = [dimension if name == X else name or "channel" for dimension, name in pairs]
+        abscissa: str | None = None
+        for place, (name, values) in enumerate(zip(unique_names(called), segment.table.T, strict=True)):
+            if segment.names[place] == X:
+                abscissa, dimension = f"{group}{name}", dimensions[place]
+                unit = unit_text(said("X_Unit_Label", place + 1)) or SI_OF_X.get(dimension, "")
+                yield Column(name=abscissa, values=values, unit=unit, function=dimension)
+            else:
+                label = said("Y_Unit_Label", place)
+                unit = unit_text(label, name=name) or split_label(name)[1]
+                yield Column(name=f"{group}{name}", values=values, unit=unit, unit_label=label, abscissa=abscissa)
 
 
 MEASURED_FILES.register(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
-from correlation.file.number import is_written_number, read_number
+from correlation.file.number import is_written_number, may_part_thousands, read_number
 from correlation.file.quantity import OF_UNIT
 from correlation.file.text_table.closing import until_closing
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
@@ -20,6 +20,8 @@ from correlation.file.unit_label import split_label, split_unit_cell
 
 #: Rows that are converted together: the text of no more is in memory.
 BLOCK = 20_000
+#: Fact of a file whose decimals may be groups of thousands.
+DECIMALS = "decimals"
 #: Longer lines are no table.
 LONGEST = 1_000_000
 KEY_VALUE = re.compile(r"^\W*([\w][\w .()/-]{0,40}?)\s*[:=;,\t]\s*(.{1,200}?)[\s;,]*$")
@@ -72,6 +74,8 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
     facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)]), **below}
     if dialect.decimal_comma or dialect.paired:
         facts["decimal sign"] = "comma"
+    if doubt := _doubt_decimals(sample, first, dialect):
+        facts[DECIMALS] = doubt
     return MeasuredFile(path=path, format=format_name, title=facts.get("title", ""), columns=columns, facts=facts)
 
 
@@ -169,6 +173,19 @@ class _Blocks:
         return CampaignError(f"{self.file}, line {line}: has {len(fields)} fields, other rows have {width}: {remedy}")
 
 
+def _doubt_decimals(sample: Sequence[Line], first: int, dialect: Dialect) -> str:
+    """Why what was read as decimals may be thousands; empty if it may not."""
+    rows = [dialect.fields(text) for number, text in sample if number > first]
+    rows = [fields for fields in rows if len(fields) == len(dialect.numeric)]
+    if not may_part_thousands(rows, decimal_comma=dialect.decimal_comma):
+        return ""
+    sign = "comma" if dialect.decimal_comma else "point"
+    return (
+        f"has three digits behind each {sign}, beside columns of whole numbers: decimals were read; if these are groups"
+        " of thousands, all such numbers are 1000 times as large: export the file again without groups"
+    )
+
+
 def _preamble_without_header(sample: Sequence[Line], dialect: Dialect) -> list[str]:
     """Lines before the first row of numbers, where no names stand above them."""
     preamble = []
@@ -201,7 +218,7 @@ def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list
     units_alone = len(of_units) == len(rows) > 0  # they name the columns
     if units_alone:
         of_units = of_units[1:]
-    of_names = [row for row in rows if not any(row is other for other in of_units)]
+    of_names = _without_merged_cells([row for row in rows if not any(row is other for other in of_units)])
     names, units, labels, cells = [], [], [], []
     for column in range(width):
         cell = next((row[column] for row in of_units), "")
@@ -216,6 +233,21 @@ def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list
         labels.append(" ".join([name, *(row[column] for row in of_units)]))
         cells.append(cell)
     return unique_names(names), units, labels, cells
+
+
+def _without_merged_cells(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Rows of names; a cell that spans several columns, as above "Amp, Phase, Amp, Phase", is in each of them."""
+    filled = [[*row] for row in rows]
+    for above, below in itertools.pairwise(filled):
+        named = [place for place, cell in enumerate(above) if cell]
+        ends = [*named[1:], len(above)]
+        starts = [place for place, end in zip(named, ends, strict=True) if end > place + 1]
+        size = min((end - place for place, end in zip(named, ends, strict=True) if place in starts), default=0)
+        blocks = [below[place : place + size] for place in starts]
+        if len(blocks) > 1 and all(blocks[0]) and all(block == blocks[0] for block in blocks):
+            for place in starts:
+                above[place : place + size] = [above[place]] * size
+    return filled
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:

@@ -116,6 +116,15 @@ def test_a_file_of_passes_up_and_down_has_sweeps_and_repeats(tmp_path: Path) -> 
     assert table.repeat[by_order].tolist() == [1, 1, 1, 1, 1, 2, 2]
 
 
+def test_a_sweep_that_is_stated_is_in_the_order_of_its_direction_however_a_table_lists_it(tmp_path: Path) -> None:
+    """One column of frequencies stands beside columns of both directions."""
+    write(tmp_path, "f,a,p\n10,1,0\n11,1.5,0\n12,1.2,0\n13,1,0\n", 'level = 3.0\nsweep = "down"', AMPLITUDES)
+    campaign = read_campaign(tmp_path)
+    table = campaign.measurement
+    assert table.frequency[np.argsort(table.order)].tolist() == [13, 12, 11, 10]
+    assert not any("mixed up" in each.sentence for each in campaign.suspicions)
+
+
 def passes(frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Sweep and repeat of each row of one level."""
     sweep, _ = find_passes(frequency)

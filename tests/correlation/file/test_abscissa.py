@@ -29,6 +29,21 @@ def test_a_rate_beside_or_above_arrays_gives_their_time(tmp_path: Path, values: 
     assert time.unit == "s"
 
 
+@pytest.mark.parametrize(
+    ("above", "header", "has_time"),
+    [
+        ("# Sample rate: 4000 Hz", "acc [m/s^2]", True), ("Sampling rate (kHz);4", "acc [m/s^2]", True),
+        ("# dt = 0.25 ms", "acc. tip", True), ("# Sample rate: 4000 Sa", "acc", False),
+        ("# Sample rate: 4000 Hz", "phase [deg]", False), ("# Sample rate: 4000 Hz", "f [Hz]", False),
+    ],
+)  # fmt: skip
+def test_a_rate_above_a_table_of_text_gives_its_time(tmp_path: Path, above: str, header: str, has_time: bool) -> None:
+    rows = "\n".join(f"{value:.9g}" for value in DECAY)
+    (tmp_path / "a.csv").write_text(f"{above}\n{header}\n{rows}\n")
+    times = [one for one in read_file(tmp_path / "a.csv").columns if one.function == "time"]
+    assert [one.values[1] for one in times] == ([1 / RATE] if has_time else [])
+
+
 @pytest.mark.parametrize("where", ["dataset", "file"])
 def test_a_rate_may_be_an_attribute(tmp_path: Path, where: str) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:

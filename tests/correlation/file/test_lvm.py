@@ -59,13 +59,30 @@ def test_decimal_commas_and_a_time_for_each_channel_are_read(tmp_path: Path) -> 
     np.testing.assert_array_equal(measured.column("Acc mid").values, [2.5, 4.5])
 
 
-def test_segments_that_continue_are_one_and_others_are_refused(tmp_path: Path) -> None:
+def test_each_channel_has_what_the_header_says_above_it(tmp_path: Path) -> None:
+    """LabVIEW leaves the columns of X out in the header of a segment."""
+    rows = [
+        "Channels\t2\t\t\t", "Samples\t2\t\t2\t", "Y_Unit_Label\tN\t\tg\t", "X_Dimension\tTime\t\tFrequency\t",
+        "X0\t1.0E+0\t\t2.0E+1\t", "Delta_X\t5.0E-1\t\t2.5E-1\t", "***End_of_Header***\t\t\t\t",
+        "X_Value\tForce\tX_Value\tAcc\tComment", "\t1\t\t3\t", "\t2\t\t4\t",
+    ]  # fmt: skip
+    measured = read(tmp_path, HEAD.replace("One", "Multi") + "\n".join(rows) + "\n")
+    assert [(one.name, one.unit, one.values.tolist()) for one in measured.columns] == [
+        ("time", "s", [1.0, 1.5]), ("Force", "N", [1.0, 2.0]),
+        ("frequency", "Hz", [20.0, 20.25]), ("Acc", "g_n", [3.0, 4.0]),
+    ]  # fmt: skip
+
+
+def test_segments_that_continue_are_one_and_others_are_groups(tmp_path: Path) -> None:
     later = SEGMENT + ROWS.replace("1.0\t0", "3.0\t0").replace("1.5\t1.5", "3.5\t1.5").replace("2.0\t", "4.0\t")
     measured = read(tmp_path, HEAD + SEGMENT + ROWS + "\n" + later)
     np.testing.assert_array_equal(measured.columns[0].values, [1.0, 1.5, 2.0, 3.0, 3.5, 4.0])
-    for other in (SEGMENT + ROWS, later.replace("Acc mid", "Acc root")):
-        with pytest.raises(CampaignError, match="2 segments; export each to a file of its own"):
-            read(tmp_path, HEAD + SEGMENT + ROWS + "\n" + other)
+    for other, name in ((SEGMENT + ROWS, "Acc mid"), (later.replace("Acc mid", "Acc root"), "Acc root")):
+        measured = read(tmp_path, HEAD + SEGMENT + ROWS + "\n" + other)
+        groups = [one.name.partition("/")[0] for one in measured.columns]
+        assert groups == ["segment 1"] * 3 + ["segment 2"] * 3
+        column = measured.column(f"segment 2/{name}")
+        assert (column.abscissa, column.values.tolist()) == ("segment 2/time", [-2.5, 3.5, 4.5])
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.read_file import read_file
+from correlation.file.text_table.read_table import DECIMALS
 from correlation.file.unit_label import split_label
 
 X = np.array([0.5, -1.25, 3e-7, 40.0, 0.0])
@@ -75,6 +76,22 @@ def test_groups_of_three_digits_are_thousands_and_other_signs_decimals(
 
 
 @pytest.mark.parametrize(
+    ("rows", "doubtful"),
+    [
+        (["70.000;10.000;171", "70.500;9.998;168", "71.000;10.001;161"], True),
+        (["70,000;10,000;171", "70,500;9,998;168", "71,000;10,001;161"], True),
+        (["70.000;10.000;171", "70.500;9.998;168", "71.000;0.998;161"], False),  # no group begins with a zero
+        (["70.000;10.000;171", "70.500;9.998;168", "71.00;10.001;161"], False),
+        (["1;70.000;10.000", "2;70.500;9.998", "3;71.000;10.001"], False),  # the number of the row
+        (["70.000;10.000;171.000", "70.500;9.998;168.250", "71.000;10.001;161.125"], False),
+    ],
+)
+def test_numbers_that_may_be_decimals_or_thousands_are_doubted(tmp_path: Path, rows: list[str], doubtful: bool) -> None:
+    measured = read(tmp_path, "\n".join(["f;force;phase", *rows]) + "\n")
+    assert (DECIMALS in measured.facts) == doubtful
+
+
+@pytest.mark.parametrize(
     ("header", "names", "units"),
     [
         ("time [s],acc [m/s^2]", ["time [s]", "acc [m/s^2]"], ["s", "m/s^2"]),
@@ -99,6 +116,20 @@ def test_names_and_units_come_from_the_header(tmp_path: Path, header: str, names
     units_read = [column.unit for column in measured.columns]
     assert [unit.replace("(m/s^2)/N", "m/s^2/N") for unit in units_read] == units
     np.testing.assert_array_equal(measured.columns[1].values, [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("above", "names"),
+    [
+        (",tip,,root,", ["f", "tip Re", "tip Im", "root Re", "root Im"]),
+        ("Point,tip,,root,", ["Point f", "tip Re", "tip Im", "root Re", "root Im"]),
+        ("Operator,Smith,,,", ["Operator f", "Smith Re", "Im", "Re", "Im (2)"]),  # one cell spans nothing
+        (",tip,,,root", ["f", "tip Re", "Im", "Re", "root Im"]),  # its columns differ
+    ],
+)
+def test_a_cell_above_several_columns_is_in_the_names_of_all(tmp_path: Path, above: str, names: list[str]) -> None:
+    measured = read(tmp_path, f"{above}\nf,Re,Im,Re,Im\n1,2,3,4,5\n6,7,8,9,10\n")
+    assert [column.name for column in measured.columns] == names
 
 
 @pytest.mark.parametrize(

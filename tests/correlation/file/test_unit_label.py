@@ -38,7 +38,8 @@ def test_what_is_no_unit_of_test_benches_names_none(label: str) -> None:
         ("Weg in µm", "Weg", "µm"), ("Zeit in ms", "Zeit", "ms"), ("Displacement, um", "Displacement", "um"),
         ("Disp um", "Disp", "um"), ("Force N", "Force", "N"), ("Force N rms", "Force", "N"), ("tip mm", "tip", "mm"),
         ("Disp [mm-pp]", "Disp", "mm"), ("Acc [g] RMS", "Acc", "g_n"), ("Disp (mm) (p-p)", "Disp", "mm"),
-        ("H [m/N] Real", "H Real", "m/N"),
+        ("H [m/N] Real", "H Real", "m/N"), ("H (m/s^2)/N", "H", "(m/s^2)/N"),
+        ("Amp (um) 3N", "Amp 3N", "um"), ("Disp [mm] (tip)", "Disp (tip)", "mm"),
     ],
 )  # fmt: skip
 def test_a_unit_stands_behind_a_name_in_many_ways(label: str, name: str, unit: str) -> None:
@@ -50,7 +51,7 @@ def test_a_unit_stands_behind_a_name_in_many_ways(label: str, name: str, unit: s
     [
         "acc / N", "force / m", "H/N", "tip/N", "acc/force", "run/acc", "drive/Force", "58 #2 1Z+/1Z+", "acc in z",
         "X in phase", "acc A", "acc G", "sensor K", "acc tip", "u, v", "Time, elapsed", "acc min", "1/s", "Peak",
-        "signal in",
+        "signal in", "x (t) left",
     ],
 )  # fmt: skip
 def test_a_word_that_may_be_a_name_a_ratio_or_a_path_is_no_unit(label: str) -> None:

@@ -140,6 +140,61 @@ def test_levels_in_columns_of_their_own_are_runs(tmp_path: Path, header: str, le
     check_levels(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("amplitude", "phase"),
+    [
+        ("Disp {} N [um]", "Phase {} N [deg]"), ("Weg {} N / µm", "Phase {} N / °"), ("Disp {} N,um", "Phase {} N,deg"),
+        ("Amp [um] {}N", "Phase [deg] {}N"), ("Amp (um) {}N", "Phase (deg) {}N"),
+        ("Amplitude ({} N) [um]", "Phase ({} N) [deg]"), ("Amplitude [um] ({} N)", "Phase [deg] ({} N)"),
+        ("Amp,um @ {}N", "Phase,deg @ {}N"),
+    ],
+)  # fmt: skip
+def test_a_level_stands_anywhere_in_a_name_but_in_its_unit(tmp_path: Path, amplitude: str, phase: str) -> None:
+    labels = [label.format(f"{level:g}") for level in LEVELS for label in (amplitude, phase)]
+    rows = ["f,Hz", *labels] if "," in amplitude else ["f [Hz]", *labels]
+    header = "\n".join(",".join(cells) for cells in zip(*(row.split(",") for row in rows), strict=True))
+    columns = [part for level in LEVELS for part in polar(response(level))]
+    write_csv(tmp_path / "levels.csv", header, FREQUENCY, *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [3, 1]
+    check_levels(tmp_path)
+
+
+def test_a_force_above_a_row_of_units_is_of_the_level_in_its_name(tmp_path: Path) -> None:
+    columns = [part for level in LEVELS for part in (level + 0 * FREQUENCY, *polar(response(level)))]
+    names = ",".join(f"Force {level:g} N,Disp {level:g} N,Phase {level:g} N" for level in LEVELS)
+    write_csv(tmp_path / "a.csv", f"f,{names}\nHz{',N,um,deg' * 3}", FREQUENCY, *columns)
+    campaign, manifest = drafted(tmp_path)
+    assert all("force" in run["columns"] for run in manifest["run"])
+    assert not campaign.draft.left_out
+    check_levels(tmp_path)
+
+
+def test_a_preload_in_the_name_of_a_column_is_no_level(tmp_path: Path) -> None:
+    columns = [part for level in LEVELS for part in polar(response(level))]
+    header = ",".join(f"tip preload 20N {level:g}N [um],phase preload 20N {level:g}N [deg]" for level in LEVELS)
+    write_csv(tmp_path / "a.csv", f"f [Hz],{header}", FREQUENCY, *columns)
+    drafted(tmp_path)
+    check_levels(tmp_path)
+
+
+def test_quantities_tell_tests_within_each_level(tmp_path: Path) -> None:
+    sets = [(speed, level) for speed in (1000, 2000) for level in LEVELS]
+    header = ",".join(f"Force {speed}rpm {level:g}N [N],Disp {speed}rpm {level:g}N [um]" for speed, level in sets)
+    columns = [part for _, level in sets for part in (level + 0 * FREQUENCY, polar(response(level))[0])]
+    write_csv(tmp_path / "tip.csv", f"f [Hz],{header}", FREQUENCY, *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [6, 1]
+    assert {test["name"] for test in manifest["test"]} == {"1000rpm", "2000rpm"}
+
+
+def test_a_number_before_the_unit_of_a_name_is_no_level(tmp_path: Path) -> None:
+    write_csv(tmp_path / "a.csv", "f [Hz],Force 1 N,tip dB re 1 um", FREQUENCY, 0 * FREQUENCY + 3, FREQUENCY)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [1, 1]
+    assert {*read_campaign(tmp_path).measurement.level.tolist()} == {3.0}
+
+
 def test_what_may_be_of_any_level_is_left_out_by_name(tmp_path: Path) -> None:
     columns = [part for level in LEVELS for part in polar(response(level))]
     header = "f [Hz],F [N],root [um],A_1N [um],phi_1N [deg],A_3N [um],phi_3N [deg],A_10N [um],phi_10N [deg]"
@@ -192,6 +247,46 @@ def test_an_array_of_two_short_axes_without_levels_is_left_out(tmp_path: Path) -
     assert len(draft.entries["sensor"]) == 1
 
 
+@pytest.mark.parametrize("of_force", [None, 1])
+def test_levels_and_harmonics_in_different_lines_of_one_universal_file_are_combined(
+    tmp_path: Path, of_force: int | None
+) -> None:
+    columns = []
+    for level in LEVELS:
+        told = {"line 1": f"Level {level:g} N"}
+        force = dataset(level + 0j * FREQUENCY, "N")
+        columns.append(replace(force, facts=told | ({"line 2": f"Order {of_force}.00"} if of_force else {})))
+        columns += [
+            replace(dataset(response(level) / number, "m"), facts=told | {"line 2": f"Order {number}.00"})
+            for number in (1, 3)
+        ]
+    write_datasets(tmp_path / "sine.uff", *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [6, 1]
+    check_levels(tmp_path)
+
+
+def test_levels_and_repeats_in_different_lines_of_one_universal_file_are_combined(tmp_path: Path) -> None:
+    columns = []
+    for level in LEVELS:
+        for repeat in (1, 2):
+            told = {"line 1": f"Level {level:g} N", "line 2": f"repeat {repeat}"}
+            columns.append(replace(dataset(level + 0j * FREQUENCY, "N"), facts=told))
+            columns.append(replace(dataset(response(level), "m"), facts=told))
+    write_datasets(tmp_path / "sine.uff", *columns)
+    _, manifest = drafted(tmp_path)
+    assert sorted((run["level"], run["repeat"]) for run in manifest["run"]) == [
+        (level, repeat) for level in LEVELS for repeat in (1, 2)
+    ]
+
+
+def test_points_that_are_numbered_as_harmonics_are_sensors(tmp_path: Path) -> None:
+    columns = [dataset(response(1.0), "m", f"Point H{node}", node=node) for node in (1, 2)]
+    write_datasets(tmp_path / "sine.uff", dataset(1 + 0j * FREQUENCY, "N"), *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [1, 2]
+
+
 @pytest.mark.parametrize("layout", ["columns", "rows", "universal file"])
 def test_harmonics_are_those_of_one_sensor(tmp_path: Path, layout: str) -> None:
     first, third, force = response(3.0), 0.03 * response(3.0), 3 + 0 * FREQUENCY
@@ -211,6 +306,18 @@ def test_harmonics_are_those_of_one_sensor(tmp_path: Path, layout: str) -> None:
     for number, values in ((1, first), (3, third)):
         own = (table.harmonic == number) & (table.repeat == 1)
         np.testing.assert_allclose(table.value[own], values, rtol=1e-4)
+
+
+def test_harmonics_of_several_levels_stand_beside_each_other(tmp_path: Path) -> None:
+    sets = [(level, number) for level in LEVELS for number in (1, 3)]
+    header = ",".join(f"tip {level:g}N H{number} [um],phase {level:g}N H{number} [deg]" for level, number in sets)
+    columns = [part for level, number in sets for part in polar(response(level) / number)]
+    write_csv(tmp_path / "tip.csv", f"f [Hz],{header}", FREQUENCY, *columns)
+    drafted(tmp_path)
+    check_levels(tmp_path)
+    table = read_campaign(tmp_path).measurement
+    third = (table.harmonic == 3) & (table.level == 10.0)
+    np.testing.assert_allclose(table.value[third], response(10.0) / 3, rtol=1e-4)
 
 
 def test_loops_side_by_side_have_a_force_each(tmp_path: Path) -> None:
@@ -333,3 +440,13 @@ def test_columns_below_the_merged_cell_of_a_level_are_of_it_and_others_are_left_
     campaign, manifest = drafted(tmp_path)
     assert [run["columns"]["displacement"]["phase"] for run in manifest["run"]] == ["Phase [deg]", "Phase [deg] (2)"]
     assert sum('"root [m]' in sentence for sentence in campaign.draft.left_out) == 2
+
+
+def test_a_block_below_the_merged_cell_of_a_level_may_begin_with_its_force(tmp_path: Path) -> None:
+    columns = [part for level in LEVELS for part in (level + 0 * FREQUENCY, *polar(response(level)))]
+    above = ",".join(["Level", *(f"{level:g} N,," for level in LEVELS)])
+    header = ",".join(["f [Hz]", *["F [N],Amp [um],Phase [deg]"] * 3])
+    write_csv(tmp_path / "a.csv", f"{above}\n{header}", FREQUENCY, *columns)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("run", "sensor")] == [3, 1]
+    check_levels(tmp_path)

@@ -167,6 +167,20 @@ def test_nested_groups_and_attributes_are_read_as_flat_names(tmp_path: Path, nam
     assert kinds == {*product((0.5, 3.0, 10.0), (1, 2, 3), (1, -1))}
 
 
+def test_segments_of_a_labview_file_are_runs(tmp_path: Path) -> None:
+    text = "LabVIEW Measurement\n***End_of_Header***\n\n"
+    for level in (1.0, 3.0):
+        channels = dwell(80.0, level)
+        text += "Channels\t2\nY_Unit_Label\tN\tm/s^2\nX0\t0\t0\nDelta_X\t5e-4\t5e-4\n***End_of_Header***\n"
+        text += "X_Value\tForce\tAcc\n"
+        pairs = zip(channels["Force"], channels["Acc"], strict=True)
+        text += "".join(f"\t{force:.9g}\t{acc:.9g}\n" for force, acc in pairs)
+    (tmp_path / "dwell.lvm").write_text(text)
+    _, manifest = drafted(tmp_path)
+    assert [len(manifest[kind]) for kind in ("sensor", "test", "run")] == [1, 1, 2]
+    assert [(level, frequency) for level, frequency, _ in sorted(states(tmp_path))] == [(1.0, 80.0), (3.0, 80.0)]
+
+
 def test_an_attribute_that_is_not_near_the_force_is_no_level(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "sine.h5", "w") as file:
         for number, level in enumerate((4.0, 40.0), start=1):

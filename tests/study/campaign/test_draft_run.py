@@ -307,6 +307,19 @@ def test_forces_of_runs_tell_what_is_wrong_with_the_levels_in_their_names(
     assert len(sentences) == (each or min(len(said), 1))
 
 
+@pytest.mark.parametrize(("factor", "suspected"), [(1e3, False), (1.0, True)])
+def test_a_force_in_millinewtons_is_compared_with_the_newtons_of_its_name(
+    tmp_path: Path, factor: float, suspected: bool
+) -> None:
+    tip = np.abs(receptance(FREQUENCY))
+    for level in (3, 10):
+        values = (FREQUENCY, factor * level * ONES, level * tip)
+        write_csv(tmp_path / f"sweep_{level}N.csv", "freq [Hz],force [mN],tip [m]", *values)
+    sentences = drafted(tmp_path)[0].suspicions
+    assert any("is the force in N instead of mN" in sentence for sentence in sentences) == suspected
+    assert {*read_campaign(tmp_path).measurement.level.tolist()} == {1e-3 * factor * level for level in (3, 10)}
+
+
 def test_a_run_without_a_force_has_no_level_to_compare(tmp_path: Path) -> None:
     for name in ("0N", "10N"):
         write_csv(

@@ -1,6 +1,7 @@
 """Files whose names differ in other words than level, repeat, direction or sensor are tests of their own."""
 
 import re
+import unicodedata
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,15 @@ def test_other_words_of_names_are_other_tests(tmp_path: Path, first: str, second
     assert any("only words in the names" in sentence for sentence in campaign.suspicions)
 
 
+def test_a_quantity_in_the_names_of_columns_that_is_no_level_tells_tests(tmp_path: Path) -> None:
+    size = 1e6 * np.abs(receptance(FREQUENCY))
+    header = "f [Hz],Force 1000rpm [N],Disp 1000rpm [um],Force 2000rpm [N],Disp 2000rpm [um]"
+    write_csv(tmp_path / "tip.csv", header, FREQUENCY, 1 + 0 * FREQUENCY, size, 1 + 0 * FREQUENCY, size)
+    campaign, manifest = drafted(tmp_path)
+    assert [run["test"] for run in manifest["run"]] == ["1000rpm", "2000rpm"]
+    assert any("only words in the names" in sentence for sentence in campaign.suspicions)
+
+
 @pytest.mark.parametrize(
     ("first", "second"),
     [
@@ -54,6 +64,14 @@ def test_what_numbers_or_dates_a_run_is_no_test(tmp_path: Path, first: str, seco
     campaign, manifest = drafted(tmp_path)
     assert len(manifest["test"]) == 1
     assert [run["repeat"] for run in manifest["run"]] == [1, 2]
+    assert not campaign.suspicions
+
+
+def test_names_that_differ_in_the_encoding_of_an_accent_are_of_one_test(tmp_path: Path) -> None:
+    names = {unicodedata.normalize(form, f"mit_Dämpfer_{level}N"): 100.0 for form, level in (("NFC", 1), ("NFD", 3))}
+    write_sweeps(tmp_path, names)
+    campaign, manifest = drafted(tmp_path)
+    assert [test["name"] for test in manifest["test"]] == ["mit_Dämpfer"]
     assert not campaign.suspicions
 
 

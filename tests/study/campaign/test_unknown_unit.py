@@ -76,6 +76,7 @@ def test_a_response_in_an_unknown_unit_is_left_out_by_name_with_the_remedy(tmp_p
         "Force (dyn)",
         "Time [fortnight]",
         "Frequency [foo]",
+        "Phase [rev]",
     ],
 )
 def test_any_channel_with_an_unknown_unit_is_not_used(label: str) -> None:

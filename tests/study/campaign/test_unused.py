@@ -57,6 +57,14 @@ def test_a_transmissibility_is_named_with_the_drive_that_it_needs(tmp_path: Path
     assert '"base acceleration"' in refusal(tmp_path)
 
 
+def test_a_strain_is_left_out_and_the_motion_beside_it_stays(tmp_path: Path) -> None:
+    columns = sweep(3.0)
+    write_csv(tmp_path / "sine_3N.csv", HEADER.replace(",Phase", ",Strain [µm/m],Phase"), *columns[:3], *columns[2:])
+    campaign, manifest = drafted(tmp_path)
+    assert len(manifest["sensor"]) == 1
+    assert any('"Strain [µm/m]" is not used' in sentence for sentence in campaign.draft.left_out)
+
+
 def test_complex_numbers_without_a_frequency_are_named(tmp_path: Path) -> None:
     savemat(tmp_path / "a.mat", {"acc": np.tile(receptance(FREQUENCY), 10)})
     assert "complex, and it has no frequency" in refusal(tmp_path)
