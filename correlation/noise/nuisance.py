@@ -242,14 +242,14 @@ def make_history_modes(
     if pressed is not None and by_preload is None:
         by_preload = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
     changes, followed = [], replace(predictor, points=kept)
-    shares = latin_hypercube(n_draw, len(model.system.joints), seed)
-    for share, amount in zip(shares, amounts, strict=True):
+    histories = latin_hypercube(n_draw, count_contact_sliders(model), seed)
+    for history, amount in zip(histories, amounts, strict=True):
         moved = model
         for group, by in zip(model.preload_groups, amount, strict=True):
             for name in group if by else ():
                 moved = moved.with_preload_ratio(name, 1 + by)
         value = np.array(prediction.value)
-        value[jointed] = replace(followed, slider=sliders_after_history(moved, share)).vary(moved, prediction)
+        value[jointed] = replace(followed, slider=sliders_after_history(moved, history)).vary(moved, prediction)
         changes.append(features.of_values(value) - nominal - (0.0 if by_preload is None else by_preload @ amount))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)
@@ -272,19 +272,40 @@ def draw_normal(covariance: Float[NDArray[np.float64], "q q"], count: int, seed:
     return np.asarray(np.random.default_rng([seed, 1]).standard_normal((count, len(covariance))) @ root)
 
 
+def count_contact_sliders(model: Model) -> int:
+    """Sliders of all friction contacts [-]."""
+    return sum(contact.n_slider for contact in friction_contacts(model.system.joints))
+
+
 def sliders_after_history(
-    model: Model, share: Float[NDArray[np.float64], " joints"]
+    model: Model, history: Float[NDArray[np.float64], " sliders"]
 ) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
-    """Slider positions after a history: shares 0 and 1 are `HISTORY` of the limit at rest, to either side, by joint."""
-    multiplier = HISTORY * (2 * share - 1)
+    """Slider positions after a history: static forces within `HISTORY` of the limits at rest.
+
+    Parameters
+    ----------
+    model
+        Model with friction contacts.
+    history
+        A point of the unit cube with a direction for each of `count_contact_sliders`. 0 and 1 are `HISTORY` of the
+        limit, to either side; of two tangents that share a limit, they are the radius and the angle in its circle.
+    """
 
     def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
-        start = np.zeros(balance.n_slider)
+        start, done = np.zeros(balance.n_slider), 0
         numbers = {joint.name: number for number, joint in enumerate(model.system.joints)}
         for contact in friction_contacts(model.system.joints):
             number = numbers[contact.name]
             first, last = balance.table.slider[number : number + 2]
-            start[first:last] = multiplier[number] * contact.limit_at_rest / contact.tangential_stiffness
+            share = history[done : done + last - first]
+            done += last - first
+            if contact.coupled:
+                # The root spreads points evenly over the circle.
+                turn = 2 * np.pi * share[1]
+                force = np.sqrt(share[0]) * np.array([np.cos(turn), np.sin(turn)])
+            else:
+                force = 2 * share - 1
+            start[first:last] = HISTORY * force * contact.limit_at_rest / contact.tangential_stiffness
         return start
 
     return slider

@@ -202,7 +202,7 @@ def calibrate(
         trial, expected = _step(unknowns, here, jacobian, damping)
         enough = search.enough(here.chi2)
         there = _trial(comparison, unknowns, trial, here) if expected >= enough else here
-        gained = here.chi2 - there.chi2
+        gained = _gain(comparison, here, there)
         if gained < enough and not fresh and ending is not Ending.QUICK:
             jacobian, fresh = _jacobian(comparison, unknowns, here), True
             continue
@@ -227,10 +227,24 @@ def calibrate(
     )  # fmt: skip
 
 
-def inverse(jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
-    """Inverse of the curvature of chi^2 / 2, shape (p, p), with each parameter scaled by its typical size."""
-    curvature = jacobian.T @ jacobian * np.outer(size, size)
-    return np.asarray(np.linalg.pinv(curvature, hermitian=True) * np.outer(size, size))
+def invert_curvature(jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+    """Inverse of the curvature of chi^2 / 2, J^T J, shape (p, p).
+
+    Its eigenvalues are at least those of round-off, so that what the data do not tell is uncertain beyond all bounds.
+
+    Parameters
+    ----------
+    jacobian
+        J, shape (m, p).
+    size
+        Typical size of each parameter, shape (p,).
+    """
+    norm = np.linalg.norm(jacobian, axis=0)
+    scale = np.where(norm > 0, 1 / np.where(norm > 0, norm, 1.0), size)
+    scaled = jacobian * scale
+    values, vectors = np.linalg.eigh(scaled.T @ scaled)
+    least = len(scale) * np.finfo(float).eps * values.max(initial=1.0)
+    return np.asarray((vectors / np.maximum(values, least)) @ vectors.T * np.outer(scale, scale))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -269,6 +283,15 @@ def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluati
         return _evaluate(comparison, unknowns, values, here.prediction)
     except ModelError:
         return replace(here, chi2=np.inf)
+
+
+def _gain(comparison: Data, here: _Evaluation, there: _Evaluation) -> float:
+    """Fall of chi^2, to which numbers that lose their prediction add nothing: a state that is lost is no better fit."""
+    if there is here or np.isinf(there.chi2):
+        return here.chi2 - there.chi2
+    lost = comparison.has_prediction(here.prediction) & ~comparison.has_prediction(there.prediction)
+    before, after = (each.residual[: len(lost)][lost] ** 2 for each in (here, there))
+    return float(here.chi2 - there.chi2 - np.maximum(before - after, 0.0).sum())
 
 
 def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: float) -> tuple[Values, float]:

@@ -15,7 +15,7 @@ from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from correlation.noise.model_error import ModelError
 from correlation.prediction import Prediction, Predictor
-from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
+from diagnosis.fit.calibration import Matrix, Search, Vector, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.reading_slopes import differentiate_readings
 
@@ -146,7 +146,7 @@ class Comparison:
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
         """Inverse of the curvature of chi^2, as residuals are in standard deviations."""
         del residual
-        return inverse(jacobian, size)
+        return invert_curvature(jacobian, size)
 
 
 def _scale(whitening: Whitening, factor: Vector) -> Whitening:

@@ -19,7 +19,7 @@ from correlation.model import Model
 from correlation.noise.error_patterns import compute_moduli
 from correlation.noise.error_size import ErrorSize
 from correlation.response_control import ControlledPrediction, ControlledPredictor, Fold
-from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
+from diagnosis.fit.calibration import Matrix, Search, Vector, invert_curvature
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
@@ -111,17 +111,17 @@ class ControlledComparison:
         del model
         here, columns = self.residual(prediction), np.zeros((len(self.deviation), len(values) - first))
         for number in range(first, len(values)):
-            moved = unknowns.moved(values, number, STEP)
-            there = self.predict(unknowns.compose(moved), prediction)
+            moved, step = unknowns.neighbour(values, number, STEP)
+            there = self.predict(moved, prediction)
             both = self.has_prediction(there) & self.has_prediction(prediction)
-            change = (here - self.residual(there)) / (moved[number] - values[number])
+            change = (here - self.residual(there)) / step
             columns[:, number - first] = np.where(both, change, 0.0)
         return columns
 
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
         """Inverse of the curvature of chi^2."""
         del residual
-        return inverse(jacobian, size)
+        return invert_curvature(jacobian, size)
 
     def _predicted(self, prediction: ControlledPrediction) -> Vector:
         return self.features.of_values(prediction.value)

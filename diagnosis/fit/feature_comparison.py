@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.data_type.registry import DATA_TYPES, Datum, Features
 from correlation.errors import CampaignError
 from correlation.model import Model
-from diagnosis.fit.calibration import Data, Ending, Fit, Matrix, Search, Vector, calibrate, inverse
+from diagnosis.fit.calibration import Data, Ending, Fit, Matrix, Search, Vector, calibrate, invert_curvature
 from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
@@ -95,15 +95,15 @@ class FeatureComparison:
         del model
         slopes = np.zeros((len(prediction), len(values) - first))
         for number in range(first, len(values)):
-            moved = unknowns.moved(values, number, STEP)
-            change = self.predict(unknowns.compose(moved), prediction) - prediction
-            slopes[:, number - first] = change / (moved[number] - values[number]) / self.deviation
+            moved, step = unknowns.neighbour(values, number, STEP)
+            change = self.predict(moved, prediction) - prediction
+            slopes[:, number - first] = change / step / self.deviation
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
         """Inverse of the curvature of chi^2, shape (p, p)."""
         del residual
-        return inverse(jacobian, size)
+        return invert_curvature(jacobian, size)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -96,11 +96,27 @@ class Unknowns:
         lower, upper = np.array(self.bounds).reshape(-1, 2).T
         return np.clip(values, lower, upper)
 
-    def moved(self, values: Values, number: int, share: float) -> Values:
-        """Values with one moved by a share of its size, down where it would pass its upper bound, shape (p,)."""
-        result, step = np.array(values), share * self.size[number]
-        result[number] += step if values[number] + step <= self.bounds[number][1] else -step
-        return result
+    def neighbour(self, values: Values, number: int, share: float) -> tuple[Model, float]:
+        """Model with one value moved by a share of its size, and by how much.
+
+        It moves down where it would pass its upper bound, or where the model takes no larger one.
+
+        Raises
+        ------
+        ModelError
+            The model takes neither.
+        """
+        step = share * self.size[number]
+        sides = (step, -step) if values[number] + step <= self.bounds[number][1] else (-step,)
+        for side in sides:
+            moved = np.array(values, dtype=np.float64)
+            moved[number] += side
+            try:
+                return self.compose(moved), side
+            except ModelError:
+                if side == sides[-1]:
+                    raise
+        raise AssertionError("there is at least one side")
 
     def compose(self, values: Values) -> Model:
         """Model with all effects applied.

@@ -39,7 +39,6 @@ def differentiate_readings(
         slopes[:, [change is not None for change in changes]] = predictor.derivatives(model, prediction, known)
     for number, change in enumerate(changes):
         if change is None:
-            moved = unknowns.moved(values, first + number, STEP)
-            there = predictor.predict(unknowns.compose(moved), prediction)
-            slopes[:, number] = (there.value - prediction.value) / (moved[first + number] - values[first + number])
+            moved, step = unknowns.neighbour(values, first + number, STEP)
+            slopes[:, number] = (predictor.predict(moved, prediction).value - prediction.value) / step
     return slopes

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from correlation.model import LineSensor, Model
 from correlation.model_solver import Tangent
 from diagnosis.candidate.effect import EffectError
+from hbsolve.errors import ModelError
 from hbsolve.model_rates import MATRICES, MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
 
@@ -39,7 +40,7 @@ def differentiate(
     values, size
         Parameters, and the typical size of each, shape (p,) [unit of each].
     bounds
-        Bounds of the parameters; a difference at a bound is one-sided.
+        Bounds of the parameters; a difference is one-sided at a bound, and where the model takes no value beyond.
     first
         Index of the first parameter to differentiate; all by default.
 
@@ -47,17 +48,18 @@ def differentiate(
     ------
     EffectError
         An effect that changes the number of joints.
+    ModelError
+        The model takes no value beside that of a parameter.
     """
     found: list[Tangent | None] = []
     for number, (lower, upper) in enumerate(bounds):
         if number < first:
             continue
-        ends = []
-        for side in (-1, 1):
-            moved = np.array(values, dtype=np.float64)
-            moved[number] = np.clip(moved[number] + side * STEP * size[number], lower, upper)
-            ends.append((moved[number], compose(moved)))
-        (low, before), (high, after) = ends
+        step = STEP * size[number]
+        low, before = _end(compose, values, number, max(values[number] - step, lower))
+        high, after = _end(compose, values, number, min(values[number] + step, upper))
+        if low == high:
+            raise ModelError(f"parameter number {number} has no neighbouring value that the model takes")
         if _moves(before, after):
             found.append(None)
             continue
@@ -87,6 +89,16 @@ def differentiate(
             )
         )
     return found
+
+
+def _end(compose: Compose, values: Float[NDArray[np.float64], " p"], number: int, value: float) -> tuple[float, Model]:
+    """A value of one parameter and its model; the present value where the model does not take the other."""
+    moved = np.array(values, dtype=np.float64)
+    moved[number] = value
+    try:
+        return value, compose(moved)
+    except ModelError:
+        return float(values[number]), compose(values)
 
 
 def _moves(before: Model, after: Model) -> bool:

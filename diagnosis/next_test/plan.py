@@ -25,7 +25,7 @@ from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect, EffectError
 from diagnosis.decision.verdict import smallest_detectable
 from diagnosis.fit.arrangement import make_unknowns
-from diagnosis.fit.calibration import Fit, inverse
+from diagnosis.fit.calibration import Fit, invert_curvature
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.fit_parameter import Unknowns
@@ -174,8 +174,8 @@ class _Planned:
             [train.slopes(unknowns, values, model, prediction), np.diag(1 / unknowns.prior)], axis=0
         )
         fit = Fit(
-            unknowns=unknowns, values=values, covariance=inverse(jacobian, unknowns.size), chi2=0.0, model=model,
-            prediction=prediction, residual=np.zeros(len(jacobian)), jacobian=jacobian,
+            unknowns=unknowns, values=values, covariance=invert_curvature(jacobian, unknowns.size), chi2=0.0,
+            model=model, prediction=prediction, residual=np.zeros(len(jacobian)), jacobian=jacobian,
         )  # fmt: skip
         return cls(base=model, calibration=tuple(calibration), train=train, fit=fit)
 

@@ -18,7 +18,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import average_readings
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.calibration import Fit, Vector, inverse
+from diagnosis.fit.calibration import Fit, Vector, invert_curvature
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.finer_model import widen_by_finer_models
@@ -87,7 +87,7 @@ def carry_over(fit: Fit, differences: Float[NDArray[np.float64], "m n"]) -> Fit:
     """Fit with its deviations over whitened differences, where those are larger."""
     m, size = len(differences), fit.unknowns.size
     data, prior = fit.jacobian[:m], fit.jacobian[m:]
-    shape = inverse(fit.jacobian, size)
+    shape = invert_curvature(fit.jacobian, size)
     moved = shape @ (data.T @ differences)
     # Priors add their own variance.
     seen = (moved**2).mean(axis=1) + np.diag(shape @ (prior.T @ prior) @ shape)

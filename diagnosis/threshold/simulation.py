@@ -19,7 +19,12 @@ from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.error_patterns import ErrorPatterns
 from correlation.noise.error_size import NO_ERROR
-from correlation.noise.nuisance import highest_frequency, make_error_tangents, sliders_after_history
+from correlation.noise.nuisance import (
+    count_contact_sliders,
+    highest_frequency,
+    make_error_tangents,
+    sliders_after_history,
+)
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import join_tables
 from diagnosis.candidate.catalogue import Extra
@@ -129,15 +134,15 @@ class Simulation:
         value = np.zeros((max(len(self._sweeps), 1), len(points)), dtype=np.complex128)
         value[:, points.free] = self._followed(model, points.free, None)
         for level in np.unique(points.level):
-            share = generator.uniform(size=len(model.system.joints))
+            history = generator.uniform(size=count_contact_sliders(model))
             there = ~points.free & (points.level == level)
-            value[:, there] = self._followed(model, there, share)
+            value[:, there] = self._followed(model, there, history)
         return value
 
     def _followed(
-        self, model: Model, there: NDArray[np.bool_], share: Float[NDArray[np.float64], " joints"] | None
+        self, model: Model, there: NDArray[np.bool_], history: Float[NDArray[np.float64], " sliders"] | None
     ) -> Complex[NDArray[np.complex128], "S n"]:
-        slider = None if share is None else sliders_after_history(model, share)
+        slider = None if history is None else sliders_after_history(model, history)
         predictor = replace(self._predictor, points=self._predictor.points.where(there), slider=slider)
         return predictor.predict(model, self._prediction).by_sweep
 

@@ -23,7 +23,7 @@ from scipy.linalg import eigh
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.time_record.prediction import Drive, Samples, predict_rates, predict_record
-from diagnosis.fit.calibration import Matrix, Search, Vector
+from diagnosis.fit.calibration import Matrix, Search, Vector, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from hbsolve.errors import ModelError
 
@@ -164,16 +164,12 @@ class RecordComparison:
 
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
         """From the scatter of blocks, since residuals are coloured; the rows of priors come last."""
-        del size
-        jacobian, residual = jacobian[: len(self.block)], residual[: len(self.block)]
-        norm = np.linalg.norm(jacobian, axis=0)
-        norm[norm == 0] = 1.0
-        scaled, block = jacobian / norm, self.block
-        scores = np.zeros((int(block.max()) + 1, scaled.shape[1]))
-        np.add.at(scores, block, scaled * residual[:, None])
-        inverse = np.linalg.pinv(scaled.T @ scaled, hermitian=True)
+        jacobian, residual, block = jacobian[: len(self.block)], residual[: len(self.block)], self.block
+        scores = np.zeros((int(block.max()) + 1, jacobian.shape[1]))
+        np.add.at(scores, block, jacobian * residual[:, None])
+        inverse = invert_curvature(jacobian, size)
         few = len(scores) / (len(scores) - 1)
-        return np.asarray(few * inverse @ (scores.T @ scores) @ inverse / np.outer(norm, norm))
+        return np.asarray(few * inverse @ (scores.T @ scores) @ inverse)
 
     def errors(self, residual: Vector) -> Float[NDArray[np.float64], " records"]:
         """Relative error of each record: root mean square of what is left, over that of the measurement [-]."""

@@ -145,7 +145,6 @@ def _lines(predictor: Predictor, near: Prediction, unknowns: Unknowns, values: V
         slopes[:, [change is not None for change in changes]] = predictor.derivatives(model, prediction, known)
     for number, change in enumerate(changes):
         if change is None:
-            moved = unknowns.moved(values, number, STEP)
-            there = predictor.vary(unknowns.compose(moved), prediction)
-            slopes[:, number] = (there - prediction.value) / (moved[number] - values[number])
+            moved, step = unknowns.neighbour(values, number, STEP)
+            slopes[:, number] = (predictor.vary(moved, prediction) - prediction.value) / step
     return Lines(prediction=prediction, slopes=slopes)

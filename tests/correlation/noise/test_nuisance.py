@@ -16,15 +16,19 @@ from correlation.noise.nuisance import (
     HISTORY,
     Budget,
     ModelFeatures,
+    count_contact_sliders,
     draw_normal,
     highest_frequency,
     make_error_tangents,
     make_history_modes,
     make_nuisance_modes,
     parabolic_share,
+    sliders_after_history,
 )
 from correlation.prediction import Points, Prediction, Predictor
-from reduction.jointed_system import FrictionContact, along
+from hbsolve.balance import HarmonicBalance
+from reduction.joint_law.friction_contact import Friction
+from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem, along
 
 #: Central differences over 2e-5: their curvature and Newton's 1e-9 stay below this share of a mode's largest number.
 NEAR = 1e-4
@@ -440,6 +444,28 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
     # A stuck contact is linear: round-off, relative to F / X.
     stiffness = np.abs(features.of_values(prediction.value)[fundamental]).max()
     assert np.abs(modes[fundamental]).max() < 1e-7 * stiffness
+
+
+@pytest.mark.parametrize("friction", Friction)
+def test_histories_fill_what_two_tangents_can_carry(friction: Friction) -> None:
+    contact = FrictionContact(
+        name="pad", normal=np.eye(3)[2], tangents=np.eye(3)[:2], tangential_stiffness=1e5, normal_stiffness=1e5,
+        friction_coefficient=0.5, preload=10.0, friction=friction,
+    )  # fmt: skip
+    spring = CubicSpring(name="spring", direction=np.eye(3)[0], stiffness=1.0)
+    system = JointedSystem(mass=np.eye(3), damping=np.eye(3), stiffness=1e4 * np.eye(3), joints=[spring, contact])
+    model, balance = Model(system=system, sensors=(), n_harmonic=2), HarmonicBalance(system=system, n_harmonic=2)
+    assert count_contact_sliders(model) == 2
+    histories = np.random.default_rng(1).uniform(size=(2000, 2))
+    forces = 1e5 * np.array([sliders_after_history(model, each)(balance) for each in histories])
+    limit = HISTORY * 5.0
+    if friction is Friction.COULOMB:
+        size = np.hypot(*forces.T)
+        assert size.max() <= limit * (1 + 1e-12)
+        # Half of a circle lies beyond 1 / sqrt(2) of its radius; a share of 2000 has a standard deviation of 1.1 %.
+        assert np.mean(size > limit / np.sqrt(2)) == pytest.approx(0.5, abs=0.05)
+    assert np.abs(forces).max() <= limit * (1 + 1e-12)
+    assert abs(np.corrcoef(forces.T)[0, 1]) < 0.1
 
 
 def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:

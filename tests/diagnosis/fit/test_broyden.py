@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import calibration
-from diagnosis.fit.calibration import ENOUGH, Ending, Search, calibrate, inverse
+from diagnosis.fit.calibration import ENOUGH, Ending, Search, calibrate, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns
 
 #: Of the numbers of the valley, in standard deviations: a chi^2 of some hundreds at the start.
@@ -35,7 +35,7 @@ class Valley:
     search = Search()
 
     def covariance(self, _: np.ndarray, jacobian: np.ndarray, size: np.ndarray) -> np.ndarray:
-        return inverse(jacobian, size)
+        return invert_curvature(jacobian, size)
 
     def predict(self, model: tuple[float, ...], before: object = None, starts: object = None) -> np.ndarray:
         del before, starts
@@ -45,6 +45,9 @@ class Valley:
         x, y = at
         # The third number is left whatever the values: the least chi^2 is 9.
         return np.array([SCALE * 5 * (y - self.bend * x**2), SCALE * (1 - x), 3.0])
+
+    def has_prediction(self, prediction: np.ndarray) -> np.ndarray:
+        return np.ones(len(prediction) + 1, dtype=bool)
 
     def slopes(self, unknowns: Unknowns, values: np.ndarray, model: object, prediction: object) -> np.ndarray:
         del unknowns, model, prediction

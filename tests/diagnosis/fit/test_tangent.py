@@ -12,6 +12,7 @@ from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.jitter import FrequencyShift
 from diagnosis.fit.tangent import differentiate
+from hbsolve.errors import ModelError
 from reduction.jointed_system import JenkinsChain, along
 
 WIDE = (-10.0, 10.0)
@@ -97,6 +98,18 @@ def test_a_bound_is_never_passed(small: Model, value: float) -> None:
     assert min(seen) >= 0
     assert max(seen) <= 1
     np.testing.assert_allclose(found.jointed.matrices.mass, small.system.mass, rtol=EXACT)
+
+
+def test_a_value_that_the_model_does_not_take_makes_a_difference_one_sided(small: Model) -> None:
+    def compose(values, most=0.5):
+        if values[0] > most:
+            raise ModelError("a joint takes no more")
+        return small.with_system(mass=small.system.mass * (1 + values[0]))
+
+    (found,) = at(compose, 0.5)
+    np.testing.assert_allclose(found.jointed.matrices.mass, small.system.mass, rtol=EXACT)
+    with pytest.raises(ModelError, match="no neighbouring value"):
+        at(lambda values: compose(values) if values[0] == 0.5 else compose([1.0]), 0.5)
 
 
 def test_the_first_parameter_wanted(small: Model) -> None:

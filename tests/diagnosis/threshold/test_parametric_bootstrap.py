@@ -9,7 +9,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration import Fit, inverse
+from diagnosis.fit.calibration import Fit, invert_curvature
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.refit import baseline_fit
@@ -43,7 +43,7 @@ def test_differences_three_times_as_large_widen_what_data_and_not_priors_tell(ar
     fit = arrangement.fit
     p = len(fit.values)
     data, prior = fit.jacobian[:-p], fit.jacobian[-p:]
-    shape = inverse(fit.jacobian, fit.unknowns.size)
+    shape = invert_curvature(fit.jacobian, fit.unknowns.size)
     expected = FEW * np.sqrt(np.diag(shape @ (9 * data.T @ data + prior.T @ prior) @ shape))
     assert (expected > fit.deviation).all()
     np.testing.assert_allclose(deviations(fit, 3.0), expected, rtol=0.06)

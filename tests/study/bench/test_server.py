@@ -125,7 +125,7 @@ def test_a_taken_port_is_a_sentence_with_the_port() -> None:
 
 def test_without_aiohttp_a_sentence_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r"stickslip\[bench\]"):
+    with pytest.raises(InputError, match=r"pip install -e"):
         serve_bench(Place(case=Path("a.toml"), folder=Path("b")), 0, opened=lambda _: None)
 
 
