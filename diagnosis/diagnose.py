@@ -239,7 +239,7 @@ def diagnose(
     arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
     report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
-    list_starts = partial(_list_starts, screening, starts, places, thresholds)
+    list_starts = partial(_list_starts, screening, starts, places)
     choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
     scores, baseline, refits = screen_and_refit(screening, effects, run_step, report, progress, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
@@ -308,15 +308,17 @@ def _list_starts(
     screening: Arrangement,
     controlled: Starts,
     places: Sequence[UnknownForce],
-    thresholds: Thresholds | None,
     scores: Sequence[Score],
     gain: float,
 ) -> Starts:
-    """Starts under response control; and far ones where an unknown force explains much that no effect does."""
+    """Starts under response control; and far ones where an unknown force explains much that no effect does.
+
+    Thresholds of the linear theory decide whatever was simulated: stored fits hold for all thresholds.
+    """
     unexplained = compute_excess_gain(places[0]) if places else 0.0
     if unexplained <= LEAST_UNKNOWN_FORCE_GAIN or gain > KNOWN * unexplained:
         return controlled
-    if unexplained <= (thresholds or compute_linear_thresholds(scores)).misfit:
+    if unexplained <= compute_linear_thresholds(scores).misfit:
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 
