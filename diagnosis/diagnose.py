@@ -311,14 +311,14 @@ def _list_starts(
     scores: Sequence[Score],
     gain: float,
 ) -> Starts:
-    """Starts under response control; and far ones where an unknown force explains much that no effect does.
+    """Starts under response control; and far ones where something is missing that no effect near the fit explains.
 
+    An unknown force explains much then, or calibration parameters that are far from their priors have taken it up.
     Thresholds of the linear theory decide whatever was simulated: stored fits hold for all thresholds.
     """
-    unexplained = compute_excess_gain(places[0]) if places else 0.0
-    if unexplained <= LEAST_UNKNOWN_FORCE_GAIN or gain > KNOWN * unexplained:
-        return controlled
-    if unexplained <= compute_linear_thresholds(scores).misfit:
+    thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
+    is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / KNOWN)
+    if not is_missing and not screening.fit.is_beyond_priors(thresholds.false_alarms):
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 

@@ -19,6 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from correlation.model import Model
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -154,6 +155,17 @@ class Fit:
     def n_number(self) -> int:
         """Numbers compared [-]."""
         return len(self.residual) - len(self.values)
+
+    def is_beyond_priors(self, chance: float) -> bool:
+        """Whether values are further from the centres of their priors than these leave them by chance.
+
+        Parameters
+        ----------
+        chance
+            Probability that they are so far in a model that lacks nothing [-].
+        """
+        away = self.residual[self.n_number :]
+        return bool(away @ away > chdtri(max(int(np.isfinite(self.unknowns.prior).sum()), 1), chance))
 
     def reweigh(self, change: Callable[[Matrix], Matrix]) -> Matrix:
         """Jacobian by another covariance, shape (m + p, p): with its rows of data changed, and not those of priors."""
