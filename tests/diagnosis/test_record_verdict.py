@@ -41,7 +41,7 @@ def test_an_error_that_falls_everywhere_names_its_effect() -> None:
     assert verdict.finding is Finding.MISSING
     assert verdict.sentence == (
         "mass at tip (0.0123 kg +- 0.00098) is missing; the held-out error falls from "
-        f"{100 * BEFORE.held_out_error:.2g} to {50 * BEFORE.held_out_error:.2g} % in arrow."
+        f"{100 * BEFORE.held_out_error:.3g} to {50 * BEFORE.held_out_error:.3g} % in arrow."
     )
 
 
