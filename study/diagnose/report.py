@@ -60,8 +60,18 @@ ADVICE = {
         "plan tells what such tests would show (docs/plan.md)"
     ),
 }
-
-
+#: The verdict in a few words.
+TAG = {
+    Finding.MISSING: "An effect is missing",
+    Finding.AMBIGUOUS: "One of several is missing",
+    Finding.NOTHING: "Nothing is missing",
+    Finding.UNKNOWN: "Something unknown is missing",
+    Finding.NOT_CLOSE: "The model is not close enough",
+    Finding.NOT_TESTABLE: "These measurements cannot tell",
+}
+#: The same where an effect alone is not confirmed, and where two are missing together.
+TAG_ONE = "An effect may be missing"
+TAG_TWO = {Finding.MISSING: "Two effects are missing", Finding.AMBIGUOUS: "Two effects may be missing"}
 #: The next step where two effects are missing.
 BOTH = (
     'stickslip add "{effect}" writes the first into the case, and a second diagnosis finds the other; --auto does both'
@@ -151,6 +161,17 @@ def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
         return f"the held-out error falls from {error} % as drawn to {then} %"
     return describe_held_out_change((before.held_out, after.held_out), (before.held_out_chi2, after.held_out_chi2))
+
+
+def choose_tag(result: Round) -> str:
+    """The verdict in a few words, as the heading of the page."""
+    verdict = result.diagnosis.verdict
+    tag = TAG[verdict.finding]
+    if verdict.further is not None:
+        tag = TAG_TWO.get(verdict.finding, tag)
+    elif verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1:
+        tag = TAG_ONE
+    return f"{tag}, but some measurements look wrong" if result.wrong else tag
 
 
 def choose_advice(result: Round) -> str:
