@@ -47,6 +47,11 @@ class EffectParameter:
         if self.typical == self.vanishes:
             raise EffectError(f"{self.name} = {self.typical:g} {self.unit} is both typical and no effect")
 
+    @property
+    def is_ratio(self) -> bool:
+        """Whether it is a factor, which halves as it doubles."""
+        return self.unit == "-" and self.lower > 0
+
     def is_at_bound(self, value: float) -> bool:
         """Whether a value is as far as a fit may go."""
         return not self.lower < value < self.upper
