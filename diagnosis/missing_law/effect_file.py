@@ -11,7 +11,7 @@ DIGITS = 6
 #: Cells whose limit is below this share of the largest force are left out [-].
 SMALL = 1e-6
 
-TEMPLATE = '''"""The missing law at {place}, recovered from measurements: {words}.
+TEMPLATE = '''"""The missing law at `PLACE`, recovered from measurements: {words}.
 
 Its strength is 1 for the law as it was recovered. Forces are N, displacements m, velocities m/s.
 """
@@ -38,7 +38,7 @@ STRENGTH = EffectParameter(name="ratio", unit="-", lower=0.0, upper=10.0, typica
 
 @dataclass(frozen=True)
 class RecoveredLaw:
-    name: str = "recovered law at {place}"
+    name: str = f"recovered law at {{PLACE}}"
     kind: str = "recovered law"
     physics: str = {physics!r}
     signature: str = "What the recovered law says."

@@ -1,5 +1,6 @@
 """Laws that were planted in a chain come back: their place, force and words, and a file with them runs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,13 +74,14 @@ def test_a_law_along_a_row_that_does_not_move_is_none(chain_with_play: Arrangeme
 def test_the_effect_file_runs_and_lowers_the_misfit(
     recovered_play: MissingLaw, chain_with_play: Arrangement, tmp_path: Path
 ) -> None:
-    law = recovered_play.best
+    law, name = recovered_play.best, 'tip "A" \\N {0}\n"""'
     curves = compute_curves(law)
     file = tmp_path / "recovered.py"
-    file.write_text(write_effect_file(law, curves, describe(curves)), encoding="utf-8")
+    file.write_text(write_effect_file(replace(law, name=name), curves, describe(curves)), encoding="utf-8")
     fit, train = chain_with_play.fit, chain_with_play.train
-    effect = list_effects(fit.model, extra=[file], level=1.0).effect("recovered law at m1")
+    named = replace(fit.model, places={name: law.row})
+    effect = list_effects(named, extra=[file], level=1.0).effect(f"recovered law at {name}")
     model = chain_with_play.unknowns([]).compose(law.values)
     before = train.residual(train.predict(model))
-    after = train.residual(train.predict(effect.apply(model, [1.0]), fit.prediction))
+    after = train.residual(train.predict(effect.apply(replace(model, places=named.places), [1.0]), fit.prediction))
     assert after @ after < 0.01 * (before @ before)
