@@ -28,6 +28,7 @@ from correlation.campaign.measurement import name_configuration
 from correlation.model import Model
 from correlation.model_solver import Tangent
 from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.place import LINEAR, PlaceUnits, choose_units
 from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
@@ -59,7 +60,7 @@ class Place:
     n_number
         Number of fitted parameters: real and imaginary parts of kappa, and of lambda, per level [-].
     level, amplitude
-        Levels, and the largest amplitude of the place at each, shape (l,) [N, m].
+        Levels, and the largest amplitude of the place at each, shape (l,) [N, m or rad].
     stiffness
         kappa, shape (l,) [N/m].
     deviation
@@ -75,6 +76,8 @@ class Place:
         much is model error.
     configuration
         Configuration in which it is missing: "jointed" or "free".
+    units
+        Units at the place, in which an angle has moments for forces.
     """
 
     name: str
@@ -89,6 +92,7 @@ class Place:
     exponent_deviation: float
     phase: float | None
     configuration: str
+    units: PlaceUnits = LINEAR
 
     @property
     def sentence(self) -> str:
@@ -135,7 +139,7 @@ def localise(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Place
                 amplitude = np.array([each for each, _ in largest])
                 by_weights = [_place(name, free, levels, amplitude, chosen, each) for each in weights]
                 found.append(_agreed(by_weights))
-            places.append(_best(found))
+            places.append(replace(_best(found), units=choose_units(fit.model, row)))
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from diagnosis.candidate.place import PlaceUnits
 from diagnosis.missing_law.basis import EVEN, GROUPS, N_INSTANT, follow
 from diagnosis.missing_law.place_law import PlaceLaw
 
@@ -82,6 +83,8 @@ class LawCurves:
         The same in each draw, shape (d, n).
     memory_share
         Share of the work at the largest amplitude that the cells have, in each draw, shape (d,) [-].
+    units
+        Units at the place of the law; above, those of a displacement stand for them.
     sees_even
         Whether the data say anything of a force that is the same on both sides.
     """
@@ -95,6 +98,7 @@ class LawCurves:
     work_draws: Draws
     spring_draws: Draws
     memory_share: Float[NDArray[np.float64], " d"]
+    units: PlaceUnits
     sees_even: bool
 
 
@@ -132,7 +136,7 @@ def compute_curves(law: PlaceLaw) -> LawCurves:
         work=_curve(grid, work, posterior.mean, draws), spring=_curve(x, spring, posterior.mean, draws),
         damper=_curve(velocity, still, posterior.mean, draws), stiffness_draws=draws @ secant.T,
         work_draws=draws @ work.T, spring_draws=draws @ spring.T, sees_even=sees_even,
-        memory_share=(draws @ of_cells) / np.where(np.abs(whole) > 0, np.abs(whole), np.inf),
+        units=law.units, memory_share=(draws @ of_cells) / np.where(np.abs(whole) > 0, np.abs(whole), np.inf),
     )  # fmt: skip
 
 

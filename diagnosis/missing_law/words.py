@@ -70,7 +70,7 @@ def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     change, most = draws[:, -1] - draws[:, lower], float(np.abs(curves.stiffness.mean).max())
     low, high = np.quantile(change, BAND)
-    numbers = f"from {curves.stiffness.mean[lower]:.3g} to {curves.stiffness.mean[-1]:.3g} N/m"
+    numbers = f"from {curves.stiffness.mean[lower]:.3g} to {curves.stiffness.mean[-1]:.3g} {curves.units.stiffness}"
     if low > MATTERS * most:
         return ["hardening"], [f"hardening: its secant stiffness rises {numbers} with the amplitude"]
     if high < -MATTERS * most:
@@ -93,10 +93,10 @@ def _tell_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
     if not told:
         return [], []
     if not curves.sees_even:
-        where = f"abs(u) = {told[0] * reach:.3g} m"
+        where = f"abs(u) = {told[0] * reach:.3g} {curves.units.motion}"
         return ["gap"], [f"a clearance, on one side or on both: hardly any force up to {where}, and a spring beyond"]
     where = " and ".join(
-        f"u = {sign * clearance * reach:.3g} m"
+        f"u = {sign * clearance * reach:.3g} {curves.units.motion}"
         for sign, clearance in zip((1, -1), sides, strict=True)
         if clearance is not None
     )
@@ -130,7 +130,8 @@ def _tell_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
     most = float(np.abs(curves.spring.mean).max())
     low, high = np.quantile(even[:, -1], BAND)
     if low > MATTERS * most or high < -MATTERS * most:
-        return ["asymmetric"], [f"asymmetric: both sides together leave {even[:, -1].mean():.3g} N"]
+        left = f"{even[:, -1].mean():.3g} {curves.units.force}"
+        return ["asymmetric"], [f"asymmetric: both sides together leave {left}"]
     return [], []
 
 

@@ -187,7 +187,8 @@ def _place(place: Place) -> dict[str, Any]:
         "phase": "" if place.phase is None else f"{place.phase:.0f}°",
         "reads": _reads(place),
         "levels": [
-            f"{level:g} N: {format_number(abs(kappa), 3)} ± {format_number(TWO_SIDED_95 * deviation, 2)} N/m"
+            f"{level:g} N: {format_number(abs(kappa), 3)} ± {format_number(TWO_SIDED_95 * deviation, 2)} "
+            f"{place.units.stiffness}"
             for level, kappa, deviation in levels
         ],
     }

@@ -272,7 +272,7 @@ def make_document(result: Round) -> dict[str, Any]:
                 "exponent_deviation": place.exponent_deviation,
                 "phase_deg": place.phase,
                 "levels_n": place.level,
-                "amplitude_m": place.amplitude,
+                f"amplitude_{place.units.motion}": place.amplitude,
                 "stiffness_real": place.stiffness.real,
                 "stiffness_imag": place.stiffness.imag,
                 "stiffness_deviation": place.deviation,

@@ -8,7 +8,7 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.candidate.place import with_cubic_spring
+from diagnosis.candidate.place import ANGULAR, LINEAR, with_cubic_spring
 from diagnosis.error_share import Weights, list_weights
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
@@ -55,6 +55,7 @@ def test_a_spring_is_linear_and_opposite_to_the_displacement(small: Model, paper
         assert near(kappa.real, SPRING, deviation, 0.03)
     assert "power 1.0" in best.sentence
     assert "near tip z" in best.sentence
+    assert best.units is LINEAR
 
 
 def test_a_cubic_spring_is_told_by_its_exponent(
@@ -125,6 +126,11 @@ def test_a_place_is_found_alike_well_whatever_the_size_of_its_motion() -> None:
     assert (small.gain, small.exponent, small.phase) == pytest.approx((large.gain, large.exponent, large.phase))
     np.testing.assert_allclose(small.stiffness, 1e12 * large.stiffness)
     np.testing.assert_allclose(small.deviation, 1e12 * large.deviation)
+
+
+def test_a_place_that_turns_is_loaded_by_moments(small: Model, paper: ModuleType) -> None:
+    turning = replace(small, dofs=tuple(replace(dof, direction="rx") for dof in small.dofs))
+    assert all(place.units is ANGULAR for place in located(turning, paper, small))
 
 
 def test_a_force_that_turns_with_the_level_has_no_one_phase() -> None:

@@ -1,12 +1,15 @@
 """Laws that were planted in a chain come back: their place, force and words, and a file with them runs."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from correlation.model import Dof
 from diagnosis.candidate.catalogue import list_effects
+from diagnosis.candidate.place import ANGULAR
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.basis import EVEN
 from diagnosis.missing_law.curves import LawCurves, compute_curves
@@ -14,7 +17,7 @@ from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.missing_law.recover import recover_law
 from diagnosis.missing_law.words import describe
-from tests.diagnosis.missing_law.chain import CLEARANCE, STIFF, arranged
+from tests.diagnosis.missing_law.chain import CLEARANCE, SECOND, STIFF, arranged
 
 #: Error of a recovered force over the largest one: noise of 0.2 % on stiff structures, and straight pieces at a kink.
 CLOSE = 0.1
@@ -69,6 +72,24 @@ def test_nothing_is_recovered_where_nothing_is_missing() -> None:
 
 def test_a_law_along_a_row_that_does_not_move_is_none(chain_with_play: Arrangement) -> None:
     assert recover_law(chain_with_play, {"nowhere": np.zeros(3)}) is None
+
+
+def test_the_law_of_an_angle_is_told_in_moments(recovered_play: MissingLaw, recovered_stop: MissingLaw) -> None:
+    for found in (recovered_play, recovered_stop):
+        law = replace(found.best, units=ANGULAR)
+        said = describe(curves := compute_curves(law))
+        text = "; ".join(said.sentences)
+        assert " rad" in text
+        assert " N m" in text
+        assert not re.search(r"\d m\b|N/m", text + write_effect_file(law, curves, said))
+
+
+def test_a_place_that_turns_is_recovered_as_one(chain_with_play: Arrangement) -> None:
+    fit = chain_with_play.fit
+    turning = replace(fit.model, dofs=tuple(Dof(direction="rz") for _ in fit.model.dofs))
+    found = recover_law(replace(chain_with_play, fit=replace(fit, model=turning)), {"m1": SECOND})
+    assert found is not None
+    assert found.best.units is ANGULAR
 
 
 def test_the_effect_file_runs_and_lowers_the_misfit(
