@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.noise.symmetric_root import symmetric_root
 from diagnosis.candidate.place import PlaceUnits
 from diagnosis.missing_law.basis import EVEN, GROUPS, N_INSTANT, follow
 from diagnosis.missing_law.place_law import PlaceLaw
@@ -143,8 +144,7 @@ def compute_curves(law: PlaceLaw) -> LawCurves:
 def draw_coefficients(law: PlaceLaw, count: int = N_DRAW) -> Float[NDArray[np.float64], "d b"]:
     """Draws of the coefficients, those that must not be negative cut at zero, shape (d, b) [N]."""
     posterior, random = law.posterior, np.random.default_rng(SEED)
-    size, turn = np.linalg.eigh(posterior.covariance)
-    scatter = random.standard_normal((count, len(size))) * np.sqrt(np.maximum(size, 0.0)) @ turn.T
+    scatter = random.standard_normal((count, len(posterior.mean))) @ symmetric_root(posterior.covariance)
     draws = posterior.mean + scatter
     return np.asarray(np.where(law.basis.is_positive, np.maximum(draws, 0.0), draws))
 

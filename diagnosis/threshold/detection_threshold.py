@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from correlation.noise.symmetric_root import symmetric_root
 from diagnosis.screening import Score
 
 #: Factor on the gains of the linear theory: refits gain more, by experience.
@@ -81,8 +82,7 @@ def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]
         return np.zeros(1)
     directions = np.array([score.direction for score in seen])
     # The gains depend on the directions' inner products alone: draw in the space that they span.
-    eigenvalues, vectors = np.linalg.eigh(directions @ directions.T)
-    root = vectors * np.sqrt(np.maximum(eigenvalues, 0.0))
+    root = symmetric_root(directions @ directions.T)
     one_sided = np.array([_one_sided(score) for score in seen])
     generator = np.random.default_rng(SEED)
     best = []
