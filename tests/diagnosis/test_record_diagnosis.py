@@ -181,6 +181,9 @@ def test_records_that_no_fit_can_use_are_refused(records: dict[str, list[TimeRec
     flat = replace(train, values=np.vstack([train.values[:2], np.ones((1, N_SAMPLE))]))
     with pytest.raises(CampaignError, match='"shock" never changes'):
         diagnosed([flat, held])
+    short = stretch(train, 0, 19, name="short", held_out=False)
+    with pytest.raises(CampaignError, match='record "short": 19 samples after the run-in are too few'):
+        diagnose_records(base(), [short, held], fitted(base()))
     soft = base().with_system(stiffness=-K)
     with pytest.raises(CampaignError, match="runs away where the fit starts: its values there are zeta 1"):
         arrange_records(soft, [train, held], fitted(base()))
