@@ -106,7 +106,7 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
 
 
 def list_held_back(fit: Fit) -> tuple[str, ...]:
-    """Parameters with a prior that a fit leaves at a bound, such as "kt x 1.5".
+    """Parameters with a prior that a fit leaves at a bound, such as "kt x 1.5" or "shift of lid = 0.002 m".
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def list_held_back(fit: Fit) -> tuple[str, ...]:
     unknowns, first = fit.unknowns, fit.unknowns.n_start
     every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], strict=True)
     return tuple(
-        f"{name} x {value:.4g}"
+        parameter.describe(name, value)
         for name, parameter, prior, value in every
         if np.isfinite(prior) and parameter.is_at_bound(value)
     )
