@@ -127,7 +127,7 @@ def test_nothing_is_claimed_where_nothing_is_missing(records: dict[str, list[Tim
     found = diagnosed(records["nothing"])
     assert found.verdict.finding is Finding.NOTHING
     assert found.baseline.held_out_error == pytest.approx(NOISE, rel=0.15)
-    assert "Nothing passes the gate" in found.verdict.sentence
+    assert "No effect lowers the held-out error enough" in found.verdict.sentence
     np.testing.assert_allclose(found.baseline.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
 
 
