@@ -148,8 +148,11 @@ def _list_curves(
     for free in np.unique(points.free[seen]).tolist():
         own = seen & (points.free == free)
         own &= points.level == points.level[own].min()
-        own &= points.sensor == points.sensor[own][np.argmax(size[own])]
-        own &= np.isin(points.sweep, (0, points.sweep[own][np.argmax(size[own])] or 1))
+        strongest = np.flatnonzero(own)[np.argmax(size[own])]
+        own &= points.sensor == points.sensor[strongest]
+        # Where both sweeps are one (0), that upwards goes on.
+        sweep = int(points.sweep[strongest]) or 1
+        own &= np.isin(points.sweep, (0, sweep))
         rows = np.flatnonzero(own)[np.argsort(points.frequency[own])]
         yield bool(free), rows, size[rows]
 

@@ -196,12 +196,14 @@ def run_data_diagnosis(
     suspicions = _find_suspicions(setup, campaign)
     for suspicion in suspicions:
         run.warn(str(suspicion))
-    for left in reversed(range(MOST_ROUNDS)):
+    n_round = 0
+    while True:
         found = _diagnose(case, setup, campaign, folder, run, without, suspicions)
-        best = found.diagnosis.verdict.effects[:1]
-        if not (auto and left) or found.diagnosis.verdict.finding is not Finding.MISSING:
+        n_round += 1
+        verdict = found.diagnosis.verdict
+        if not auto or n_round == MOST_ROUNDS or verdict.finding is not Finding.MISSING:
             break
-        add(case, best[0].name, run=run)
+        add(case, verdict.effects[0].name, run=run)
         setup = _read_setup(case, campaign, run)
         suspicions = _find_suspicions(setup, campaign)
     with run.progress.step("page and figures", expected=5):
