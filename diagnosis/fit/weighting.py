@@ -73,9 +73,9 @@ def make_comparison(
     prediction: Prediction,
     budget: Budget,
     refined: Sequence[Model],
-    n_draw: int = DRAWS,
+    n_draw: int,
     *,
-    fitted: bool = True,
+    fitted: bool,
 ) -> tuple[Comparison, Scatter]:
     """Comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
 
