@@ -7,8 +7,9 @@ effect makes,
           g = \frac{(d_\perp \cdot r_\perp)^2}{|d_\perp|^2}
 
 is what chi^2 would fall by if the effect were linear in its strength. The derivative at zero strength says how strong
-the effect would have to be; d is the difference at that strength, because derivatives mislead where a gap opens, and
-differences at a strength far from it do as well. These data cannot distinguish two effects whose d_perp are parallel.
+the effect would have to be. d is the derivative, or the difference at that strength, at most the typical one, over it:
+the one with the larger g, because derivatives mislead where a gap opens, and differences at a strength far from it do
+as well. These data cannot distinguish two effects whose d_perp are parallel.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -39,7 +39,7 @@ BETTER = 2.0
 LEAST_WORK = 0.01
 #: Share of the work that the cells have where a law has memory [-].
 MOSTLY = 0.5
-#: Exponents of the work: Coulomb's is nearer to 1 than to a dashpot's 2; those about a dashpot, and those of micro-slip.
+#: Exponents of the work: Coulomb's is nearer to 1 than to a dashpot's 2; about a dashpot's; those of micro-slip.
 COULOMB, VISCOUS, MICRO_SLIP = 1.5, (1.6, 2.4), (1.5, 3.5)
 #: Clearances and powers that are tried, the former over the range [-].
 CLEARANCES, POWERS = np.linspace(0.1, 0.9, 33), np.linspace(1.0, 7.0, 25)

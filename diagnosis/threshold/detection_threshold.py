@@ -15,8 +15,8 @@ from diagnosis.screening import Score
 MARGIN = 2.0
 #: Threshold of the gain of an unknown force as a multiple of that of an effect, by experience.
 UNKNOWN_FORCE = 1.5
-#: Least threshold of the gain of an unknown force, however few effects there are: chance gain of eight parameters at
-#: one of ten places.
+#: Least threshold of the gain of an unknown force by the linear theory, however few effects there are: chance gain of
+#: eight parameters at one of ten places. A bootstrap knows the chance gains of its layout.
 LEAST_UNKNOWN_FORCE_GAIN = 18.0
 
 
