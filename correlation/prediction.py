@@ -18,7 +18,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.model import Model
@@ -116,6 +116,10 @@ class Prediction:
     states_back: Mapping[Key, SteadyState] = field(default_factory=dict)
     by_sweep: Complex[NDArray[np.complex128], "S k"] = field(default_factory=lambda: np.zeros((0, 0), dtype=complex))
     jumps: tuple[SweepJump, ...] = ()
+
+    def where(self, rows: Bool[NDArray[np.bool_], " k"] | Int[NDArray[np.int64], " n"]) -> "Prediction":
+        """Prediction at some of the points, by a mask or by their numbers; the states are those of all."""
+        return replace(self, points=self.points.where(rows), value=self.value[rows], by_sweep=self.by_sweep[:, rows])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

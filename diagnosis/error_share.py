@@ -65,8 +65,9 @@ def rank_by_suited_gains(arrangement: Arrangement, scores: Sequence[Score]) -> l
     if arrangement.model_error_size == NO_ERROR:
         return list(scores)
     # Screening has the slopes already, but of effects that the covariance with all model error hides.
-    hidden = iter(compute_slopes(arrangement, [score.effect for score in scores if not score.slope.any()]))
-    slopes = [score.slope if score.slope.any() else next(hidden) for score in scores]
+    hidden = [score.effect for score in scores if not score.slope.any()]
+    computed = dict(zip((effect.name for effect in hidden), compute_slopes(arrangement, hidden), strict=True))
+    slopes = [computed.get(score.effect.name, score.slope) for score in scores]
     gains = _compute_gains(arrangement, [score.effect for score in scores], slopes).max(axis=0)
     suited = [replace(score, gain=max(score.gain, float(gain))) for score, gain in zip(scores, gains, strict=True)]
     return sorted(suited, key=lambda score: -score.gain)

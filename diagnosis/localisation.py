@@ -28,6 +28,7 @@ from correlation.campaign.measurement import name_configuration
 from correlation.model import Model
 from correlation.model_solver import Tangent
 from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.place import LINEAR, PlaceUnits, choose_units
 from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
@@ -59,7 +60,7 @@ class Place:
     n_number
         Number of fitted parameters: real and imaginary parts of kappa, and of lambda, per level [-].
     level, amplitude
-        Levels, and the largest amplitude of the place at each, shape (l,) [N, m].
+        Levels, and the largest amplitude of the place at each, shape (l,) [N, m or rad].
     stiffness
         kappa, shape (l,) [N/m].
     deviation
@@ -75,6 +76,8 @@ class Place:
         much is model error.
     configuration
         Configuration in which it is missing: "jointed" or "free".
+    units
+        Units at the place, in which an angle has moments for forces.
     """
 
     name: str
@@ -89,6 +92,7 @@ class Place:
     exponent_deviation: float
     phase: float | None
     configuration: str
+    units: PlaceUnits = LINEAR
 
     @property
     def sentence(self) -> str:
@@ -135,7 +139,7 @@ def localise(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Place
                 amplitude = np.array([each for each, _ in largest])
                 by_weights = [_place(name, free, levels, amplitude, chosen, each) for each in weights]
                 found.append(_agreed(by_weights))
-            places.append(_best(found))
+            places.append(replace(_best(found), units=choose_units(fit.model, row)))
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
 
 
@@ -245,30 +249,34 @@ def _place(
     changes: Matrix,
     weights: Weights,
 ) -> Place:
-    across, residual = weights.across(changes), weights.residual
+    n, moves = len(levels), np.where(amplitude > 0, amplitude, 1.0)
+    # kappa a and lambda are forces, which are fitted alike well whatever the size of the motion.
+    per_force = np.concatenate([changes[:, : 2 * n] / np.repeat(moves, 2), changes[:, 2 * n :]], axis=1)
+    across, residual = weights.across(per_force), weights.residual
     solution, *_ = np.linalg.lstsq(across, residual, rcond=1e-10)
     covariance = np.linalg.pinv(across.T @ across, hermitian=True)
-    parts, spread = solution[0::2] + 1j * solution[1::2], np.sqrt(np.diag(covariance)[0::2])
-    n = len(levels)
-    kappa, third = parts[:n], np.zeros(n, dtype=np.complex128)
-    third[: len(parts) - n] = parts[n:]
-    # kappa a and lambda are forces: both say how a force grows with the amplitude, and what phase it has.
-    sizes = [(np.abs(kappa) * amplitude, spread[:n] * amplitude), (np.abs(third), spread[n:])]
+    forces = np.asarray(solution[0::2] + 1j * solution[1::2], dtype=np.complex128)
+    spread = np.sqrt(np.diag(covariance)[0::2])
+    third = np.zeros(n, dtype=np.complex128)
+    third[: len(forces) - n] = forces[n:]
+    # Both say how a force grows with the amplitude, and what phase it has.
+    sizes = [(np.abs(forces[:n]), spread[:n]), (np.abs(third), spread[n:])]
     slopes = [_exponent(amplitude, size, deviation) for size, deviation in sizes if len(deviation)]
     exponent, exponent_deviation = min(slopes, key=lambda pair: pair[1])
-    force = np.concatenate([-kappa * amplitude, parts[n:]])
     return Place(
         name=name,
         gain=float(residual @ across @ solution) - weights.surplus,
         n_number=len(solution),
         level=levels,
         amplitude=amplitude,
-        stiffness=kappa,
-        deviation=spread[:n],
+        stiffness=np.divide(forces[:n], moves),
+        deviation=spread[:n] / moves,
         third=third,
         exponent=exponent,
         exponent_deviation=exponent_deviation,
-        phase=find_common_phase(force, np.abs(parts) / np.where(spread > 0, spread, np.inf)),
+        phase=find_common_phase(
+            np.concatenate([-forces[:n], forces[n:]]), np.abs(forces) / np.where(spread > 0, spread, np.inf)
+        ),
         configuration=name_configuration(free),
     )
 

@@ -18,9 +18,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import Model
 from correlation.model_solver import Tangent
-from diagnosis.candidate.place import ROTATIONS, find_dof
+from diagnosis.candidate.place import choose_units
 from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
@@ -110,15 +109,10 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[Weights]) -> lis
                 found.append(
                     Resonator(
                         name=name, configuration=configuration, gain=gain, mass=mass, deviation=deviation,
-                        frequency=frequency, damping=damping, unit=_inertia_unit(fit.model, row),
+                        frequency=frequency, damping=damping, unit=choose_units(fit.model, row).inertia,
                     )
                 )  # fmt: skip
     return [replace(each, alike=_list_alike(each, found)) for each in sorted(found, key=lambda each: -each.gain)]
-
-
-def _inertia_unit(model: Model, row: Float[NDArray[np.float64], " r"]) -> str:
-    dof = find_dof(model, row)
-    return "kg m^2" if dof is not None and dof.direction in ROTATIONS else "kg"
 
 
 def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[Resonator, ...]:

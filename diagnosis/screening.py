@@ -7,8 +7,9 @@ effect makes,
           g = \frac{(d_\perp \cdot r_\perp)^2}{|d_\perp|^2}
 
 is what chi^2 would fall by if the effect were linear in its strength. The derivative at zero strength says how strong
-the effect would have to be; d is the difference at that strength, because derivatives mislead where a gap opens, and
-differences at a strength far from it do as well. These data cannot distinguish two effects whose d_perp are parallel.
+the effect would have to be. d is the derivative, or the difference at that strength, at most the typical one, over it:
+the one with the larger g, because derivatives mislead where a gap opens, and differences at a strength far from it do
+as well. These data cannot distinguish two effects whose d_perp are parallel.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -145,16 +146,16 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     if 1 - absorbed < effort.least_left or whole * abs(typical) < effort.unseen:
         slope, across = 0 * slope, 0 * across
     tried = find_least(effect, across, residual)
-    relief = _relief(problem, slope)
+    rates = _compensation_rates(problem, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
     if abs(step) > LEAST * abs(typical) and 1 - absorbed >= effort.least_left:
-        change = _change(problem, effect, step, relief)
+        change = _change(problem, effect, step, rates)
         finite = find_least(effect, project_out(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
-    start = _made_up(problem, effect, tried.step, relief)
+    start = _compensated_values(problem, effect, tried.step, rates)
     if not size or size * abs(typical) < effort.unseen:
         return Score(
             effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical),
@@ -185,13 +186,13 @@ def find_least(effect: Effect, across: Vector, residual: Vector) -> Least:
     return Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
 
 
-def _change(problem: Screened, effect: Effect, step: float, relief: Vector) -> Vector:
+def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:
     """Whitened change by an effect while the calibration parameters make up for what they can, shape (m + p,).
 
     Otherwise the curvature of a mere shift of the resonance would hide everything else.
     """
     fit, train = problem.fit, problem.train
-    values = _made_up(problem, effect, step, relief)
+    values = _compensated_values(problem, effect, step, rates)
     try:
         unknowns = problem.unknowns([effect])
         prediction = train.predict(unknowns.compose(values), fit.prediction, values[: unknowns.n_start])
@@ -204,13 +205,13 @@ def _change(problem: Screened, effect: Effect, step: float, relief: Vector) -> V
     return np.concatenate([np.where(there, moved, 0.0), prior])
 
 
-def _relief(problem: Screened, slope: Vector) -> Vector:
+def _compensation_rates(problem: Screened, slope: Vector) -> Vector:
     """Change of the fitted values that best makes up for an effect of unit strength, shape (p,)."""
     return np.asarray(-np.linalg.lstsq(problem.fit.jacobian, slope, rcond=1e-12)[0])
 
 
-def _made_up(problem: Screened, effect: Effect, step: float, relief: Vector) -> Vector:
+def _compensated_values(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:
     """Fitted values that best make up for an effect, then its own, shape (p + e,)."""
     strength = effect.parameters[0].vanishes + step
-    fitted = problem.fit.values + relief * step
+    fitted = problem.fit.values + rates * step
     return problem.unknowns([effect]).clipped(make_start(fitted, effect, strength))

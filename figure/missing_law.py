@@ -28,7 +28,8 @@ Samples = Float[NDArray[np.float64], " n"]
 LINES = (":", "--", "-.")
 #: Opacity of a band.
 BAND = 0.22
-#: Of units in what is drawn: micrometres, newtons per micrometre and microjoules; millimetres per second.
+#: Of units in what is drawn: micrometres, newtons per micrometre and microjoules; millimetres per second; of angles
+#: alike.
 MICRO, MILLI = 1e6, 1e3
 #: Largest stiffness from which on it is shown in N/µm [N/m].
 STIFF = 1e4
@@ -86,6 +87,8 @@ class LawDrawing(TitledFigure):
         Secant stiffness [N/m] and work per cycle [J] against the amplitude [m], with bands.
     known
         Known laws at the displacements of the spring force.
+    motion_unit, force_unit
+        Units of displacements and of forces, where an angle and moments take their place.
     is_hatched
         Whether the band of the spring force is that of the prior alone, where the data cannot tell both sides apart.
     """
@@ -98,6 +101,8 @@ class LawDrawing(TitledFigure):
     work: BandedCurve
     known: Sequence[KnownLaw] = ()
     is_hatched: bool = False
+    motion_unit: str = "m"
+    force_unit: str = "N"
 
 
 @draws(LawDrawing, "missing_law")
@@ -105,6 +110,7 @@ def draw_missing_law(result: LawDrawing) -> Figure:
     """Draw the law in four panels."""
     figure = new_figure(9.6, 7.6)
     by_u, by_v, of_stiffness, of_work = figure.subplots(2, 2).flat
+    motion, force_unit = result.motion_unit, result.force_unit
     spring, damper = _scale(result.spring, MICRO), _scale(result.damper, MILLI)
     for known, line in zip(result.known, cycle(LINES)):
         by_u.plot(spring.x, known.force, color=PALE, linewidth=1.0, linestyle=line, label=known.label)
@@ -121,10 +127,10 @@ def draw_missing_law(result: LawDrawing) -> Figure:
     ):
         _draw_band(axes, curve, is_hatched=False)
         axes.plot(curve.x, curve.mean, color=LIMITS[0], linewidth=1.4)
-        axes.set_xlabel("amplitude [µm]")
-    by_u.set(xlabel="displacement [µm]", ylabel="force [N]")
-    by_v.set(xlabel="velocity [mm/s]", ylabel="force [N]")
-    of_stiffness.set_ylabel(f"secant stiffness [{'N/µm' if is_stiff else 'N/m'}]")
+        axes.set_xlabel(f"amplitude [µ{motion}]")
+    by_u.set(xlabel=f"displacement [µ{motion}]", ylabel=f"force [{force_unit}]")
+    by_v.set(xlabel=f"velocity [m{motion}/s]", ylabel=f"force [{force_unit}]")
+    of_stiffness.set_ylabel(f"secant stiffness [{force_unit}/{'µ' if is_stiff else ''}{motion}]")
     of_work.set_ylabel("work per cycle [µJ]")
     for axes in (by_u, by_v, of_stiffness, of_work):
         open_box(axes)

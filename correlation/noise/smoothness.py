@@ -48,9 +48,9 @@ def estimate_curve_noise(
     Returns
     -------
     Standard deviation of the real and the imaginary part alike, shape (n,) [unit of the values], and the degrees of
-    freedom of its square; NaN and 0 if there are fewer than `FEWEST` points.
+    freedom of its square; NaN and 0 of fewer than `FEWEST` points, and of zeros, which are no readings.
     """
-    if len(value) < FEWEST:
+    if len(value) < FEWEST or not value.any():
         return np.full(len(value), np.nan), 0.0
     inner, squares = measure_roughness(frequency, value, parts=parts)
     size = np.abs(value) ** 2

@@ -47,6 +47,15 @@ class EffectParameter:
         if self.typical == self.vanishes:
             raise EffectError(f"{self.name} = {self.typical:g} {self.unit} is both typical and no effect")
 
+    @property
+    def is_ratio(self) -> bool:
+        """Whether it is a factor, which halves as it doubles."""
+        return self.unit == "-" and self.lower > 0
+
+    def describe(self, name: str, value: float) -> str:
+        """Value of something, such as "kt x 1.5" or "shift of lid = 0.002 m"."""
+        return f"{name} x {value:.4g}" if self.is_ratio else f"{name} = {value:.4g} {self.unit}"
+
     def is_at_bound(self, value: float) -> bool:
         """Whether a value is as far as a fit may go."""
         return not self.lower < value < self.upper

@@ -1,6 +1,7 @@
 """Places at which effects may act: the named places that move, without repetition; joints added there."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +17,22 @@ Row = Float[NDArray[np.float64], " r"]
 TRANSLATIONS, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
 #: A place moves if its motion in the mode is this share of the largest.
 MOVES = 1e-2
+
+
+class PlaceUnits(NamedTuple):
+    """Units of the motion of a place, and of the forces on it."""
+
+    motion: str
+    speed: str
+    force: str
+    stiffness: str
+    damping: str
+    inertia: str
+
+
+#: Of a displacement, and of an angle.
+LINEAR = PlaceUnits(motion="m", speed="m/s", force="N", stiffness="N/m", damping="N s/m", inertia="kg")
+ANGULAR = PlaceUnits(motion="rad", speed="rad/s", force="N m", stiffness="N m", damping="N m s", inertia="kg m^2")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,8 +80,7 @@ def find_moving_places(
         if reason:
             left.append(Untestable(name=f"{kind} at {name}", reason=reason))
         else:
-            known = find_dof(model, row)
-            found.append(Place(name=name, row=row, rotational=known is not None and known.direction in ROTATIONS))
+            found.append(Place(name=name, row=row, rotational=is_rotation(model, row)))
     return found, left
 
 
@@ -80,6 +96,17 @@ def find_dof(model: Model, row: Row) -> Dof | None:
         return None
     dof = model.dofs[int(where[0])]
     return None if dof.direction == "modal" else dof
+
+
+def is_rotation(model: Model, row: Row) -> bool:
+    """Whether a row follows an angle."""
+    known = find_dof(model, row)
+    return known is not None and known.direction in ROTATIONS
+
+
+def choose_units(model: Model, row: Row) -> PlaceUnits:
+    """Units at a row."""
+    return ANGULAR if is_rotation(model, row) else LINEAR
 
 
 def find_translations(model: Model, row: Row) -> tuple[int, ...]:

@@ -106,7 +106,7 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
 
 
 def list_held_back(fit: Fit) -> tuple[str, ...]:
-    """Parameters with a prior that a fit leaves at a bound, such as "kt x 1.5".
+    """Parameters with a prior that a fit leaves at a bound, such as "kt x 1.5" or "shift of lid = 0.002 m".
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def list_held_back(fit: Fit) -> tuple[str, ...]:
     unknowns, first = fit.unknowns, fit.unknowns.n_start
     every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], strict=True)
     return tuple(
-        f"{name} x {value:.4g}"
+        parameter.describe(name, value)
         for name, parameter, prior, value in every
         if np.isfinite(prior) and parameter.is_at_bound(value)
     )
@@ -148,8 +148,11 @@ def _list_curves(
     for free in np.unique(points.free[seen]).tolist():
         own = seen & (points.free == free)
         own &= points.level == points.level[own].min()
-        own &= points.sensor == points.sensor[own][np.argmax(size[own])]
-        own &= np.isin(points.sweep, (0, points.sweep[own][np.argmax(size[own])] or 1))
+        strongest = np.flatnonzero(own)[np.argmax(size[own])]
+        own &= points.sensor == points.sensor[strongest]
+        # Where both sweeps are one (0), that upwards goes on.
+        sweep = int(points.sweep[strongest]) or 1
+        own &= np.isin(points.sweep, (0, sweep))
         rows = np.flatnonzero(own)[np.argsort(points.frequency[own])]
         yield bool(free), rows, size[rows]
 

@@ -53,9 +53,7 @@ def add_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
     return replace(arrangement, added=(*arrangement.added, refit.effect), fit=replace(fit, jacobian=jacobian))
 
 
-def explain_residual(
-    arrangement: Arrangement, effects: Sequence[Effect], threshold: float = np.inf
-) -> ResidualExplanation:
+def explain_residual(arrangement: Arrangement, effects: Sequence[Effect], threshold: float) -> ResidualExplanation:
     """What would explain the residual once an effect is added, see `add_effect`.
 
     Parameters

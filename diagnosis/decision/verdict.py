@@ -192,17 +192,37 @@ class Verdict(Tabular):
 
 
 def held_out_fall(before: Refit, after: Refit) -> str:
-    """Fall of the held-out error by an effect, in words."""
-    falls = [
-        f"{plain(100 * was)} to {plain(100 * now)} % in {name}"
+    """Change of the held-out error by an effect, in words; of each record where there are records."""
+    if not after.held_out_names:
+        chi2 = before.held_out_reduced_chi2_by_noise, after.held_out_reduced_chi2_by_noise
+        return describe_held_out_change((before.held_out_error, after.held_out_error), chi2)
+    change = ", ".join(
+        f"{_percent(was)} to {_percent(now)} % in {name}"
         for was, now, name in zip(before.held_out_errors, after.held_out_errors, after.held_out_names, strict=True)
-    ]
-    if not falls and not after.held_out_error < before.held_out_error:
-        change = f"from {before.held_out_reduced_chi2_by_noise:.3g} to {after.held_out_reduced_chi2_by_noise:.3g}"
-        falls_at_all = after.held_out_reduced_chi2_by_noise < before.held_out_reduced_chi2_by_noise
-        return f"held-out reduced chi-squared {'falls' if falls_at_all else 'does not fall:'} {change}"
-    whole = f"{plain(100 * before.held_out_error)} to {plain(100 * after.held_out_error)} %"
-    return f"the held-out error falls from {', '.join(falls) or whole}"
+    )
+    return f"the held-out error {'falls' if after.held_out_error < before.held_out_error else 'goes'} from {change}"
+
+
+def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[float, float]) -> str:
+    """Change of the held-out error in words; of the reduced chi-squared where the error does not fall.
+
+    Parameters
+    ----------
+    error, reduced_chi2
+        Each without an effect, and with it [-].
+    """
+    was, now = map(_percent, error)
+    if error[1] < error[0] and now != was:
+        return f"the held-out error falls from {was} to {now} %"
+    stays = f"stays {now} %" if now == was else f"goes from {was} to {now} %"
+    stays = stays if np.isfinite(error).all() else "is unknown"
+    falls = "falls" if reduced_chi2[1] < reduced_chi2[0] else "does not fall:"
+    change = " to ".join(plain(each, 3) for each in reduced_chi2)
+    return f"the held-out reduced chi-squared {falls} from {change} (the held-out error {stays})"
+
+
+def _percent(share: float) -> str:
+    return plain(100 * share, 3)
 
 
 def smallest_detectable(scores: Sequence[Score], threshold: float) -> dict[str, float]:

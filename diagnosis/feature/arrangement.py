@@ -20,7 +20,7 @@ from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import Effort, Refit
 from hbsolve.errors import ModelError
 
-#: Where no datum is held out, every so manieth tests the fit.
+#: Where no datum is held out, every third one is.
 EVERY = 3
 
 

@@ -82,6 +82,12 @@ class Arrangement:
         """Model error that the fit leaves."""
         return get_error_size(self.train)
 
+    @property
+    def jitter_of_one_repeat(self) -> list[tuple[Effect, float]]:
+        """The jitter with the standard deviations of one repeat, not of the mean over those of the held-out data."""
+        repeats = float(np.median(self.held_out_without_jitter.observed.count))
+        return [(effect, float(np.sqrt(repeats)) * deviation) for effect, deviation in self.jitter]
+
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters with their priors; added effects and the given ones without."""
         return make_unknowns(self.base, self.calibration, [*self.added, *effects])

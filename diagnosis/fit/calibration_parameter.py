@@ -29,6 +29,8 @@ WHAT = {
 }
 #: Standard deviations of the prior beyond which no fit goes: once in two million draws is a value further off.
 MOST_PULLED = 5.0
+#: Distance of a bound from 1 below which nothing is left to calibrate, over the deviation of the prior [-].
+LEAST_REACH = 0.01
 #: Bounds of the factor: contacts and damping are known to an order of magnitude, a modulus far better.
 BOUNDS = {
     "kt": (0.1, 10.0),
@@ -179,25 +181,35 @@ def list_calibration_parameters(
 
 
 def _factor(models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
-    factor = make_factor(*BOUNDS[name], deviation)
+    factor = make_factor(name, *BOUNDS[name], deviation)
     lower, upper = factor.lower, factor.upper
     for each in models if name == "bearing" else ():
         lower, upper = contact_position_bounds(each, lower, upper)
-    return make_factor(lower, upper, deviation)
+    return make_factor(name, lower, upper, deviation)
 
 
-def make_factor(lower: float, upper: float, deviation: float) -> EffectParameter:
+def make_factor(name: str, lower: float, upper: float, deviation: float) -> EffectParameter:
     """A factor with a prior about 1, within bounds and within what no fit goes beyond.
 
     Parameters
     ----------
+    name
+        Name of what it scales.
     lower, upper
-        Bounds [-].
+        Bounds, 1 among them [-].
     deviation
         Standard deviation of its prior [-].
+
+    Raises
+    ------
+    EffectError
+        Bounds that leave nothing to calibrate.
     """
     lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
-    typical = min(1 + deviation, upper)
+    # A law may refuse all beyond 1 on one side: the search starts on the wider one.
+    typical = max(min(1 + deviation, upper), max(1 - deviation, lower), key=lambda value: abs(value - 1))
+    if abs(typical - 1) < LEAST_REACH * deviation:
+        raise EffectError(f'a factor on "{name}" may only be {lower:.9g} to {upper:.9g}: do not calibrate it')
     return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)
 
 

@@ -18,7 +18,7 @@ from diagnosis.fit.refit import MOST_RUGGED, is_rugged
 def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
     """The fitted values with far strengths of the first few effects that are ratios, or act through slip alone."""
     starts: list[tuple[Effect, Values]] = []
-    far = [each for each in effects if is_rugged(each) or each.parameters[0].vanishes > 0]
+    far = [each for each in effects if is_rugged(each) or each.parameters[0].is_ratio]
     for effect in far[:MOST_RUGGED]:
         strengths = list_far_strengths(effect.parameters[0])
         starts += [(effect, make_start(problem.fit.values, effect, strength)) for strength in strengths]
@@ -28,5 +28,5 @@ def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[E
 def list_far_strengths(parameter: EffectParameter) -> Vector:
     """Both bounds of a strength and what is halfway to them, of a ratio in logarithms, shape (4,) [its unit]."""
     bounds, vanishes = np.array([parameter.lower, parameter.upper]), parameter.vanishes
-    halfway = np.sqrt(bounds * vanishes) if vanishes > 0 else bounds / 2
+    halfway = np.sqrt(bounds * vanishes) if parameter.is_ratio else (bounds + vanishes) / 2
     return np.concatenate([bounds, halfway])

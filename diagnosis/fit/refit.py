@@ -151,7 +151,9 @@ def choose_finalists(
         if place < 2 or costs[number] < costs[ranked[0]] + effort.far_behind
     ]
     closest = min(ranked, key=lambda number: fits[number][1].chi2, default=None)
-    return [fits[number] for number in [*best, *({closest} - {*best, None})]]
+    if closest is not None and closest not in best:
+        best.append(closest)
+    return [fits[number] for number in best]
 
 
 def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:

@@ -72,7 +72,7 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
     Raises
     ------
     EffectError
-        The model has nothing of that name, or it is zero, or cannot be scaled by itself.
+        The model has nothing of that name, or it is zero, or cannot be scaled by itself or at all.
     """
     owner, _, key = name.rpartition(".")
     if owner in model.lines:
@@ -96,7 +96,7 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
         raise EffectError(f'"{name}" is zero in the case, and a factor leaves it so: leave it out, or give it a value')
     return ScopedParameter(
         name=name, physics=f"{key} of {owner}.", deviation=deviation, owner=owner, key=key,
-        parameters=(make_factor(lower, upper, deviation),),
+        parameters=(make_factor(name, lower, upper, deviation),),
     )  # fmt: skip
 
 

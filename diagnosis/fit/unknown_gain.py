@@ -32,6 +32,8 @@ BESIDE_LINEAR, ANYWHERE, ROUNDS = (2, 4), (6, 4), 14
 #: The gain of the drive is told by the data if the mean square of ln |X_m / X_p| grows by this factor away from the
 #: best one, and by more than rounding.
 TOLD, ROUNDING = 1.2, 1e-6
+#: Most that the square of ln |X_m / X_p| of a reading counts: a factor of e^2 [-].
+FAR_OFF = 4.0
 #: Frequencies of each level that the search looks at.
 MOST = 40
 #: Bounds of what a fit may change after the search [-].
@@ -106,6 +108,11 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
         Measurements to find them by.
     sweeps
         Directions in which they were swept.
+
+    Raises
+    ------
+    ModelError
+        A model that has no response to compare with.
     """
     if not has_unknown_gains(campaign):
         return SensorGains()
@@ -124,7 +131,7 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
         "these data show: it is fixed at 1, and the gains of the sensors are those of sensor and drive together; "
         "calibrate one of them"
     )
-    return SensorGains(parameters=_parameters(search.fit(1.0)[1]), fixed=fixed)
+    return SensorGains(parameters=_parameters(found), fixed=fixed)
 
 
 def _parameters(gains: Mapping[str, float]) -> tuple[UnknownGain, ...]:
@@ -148,13 +155,22 @@ class _Search:
     unknown: tuple[str, ...]
 
     def fit(self, gain: float) -> tuple[float, dict[str, float]]:
-        """Mean square of ln |X_m / X_p|, and the best gain of each unknown sensor, at a gain of the drive."""
+        """Mean square of ln |X_m / X_p|, and the best gain of each unknown sensor, at a gain of the drive.
+
+        Raises
+        ------
+        ModelError
+            The model has no response at this gain.
+        """
         driven = self.model.with_drive(gain)
+        return self._misfit(Predictor(points=self.observed.points, sweeps=self.sweeps).predict(driven).value)
+
+    def cost(self, log_gain: float) -> float:
+        """Mean square of ln |X_m / X_p| at the logarithm of a gain; infinite where the model has no response."""
         try:
-            value = Predictor(points=self.observed.points, sweeps=self.sweeps).predict(driven).value
+            return self.fit(float(np.exp(log_gain)))[0]
         except ModelError:
-            return np.inf, {}
-        return self._misfit(value)
+            return np.inf
 
     def _misfit(self, value: Complex[NDArray[np.complex128], " k"]) -> tuple[float, dict[str, float]]:
         points, measured = self.observed.points, np.abs(self.observed.value)
@@ -169,10 +185,10 @@ class _Search:
             mean = float(np.median(ratio[rows])) if rows.any() else 0.0
             gains[name] = float(np.exp(mean))
             ratio = np.where(points.sensor == name, ratio - mean, ratio)
-        fundamental = there & (points.harmonic == 1)
+        fundamental = points.harmonic == 1
         # A point at which the model has no state counts as far off; a few outlying ones do not decide.
-        squares = np.where(there, np.minimum(ratio**2, 4.0), 4.0)[fundamental | (~there & (points.harmonic == 1))]
-        return float(squares.mean()) if fundamental.any() else np.inf, gains
+        squares = np.where(there, np.minimum(ratio**2, FAR_OFF), FAR_OFF)[fundamental]
+        return float(squares.mean()) if (there & fundamental).any() else np.inf, gains
 
     def best(self) -> tuple[float, bool]:
         """Best gain of the drive, and whether the data tell it."""
@@ -180,24 +196,24 @@ class _Search:
         decades, per_decade = ANYWHERE if middle is None else BESIDE_LINEAR
         steps = np.arange(-decades * per_decade, decades * per_decade + 1) / per_decade * np.log(10)
         tried = np.log(middle or 1.0) + steps
-        cost = np.array([self.fit(float(np.exp(each)))[0] for each in tried])
+        cost = np.array([self.cost(float(each)) for each in tried])
         at = int(np.argmin(cost))
         gain = float(np.exp(self._golden(float(tried[max(at - 1, 0)]), float(tried[min(at + 1, len(tried) - 1)]))))
-        told = float(np.median(cost)) > TOLD * self.fit(gain)[0] + ROUNDING
+        told = float(np.median(cost)) > TOLD * self.cost(np.log(gain)) + ROUNDING
         return (gain, True) if told else (1.0, False)
 
     def _golden(self, low: float, high: float) -> float:
         ends = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
-        cost = [self.fit(float(np.exp(each)))[0] for each in ends]
+        cost = [self.cost(each) for each in ends]
         for _ in range(ROUNDS):
             if cost[0] <= cost[1]:
                 high, ends[1], cost[1] = ends[1], ends[0], cost[0]
                 ends[0] = high - GOLDEN * (high - low)
-                cost[0] = self.fit(float(np.exp(ends[0])))[0]
+                cost[0] = self.cost(ends[0])
             else:
                 low, ends[0], cost[0] = ends[0], ends[1], cost[1]
                 ends[1] = low + GOLDEN * (high - low)
-                cost[1] = self.fit(float(np.exp(ends[1])))[0]
+                cost[1] = self.cost(ends[1])
         return (low + high) / 2
 
     def _middle(self) -> float | None:

@@ -73,9 +73,9 @@ def make_comparison(
     prediction: Prediction,
     budget: Budget,
     refined: Sequence[Model],
-    n_draw: int = DRAWS,
+    n_draw: int,
     *,
-    fitted: bool = True,
+    fitted: bool,
 ) -> tuple[Comparison, Scatter]:
     """Comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
 
@@ -259,13 +259,8 @@ def join_measured(sides: Sequence[Measured]) -> Measured:
 def take_prediction(prediction: Prediction, sides: Sequence[Measured], number: int) -> Prediction:
     """The part of a prediction of joined measurements that is of one of their sets."""
     first = sum(len(side.features.points) for side in sides[:number])
-    rows = slice(first, first + len(sides[number].features.points))
-    return replace(
-        prediction,
-        points=sides[number].features.points,
-        value=prediction.value[rows],
-        by_sweep=prediction.by_sweep[:, rows],
-    )
+    rows = first + np.arange(len(sides[number].features.points))
+    return prediction.where(rows)
 
 
 def _split_rows(sides: Sequence[Measured], together: FeatureVector) -> list[NDArray[np.int64]]:

@@ -15,6 +15,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.noise.symmetric_root import symmetric_root
+from diagnosis.candidate.place import PlaceUnits
 from diagnosis.missing_law.basis import EVEN, GROUPS, N_INSTANT, follow
 from diagnosis.missing_law.place_law import PlaceLaw
 
@@ -82,6 +84,8 @@ class LawCurves:
         The same in each draw, shape (d, n).
     memory_share
         Share of the work at the largest amplitude that the cells have, in each draw, shape (d,) [-].
+    units
+        Units at the place of the law; above, those of a displacement stand for them.
     sees_even
         Whether the data say anything of a force that is the same on both sides.
     """
@@ -95,6 +99,7 @@ class LawCurves:
     work_draws: Draws
     spring_draws: Draws
     memory_share: Float[NDArray[np.float64], " d"]
+    units: PlaceUnits
     sees_even: bool
 
 
@@ -132,15 +137,14 @@ def compute_curves(law: PlaceLaw) -> LawCurves:
         work=_curve(grid, work, posterior.mean, draws), spring=_curve(x, spring, posterior.mean, draws),
         damper=_curve(velocity, still, posterior.mean, draws), stiffness_draws=draws @ secant.T,
         work_draws=draws @ work.T, spring_draws=draws @ spring.T, sees_even=sees_even,
-        memory_share=(draws @ of_cells) / np.where(np.abs(whole) > 0, np.abs(whole), np.inf),
+        units=law.units, memory_share=(draws @ of_cells) / np.where(np.abs(whole) > 0, np.abs(whole), np.inf),
     )  # fmt: skip
 
 
 def draw_coefficients(law: PlaceLaw, count: int = N_DRAW) -> Float[NDArray[np.float64], "d b"]:
     """Draws of the coefficients, those that must not be negative cut at zero, shape (d, b) [N]."""
     posterior, random = law.posterior, np.random.default_rng(SEED)
-    size, turn = np.linalg.eigh(posterior.covariance)
-    scatter = random.standard_normal((count, len(size))) * np.sqrt(np.maximum(size, 0.0)) @ turn.T
+    scatter = random.standard_normal((count, len(posterior.mean))) @ symmetric_root(posterior.covariance)
     draws = posterior.mean + scatter
     return np.asarray(np.where(law.basis.is_positive, np.maximum(draws, 0.0), draws))
 

@@ -11,9 +11,10 @@ DIGITS = 6
 #: Cells whose limit is below this share of the largest force are left out [-].
 SMALL = 1e-6
 
-TEMPLATE = '''"""The missing law at {place}, recovered from measurements: {words}.
+TEMPLATE = '''"""The missing law at `PLACE`, recovered from measurements: {words}.
 
-Its strength is 1 for the law as it was recovered. Forces are N, displacements m, velocities m/s.
+Its strength is 1 for the law as it was recovered. Forces are {units.force}, displacements {units.motion},
+velocities {units.speed}.
 """
 
 from collections.abc import Sequence
@@ -24,21 +25,22 @@ from diagnosis.candidate.effect import Effect, EffectParameter
 from reduction.jointed_system import JenkinsChain, PiecewiseDamper, PiecewiseSpring
 
 PLACE = {place!r}
-#: Pieces of the springs [m] with the change of their stiffness at each kink, for u > 0 and u < 0 [N/m].
+#: Pieces of the springs [{units.motion}] with the change of their stiffness at each kink, for u > 0 and u < 0
+#: [{units.stiffness}].
 WIDTH = {width}
 AHEAD = {ahead}
 BACK = {back}
-#: The same of the damper [m/s, N s/m].
+#: The same of the damper [{units.speed}, {units.damping}].
 SPEED = {speed}
 DAMPING = {damping}
-#: Stiffness [N/m] and limit [N] of each Jenkins cell.
+#: Stiffness [{units.stiffness}] and limit [{units.force}] of each Jenkins cell.
 CELLS = {cells}
 STRENGTH = EffectParameter(name="ratio", unit="-", lower=0.0, upper=10.0, typical=1.0)
 
 
 @dataclass(frozen=True)
 class RecoveredLaw:
-    name: str = "recovered law at {place}"
+    name: str = f"recovered law at {{PLACE}}"
     kind: str = "recovered law"
     physics: str = {physics!r}
     signature: str = "What the recovered law says."
@@ -85,7 +87,7 @@ def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawWords) -> str:
     said = words.sentences[0] if words.sentences else "a force"
     return TEMPLATE.format(
         place=law.name, words=", ".join(words.words) or "no clear features", physics=f"A force: {said}.",
-        width=_round(law.basis.width), speed=_round(law.basis.width_of_speed), cells=cells,
+        units=law.units, width=_round(law.basis.width), speed=_round(law.basis.width_of_speed), cells=cells,
         ahead=[_round(each) for each in ahead], back=[_round(each) for each in back],
         damping=[_round(each) for each in damping],
     )  # fmt: skip

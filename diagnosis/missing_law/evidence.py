@@ -76,7 +76,7 @@ def infer(
     is_positive: Bool[NDArray[np.bool_], " b"],
     fundamental: Complex[NDArray[np.complex128], "s b"],
     n_free: int,
-    least_noise: float = 1.0,
+    least_noise: float,
 ) -> Posterior:
     """Coefficients, their sizes and the evidence.
 
@@ -111,7 +111,7 @@ def _infer_from(
     is_positive: Bool[NDArray[np.bool_], " b"],
     fundamental: Complex[NDArray[np.complex128], "s b"],
     n_free: int,
-    least_noise: float = 1.0,
+    least_noise: float,
 ) -> Posterior:
     """The same from first sizes."""
     gram, moment, total = changes.T @ changes, changes.T @ residual, float(residual @ residual)
@@ -173,7 +173,7 @@ def _covariance(
     return result
 
 
-def cost_alone(residual: Float[NDArray[np.float64], " m"], n_free: int, least_noise: float = 1.0) -> float:
+def cost_alone(residual: Float[NDArray[np.float64], " m"], n_free: int, least_noise: float) -> float:
     """-2 ln p(y) without any coefficients [-]."""
     total = float(residual @ residual)
     variance = max(least_noise**2, total / max(n_free, 1))

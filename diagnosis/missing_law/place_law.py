@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from diagnosis.candidate.place import PlaceUnits
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.missing_law.basis import LawBasis
 from diagnosis.missing_law.evidence import Posterior
@@ -29,6 +30,8 @@ class PlaceLaw:
         Place, and its row over the degrees of freedom, shape (r,) [-].
     basis
         Functions of the law.
+    units
+        Units at the place; below, those of a displacement stand for them.
     posterior
         Their coefficients [N].
     motion
@@ -48,6 +51,7 @@ class PlaceLaw:
     name: str
     row: Row
     basis: LawBasis
+    units: PlaceUnits
     posterior: Posterior
     motion: Motion
     loads: Motion

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from correlation.model import Sensor
 from correlation.prediction import Key, Prediction, Predictor
-from diagnosis.candidate.place import is_parallel
+from diagnosis.candidate.place import choose_units, is_parallel
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.refit import is_lost
@@ -314,8 +314,9 @@ class _Recovery:
         if missing.any():
             drive[:, 1] = loads[:, 1] + missing
         return PlaceLaw(
-            name=name, row=row, basis=basis, posterior=posterior, motion=motion, table=self.table, loads=own,
-            drive=drive, values=unknowns.clipped(values + step), evidence=(self.cost - posterior.cost) / 2,
+            name=name, row=row, basis=basis, units=choose_units(self.arrangement.fit.model, row), posterior=posterior,
+            motion=motion, table=self.table, loads=own, drive=drive,
+            values=unknowns.clipped(values + step), evidence=(self.cost - posterior.cost) / 2,
         )  # fmt: skip
 
     def _explain(

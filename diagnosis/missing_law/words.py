@@ -35,6 +35,12 @@ MATTERS = 0.1
 LOWER = 1 / 3
 #: Factor of the sums of squares by which a clearance must fit better than a power.
 BETTER = 2.0
+#: Share of the work that the largest force does in quadrature, from which on a law dissipates [-].
+LEAST_WORK = 0.01
+#: Share of the work that the cells have where a law has memory [-].
+MOSTLY = 0.5
+#: Exponents of the work: Coulomb's is nearer to 1 than to a dashpot's 2; about a dashpot's; those of micro-slip.
+COULOMB, VISCOUS, MICRO_SLIP = 1.5, (1.6, 2.4), (1.5, 3.5)
 #: Clearances and powers that are tried, the former over the range [-].
 CLEARANCES, POWERS = np.linspace(0.1, 0.9, 33), np.linspace(1.0, 7.0, 25)
 
@@ -70,7 +76,7 @@ def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     change, most = draws[:, -1] - draws[:, lower], float(np.abs(curves.stiffness.mean).max())
     low, high = np.quantile(change, BAND)
-    numbers = f"from {curves.stiffness.mean[lower]:.3g} to {curves.stiffness.mean[-1]:.3g} N/m"
+    numbers = f"from {curves.stiffness.mean[lower]:.3g} to {curves.stiffness.mean[-1]:.3g} {curves.units.stiffness}"
     if low > MATTERS * most:
         return ["hardening"], [f"hardening: its secant stiffness rises {numbers} with the amplitude"]
     if high < -MATTERS * most:
@@ -93,10 +99,10 @@ def _tell_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
     if not told:
         return [], []
     if not curves.sees_even:
-        where = f"abs(u) = {told[0] * reach:.3g} m"
+        where = f"abs(u) = {told[0] * reach:.3g} {curves.units.motion}"
         return ["gap"], [f"a clearance, on one side or on both: hardly any force up to {where}, and a spring beyond"]
     where = " and ".join(
-        f"u = {sign * clearance * reach:.3g} m"
+        f"u = {sign * clearance * reach:.3g} {curves.units.motion}"
         for sign, clearance in zip((1, -1), sides, strict=True)
         if clearance is not None
     )
@@ -130,14 +136,15 @@ def _tell_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
     most = float(np.abs(curves.spring.mean).max())
     low, high = np.quantile(even[:, -1], BAND)
     if low > MATTERS * most or high < -MATTERS * most:
-        return ["asymmetric"], [f"asymmetric: both sides together leave {even[:, -1].mean():.3g} N"]
+        left = f"{even[:, -1].mean():.3g} {curves.units.force}"
+        return ["asymmetric"], [f"asymmetric: both sides together leave {left}"]
     return [], []
 
 
 def _tell_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     grid, draws = curves.work.x, curves.work_draws
     whole = np.pi * grid[-1] * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
-    if not (np.quantile(draws[:, -1], BAND[0]) > 0.01 * whole):
+    if not (np.quantile(draws[:, -1], BAND[0]) > LEAST_WORK * whole):
         return [], ["these data show no dissipation of it"]
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     if not (np.quantile(draws[:, lower], BAND[0]) > 0) or lower == len(grid) - 1:
@@ -147,19 +154,19 @@ def _tell_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     exponent = np.log(ends[:, 1] / ends[:, 0]) / np.log(grid[-1] / grid[lower])
     low, high = np.quantile(exponent, BAND)
     words, told = ["dissipative"], f"its work per cycle grows with the amplitude to the power {np.median(exponent):.2g}"
-    has_memory = bool(np.quantile(curves.memory_share, BAND[0]) > 0.5)
-    has_none = bool(np.quantile(curves.memory_share, BAND[1]) < 0.5)
+    has_memory = bool(np.quantile(curves.memory_share, BAND[0]) > MOSTLY)
+    has_none = bool(np.quantile(curves.memory_share, BAND[1]) < MOSTLY)
     if has_memory:
         words.append("memory")
         told += "; it depends on the history (hysteresis)"
     kind = None
-    if high < 1.5:
+    if high < COULOMB:
         kind = "Coulomb"
-    elif low > 1.6 and high < 2.4 and has_none:
+    elif low > VISCOUS[0] and high < VISCOUS[1] and has_none:
         kind = "viscous"
-    elif low > 2.4 and has_none:
+    elif low > VISCOUS[1] and has_none:
         kind = "drag"
-    elif has_memory and low > 1.5 and high < 3.5:
+    elif has_memory and low > MICRO_SLIP[0] and high < MICRO_SLIP[1]:
         kind = "micro-slip"
     if kind:
         words.append(kind)

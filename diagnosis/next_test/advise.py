@@ -102,10 +102,8 @@ def advise(
 def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error: ErrorSize) -> ErrorSources:
     """Errors of further readings, as those of a campaign."""
     train = arrangement.train
-    # The arrangement has the jitter of a mean over the held-out repeats.
-    single = float(np.sqrt(np.median(arrangement.held_out_without_jitter.observed.count)))
     return ErrorSources(
-        jitter=[(effect, single * deviation) for effect, deviation in arrangement.jitter], budget=arrangement.budget,
+        jitter=arrangement.jitter_of_one_repeat, budget=arrangement.budget,
         noise=PlannedNoise.of_campaign(train), model_error=model_error,
         unphased=frozenset(train.features.points.sensor[~train.observed.phased].tolist()),
         quantity=next((each.quantity for each in campaign.sensors if each.line is None), "displacement"),

@@ -11,7 +11,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model, Sensor
 from diagnosis.candidate.effect import EffectError
 from diagnosis.candidate.place import MOVES
-from diagnosis.candidate.resonance import Resonance, find_resonance
+from diagnosis.candidate.resonance import DRIVEN, SHIFT, Resonance, find_resonance
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.next_test.next_test import NextTest, find_mass_rows, list_free_places
 
@@ -27,7 +27,7 @@ NEAR = 0.3
 WIDTHS, LEAST_WIDTH = 4.0, 5e-3
 #: Bands about further resonances, up to this multiple of the measured frequencies [-].
 N_BAND, HIGHEST = 2, 4.0
-#: Places of an added mass, and how many times as much it is as one that shifts a resonance by half a percent [-].
+#: Places of an added mass, and how many times as much it is as one that shifts a resonance by `SHIFT` [-].
 N_MASS, MASS = 2, 8.0
 #: Places of a further sensor at most [-].
 N_PLACE = 6
@@ -179,7 +179,7 @@ def _list_changed(like: NextTest, model: Model, highest: float) -> Iterator[Next
     for place in by_motion[:N_MASS]:
         mass = scale.point_mass(find_mass_rows(model, place))
         if mass is not None and mass > 0:
-            lower = tuple(_round(0.96 * each, 6) for each in like.frequencies)
+            lower = tuple(_round((1 - MASS * SHIFT) * each, 6) for each in like.frequencies)
             yield replace(
                 like, name=f"with a mass of {_round(1e3 * MASS * mass):g} g added at {place}", levels=(highest,),
                 frequencies=lower, added_mass=(place, float(MASS * mass)),
@@ -211,7 +211,7 @@ def surround_resonance(resonance: Resonance, number: int) -> tuple[float, ...] |
     """Frequencies about a resonance; None for one that the force does not drive."""
     own = replace(resonance, number=number)
     omega, drive = own.angular_frequency, np.abs(own.system.dynamic @ own.mode_shapes).max(axis=0)
-    if not omega > 0 or drive[number] < 1e-3 * drive.max():
+    if not omega > 0 or drive[number] < DRIVEN * drive.max():
         return None
     width = max(WIDTHS * own.modal_damping / omega, LEAST_WIDTH)
     # Denser at the resonance.

@@ -150,11 +150,9 @@ class _Planned:
         there = np.isfinite(prediction.value) & (prediction.value != 0)
         if not there.any():
             raise EffectError("the model has no steady state at the planned levels and frequencies: plan others")
-        points = points.where(there)
-        prediction = replace(
-            prediction, points=points, value=prediction.value[there], by_sweep=prediction.by_sweep[:, there]
-        )
-        predictor, value = replace(predictor, points=points), prediction.value
+        prediction = prediction.where(there)
+        points, value = prediction.points, prediction.value
+        predictor = replace(predictor, points=points)
         cells = [each.name for each in model.sensors if not isinstance(each, Sensor)]
         motion = ~np.isin(points.sensor, cells)
         features = FeatureVector.choose(points, value, motion)

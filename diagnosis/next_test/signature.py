@@ -180,22 +180,27 @@ class SetUpSignatures:
         self, test: NextTest
     ) -> tuple[list[Float[NDArray[np.float64], " m"]], list[Float[NDArray[np.float64], "m p"]], Whitening]:
         """Predicted features of a test by each candidate, their spreads, and the covariance of their errors."""
-        rows = self._find_rows(test)
         features, whitening = self.compare(test)
+        return *self._list_features(test, features), whitening
+
+    def _list_features(
+        self, test: NextTest, features: FeatureVector
+    ) -> tuple[list[Float[NDArray[np.float64], " m"]], list[Float[NDArray[np.float64], "m p"]]]:
+        rows = self._find_rows(test)
         signatures = [features.of_values(value[rows]) for value in self.values]
         spreads = [
             features.slopes(value[rows], spread[rows]) for value, spread in zip(self.values, self.spreads, strict=True)
         ]
-        return signatures, spreads, whitening
+        return signatures, spreads
 
     def take_curve(self, test: NextTest) -> SignatureCurve:
         """The reading of a test with the largest share of d^2 of the two most probable candidates."""
         rows = self._find_rows(test)
         points = self.points.where(rows)
         noise = self.errors.noise[rows] / np.sqrt(test.n_repeat * max(len(test.sweeps), 1))
-        signatures, spreads, whitening = self.list_features(test)
+        features, whitening = self.compare(test)
+        signatures, spreads = self._list_features(test, features)
         apart = whiten_difference((signatures[0], signatures[1]), (spreads[0], spreads[1]), whitening)
-        features, _ = self.compare(test)
         groups = group_rows([points.sensor, points.level, points.harmonic]).number
         best = groups == int(np.argmax(np.bincount(groups[features.row], apart**2)))
         best_rows = np.flatnonzero(best)[np.argsort(points.frequency[best])]
@@ -213,7 +218,8 @@ class SetUpSignatures:
     def compare(self, test: NextTest) -> tuple[FeatureVector, Whitening]:
         """Features of a test, and the covariance of their errors."""
         rows = self._find_rows(test)
-        points, value = self.points.where(rows), self.prediction.value[rows]
+        part = self.prediction.where(rows)
+        points, value = part.points, part.value
         cells = {each.name for each in self.model.sensors if not isinstance(each, Sensor)}
         motion = ~np.isin(points.sensor, [*cells])
         phased = ~np.isin(points.sensor, [*self.sources.unphased])
@@ -221,7 +227,6 @@ class SetUpSignatures:
         whitening = self.errors.make_whitening(features, value, rows, test.n_repeat, max(len(test.sweeps), 1))
         if self.sources.model_error == NO_ERROR:
             return features, whitening
-        part = replace(self.prediction, points=points, value=value, by_sweep=self.prediction.by_sweep[:, rows])
         predictor = replace(self.predictor, points=points)
         patterns = ErrorPatterns.at(features, predictor, self.model, part, np.nan_to_num(features.of_values(value)))
         return features, patterns.widen(whitening, self.sources.model_error)

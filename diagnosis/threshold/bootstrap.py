@@ -92,7 +92,9 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
 
 
 def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
-    """Detection thresholds that a share of campaigns without any effect exceeds, by Gumbel's law and `STRANGER`.
+    """Detection thresholds that a share of campaigns without any effect exceeds, by Gumbel's law.
+
+    That of the gain of an effect is `STRANGER` times as high, that of an unknown force as in the simulated campaigns.
 
     Raises
     ------

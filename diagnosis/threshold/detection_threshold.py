@@ -8,14 +8,15 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from correlation.noise.symmetric_root import symmetric_root
 from diagnosis.screening import Score
 
 #: Factor on the gains of the linear theory: refits gain more, by experience.
 MARGIN = 2.0
 #: Threshold of the gain of an unknown force as a multiple of that of an effect, by experience.
 UNKNOWN_FORCE = 1.5
-#: Least threshold of the gain of an unknown force, however few effects there are: chance gain of eight parameters at
-#: one of ten places.
+#: Least threshold of the gain of an unknown force by the linear theory, however few effects there are: chance gain of
+#: eight parameters at one of ten places. A bootstrap knows the chance gains of its layout.
 LEAST_UNKNOWN_FORCE_GAIN = 18.0
 
 
@@ -81,14 +82,15 @@ def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]
         return np.zeros(1)
     directions = np.array([score.direction for score in seen])
     # The gains depend on the directions' inner products alone: draw in the space that they span.
-    eigenvalues, vectors = np.linalg.eigh(directions @ directions.T)
-    root = vectors * np.sqrt(np.maximum(eigenvalues, 0.0))
-    one_sided = np.array([_one_sided(score) for score in seen])
+    root = symmetric_root(directions @ directions.T)
+    # Directions are towards the typical strength: a strength that is bounded where it vanishes only grows along them.
+    strengths = [score.effect.parameters[0] for score in seen]
+    one_sided = np.array([each.vanishes in (each.lower, each.upper) for each in strengths])
     generator = np.random.default_rng(SEED)
     best = []
     for _ in range(DRAWS // BATCH):
         along = root @ generator.standard_normal((len(seen), BATCH))
-        along = np.where(one_sided[:, None] * along < 0, 0.0, along)
+        along = np.where(one_sided[:, None] & (along < 0), 0.0, along)
         best.append((along**2).max(axis=0))
     return np.sort(np.concatenate(best))
 
@@ -96,12 +98,3 @@ def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]
 def find_threshold(gains: Float[NDArray[np.float64], " n"], false_alarms: float) -> float:
     """Gain that a share of residuals without any effect exceeds."""
     return float(np.quantile(gains, 1 - false_alarms))
-
-
-def _one_sided(score: Score) -> int:
-    """Sign of the only direction in which the strength may grow; 0 for both directions."""
-    parameter = score.effect.parameters[0]
-    forward = np.sign(parameter.typical - parameter.vanishes)
-    if parameter.lower == parameter.vanishes:
-        return int(forward)
-    return int(-forward) if parameter.upper == parameter.vanishes else 0

@@ -149,10 +149,8 @@ class Simulation:
     def _jittered(self, generator: np.random.Generator) -> Model:
         """Model of one repeat."""
         model = self.arrangement.fit.model
-        # The arrangement has the jitter of a mean over the held-out repeats.
-        single = float(np.sqrt(np.median(self.arrangement.held_out_without_jitter.observed.count)))
-        for effect, deviation in self.arrangement.jitter:
-            model = effect.apply(model, [single * deviation * float(generator.standard_normal())])
+        for effect, deviation in self.arrangement.jitter_of_one_repeat:
+            model = effect.apply(model, [deviation * float(generator.standard_normal())])
         return model
 
     def _error(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:

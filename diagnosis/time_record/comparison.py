@@ -78,9 +78,14 @@ class RecordComparison:
         Raises
         ------
         CampaignError
-            A sensor that reads the same number all the time.
+            A record with fewer samples than blocks, or a sensor that reads the same number all the time.
         """
         for each in drives:
+            if each.measured.shape[1] < BLOCKS:
+                raise CampaignError(
+                    f'record "{each.record.name}": {each.measured.shape[1]} samples after the run-in are too few, give '
+                    f"{BLOCKS} or more"
+                )
             for name, size in zip(each.sensors, _size(each), strict=True):
                 if not size > 0:
                     raise CampaignError(f'record "{each.record.name}": "{name}" never changes after the run-in')

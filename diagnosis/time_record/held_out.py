@@ -139,7 +139,7 @@ def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str
         return f"Something is missing, and it is none of the known effects: the noise is {plain(noise)} %, {error}."
     if noise:
         return f"Nothing is missing beyond the noise of {plain(noise)} %: {error}."
-    return f"Nothing passes the gate: {error}; how much of this is noise is not known."
+    return f"No effect lowers the held-out error enough: {error}; how much of this is noise is not known."
 
 
 def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:

@@ -196,12 +196,14 @@ def run_data_diagnosis(
     suspicions = _find_suspicions(setup, campaign)
     for suspicion in suspicions:
         run.warn(str(suspicion))
-    for left in reversed(range(MOST_ROUNDS)):
+    n_round = 0
+    while True:
         found = _diagnose(case, setup, campaign, folder, run, without, suspicions)
-        best = found.diagnosis.verdict.effects[:1]
-        if not (auto and left) or found.diagnosis.verdict.finding is not Finding.MISSING:
+        n_round += 1
+        verdict = found.diagnosis.verdict
+        if not auto or n_round == MOST_ROUNDS or verdict.finding is not Finding.MISSING:
             break
-        add(case, best[0].name, run=run)
+        add(case, verdict.effects[0].name, run=run)
         setup = _read_setup(case, campaign, run)
         suspicions = _find_suspicions(setup, campaign)
     with run.progress.step("page and figures", expected=5):
@@ -223,6 +225,7 @@ def _diagnose(
     case: Path, setup: Setup, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str],
     suspicions: tuple[Suspicion, ...],
 ) -> DataDiagnosisResult:  # fmt: skip
+    key = case_key(read_text(case))  # of what is diagnosed: the file may be edited meanwhile
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
@@ -234,7 +237,7 @@ def _diagnose(
         setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,
         suspicions=suspicions,
     )  # fmt: skip
-    _record(result, case, folder)
+    _record(result, case, folder, key)
     return result
 
 
@@ -247,7 +250,7 @@ def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
     return merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
 
 
-def _record(found: DataDiagnosisResult, case: Path, folder: Path) -> None:
+def _record(found: DataDiagnosisResult, case: Path, folder: Path, key: str) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
     fitted = [
         {**write_up(found.setup, refit), "after": _chi2(refit).document}
@@ -255,7 +258,7 @@ def _record(found: DataDiagnosisResult, case: Path, folder: Path) -> None:
         if refit.effect is not None
     ]
     step = Step(
-        what=DIAGNOSIS, case_key=case_key(read_text(case)), campaign=str(folder.resolve()), sentence=found.headline,
+        what=DIAGNOSIS, case_key=key, campaign=str(folder.resolve()), sentence=found.headline,
         finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.baseline), candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()

@@ -85,12 +85,13 @@ def _strayed(result: Round) -> Iterator[str]:
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters
         pull = abs(value - factor.vanishes) / parameter.deviation
+        there = factor.describe(parameter.name, value)
         if factor.is_at_bound(value):
-            yield f"{parameter.name} x {value:.4g} is as far as a fit may go: something else may be what differs."
+            yield f"{there} is as far as a fit may go: something else may be what differs."
         elif pull > FAR:
             yield (
-                f"{parameter.name} x {value:.4g} is {pull:.1f} standard deviations of its prior from the case: "
-                "something else may be what differs."
+                f"{there} is {pull:.1f} standard deviations of its prior from the case: something else may be what "
+                "differs."
             )
 
 

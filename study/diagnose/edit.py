@@ -151,7 +151,8 @@ def taken_back(before: str, after: str, current: str) -> str | None:
     for tag, first, last, start, end in reversed(SequenceMatcher(None, new, old, autojunk=False).get_opcodes()):
         if tag == "equal":
             continue
-        # The lines of the change must stand as they were, with at least one neighbour, so that their place is certain.
+        # The lines of the change must stand as they were; where it left none, a neighbour must, so that their place is
+        # certain.
         whole = [
             block
             for block in blocks

@@ -27,6 +27,7 @@ def make_law_drawing(law: RecoveredLaw, title: str) -> LawDrawing:
         ],
         spring=_band(curves.spring), damper=_band(curves.damper), stiffness=_band(curves.stiffness),
         work=_band(curves.work), known=known, is_hatched=not curves.sees_even,
+        motion_unit=curves.units.motion, force_unit=curves.units.force,
     )  # fmt: skip
 
 

@@ -50,6 +50,7 @@ class RecoveredLaw:
     def document(self) -> dict[str, Any]:
         """For JSON."""
         curves = self.curves
+        motion, speed, force, stiffness = (_key_of(unit) for unit in curves.units[:4])
         return {
             "places": {
                 place.name: {"probability": float(chance), "evidence": float(place.evidence)}
@@ -59,10 +60,10 @@ class RecoveredLaw:
             "words": [*self.words.words],
             "sentences": self.sentences,
             "sees_even": curves.sees_even,
-            "spring": _curve_document(curves.spring, "displacement_m", "force_n"),
-            "damper": _curve_document(curves.damper, "velocity_m_per_s", "force_n"),
-            "secant_stiffness": _curve_document(curves.stiffness, "amplitude_m", "stiffness_n_per_m"),
-            "work_per_cycle": _curve_document(curves.work, "amplitude_m", "work_j"),
+            "spring": _curve_document(curves.spring, f"displacement_{motion}", f"force_{force}"),
+            "damper": _curve_document(curves.damper, f"velocity_{speed}", f"force_{force}"),
+            "secant_stiffness": _curve_document(curves.stiffness, f"amplitude_{motion}", f"stiffness_{stiffness}"),
+            "work_per_cycle": _curve_document(curves.work, f"amplitude_{motion}", "work_j"),
         }
 
 
@@ -87,6 +88,11 @@ def format_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
     yield "The force law that explains it, recovered without a catalogue:"
     yield from (f"  {sentence}" for sentence in law.sentences)
     yield f'  as an effect: name {file} in [effects] files of the case; stickslip add "{law.name}" --value 1 adds it'
+
+
+def _key_of(unit: str) -> str:
+    """A unit as a part of a key: "n_per_m"."""
+    return unit.lower().replace("/", "_per_").replace(" ", "_")
 
 
 def _curve_document(curve: Curve, x: str, y: str) -> dict[str, Any]:

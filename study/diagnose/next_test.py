@@ -16,7 +16,9 @@ from diagnosis.next_test.advise import Advice, RankedTest, advise
 from diagnosis.next_test.list_tests import AGAIN
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.visibility import VisibleTest, find_visible_test
+from geometry.errors import InputError
 from geometry.plain_number import plain
+from hbsolve.errors import NoSteadyState
 
 #: Tests that report and page show.
 SHOWN = 8
@@ -114,7 +116,7 @@ class NextStep:
 
 
 def find_next_step(campaign: Campaign, diagnosis: Diagnosis[Arrangement], law: MissingLaw | None) -> NextStep:
-    """Advice on the next test; what fails there costs nothing of the diagnosis."""
+    """Advice on the next test; a model without a steady state there costs nothing of the diagnosis."""
     unit, arrangement, verdict = campaign.drive.unit, diagnosis.arrangement, diagnosis.verdict
     try:
         if verdict.finding is Finding.NOT_TESTABLE:
@@ -122,7 +124,7 @@ def find_next_step(campaign: Campaign, diagnosis: Diagnosis[Arrangement], law: M
                 advice=None, unit=unit, visible=find_visible_test(campaign, arrangement, diagnosis.catalogue)
             )
         return NextStep(advice=advise(campaign, arrangement, verdict, law), unit=unit)
-    except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+    except (InputError, NoSteadyState, np.linalg.LinAlgError) as error:
         return NextStep(advice=None, unit=unit, reason=f"what to measure next could not be computed: {error}")
 
 

@@ -21,7 +21,7 @@ from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.next_test_drawing import make_next_tests
-from study.diagnose.report import LAW_FILE, choose_advice, describe_threshold, format_headline
+from study.diagnose.report import LAW_FILE, choose_advice, choose_tag, describe_threshold, format_headline
 from study.diagnose.resonance import describe_level_dependence, draw_resonances
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall
@@ -123,7 +123,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         headline=format_headline(result),
         doubts=list_doubts(result),
         advice=choose_advice(result),
-        two=result.diagnosis.verdict.further is not None,
+        tag=choose_tag(result),
         wrong=bool(result.wrong),
         threshold=describe_threshold(result),
         n_backbone=len(backbones),
@@ -187,7 +187,8 @@ def _place(place: Place) -> dict[str, Any]:
         "phase": "" if place.phase is None else f"{place.phase:.0f}°",
         "reads": _reads(place),
         "levels": [
-            f"{level:g} N: {format_number(abs(kappa), 3)} ± {format_number(TWO_SIDED_95 * deviation, 2)} N/m"
+            f"{level:g} N: {format_number(abs(kappa), 3)} ± {format_number(TWO_SIDED_95 * deviation, 2)} "
+            f"{place.units.stiffness}"
             for level, kappa, deviation in levels
         ],
     }

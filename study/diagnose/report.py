@@ -8,7 +8,7 @@ from typing import Any
 
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.verdict import Finding
+from diagnosis.decision.verdict import Finding, describe_held_out_change
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
 from diagnosis.localisation import Place
@@ -60,8 +60,18 @@ ADVICE = {
         "plan tells what such tests would show (docs/plan.md)"
     ),
 }
-
-
+#: The verdict in a few words.
+TAG = {
+    Finding.MISSING: "An effect is missing",
+    Finding.AMBIGUOUS: "One of several is missing",
+    Finding.NOTHING: "Nothing is missing",
+    Finding.UNKNOWN: "Something unknown is missing",
+    Finding.NOT_CLOSE: "The model is not close enough",
+    Finding.NOT_TESTABLE: "These measurements cannot tell",
+}
+#: The same where an effect alone is not confirmed, and where two are missing together.
+TAG_ONE = "An effect may be missing"
+TAG_TWO = {Finding.MISSING: "Two effects are missing", Finding.AMBIGUOUS: "Two effects may be missing"}
 #: The next step where two effects are missing.
 BOTH = (
     'stickslip add "{effect}" writes the first into the case, and a second diagnosis finds the other; --auto does both'
@@ -146,22 +156,22 @@ def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
 
 def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
     """Change of the held-out error by an effect, from the model as drawn where calibration alone has gone astray."""
-    if before.held_out > CLEARLY_WORSE * drawn.held_out > CLEARLY_WORSE * after.held_out:
+    is_astray = before.held_out > CLEARLY_WORSE * drawn.held_out
+    if is_astray and drawn.held_out > after.held_out:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
         return f"the held-out error falls from {error} % as drawn to {then} %"
-    return held_out_falls(before, after)
+    return describe_held_out_change((before.held_out, after.held_out), (before.held_out_chi2, after.held_out_chi2))
 
 
-def held_out_falls(before: Errors, after: Errors) -> str:
-    """Change of the held-out error; of the reduced chi-squared where a weak effect does not lower the error."""
-    error, then = (f"{100 * values.held_out:.3g}" for values in (before, after))
-    if error != then and before.held_out > after.held_out:
-        return f"the held-out error falls from {error} to {then} %"
-    stays = f"stays {then} %" if error == then else f"goes from {error} to {then} %"
-    if not (isfinite(before.held_out) and isfinite(after.held_out)):
-        stays = "is unknown"
-    chi2 = [format_number(values.held_out_chi2, 3) for values in (before, after)]
-    return f"the held-out reduced chi-squared falls from {chi2[0]} to {chi2[1]} (the held-out error {stays})"
+def choose_tag(result: Round) -> str:
+    """The verdict in a few words, as the heading of the page."""
+    verdict = result.diagnosis.verdict
+    tag = TAG[verdict.finding]
+    if verdict.further is not None:
+        tag = TAG_TWO.get(verdict.finding, tag)
+    elif verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1:
+        tag = TAG_ONE
+    return f"{tag}, but some measurements look wrong" if result.wrong else tag
 
 
 def choose_advice(result: Round) -> str:
@@ -262,7 +272,7 @@ def make_document(result: Round) -> dict[str, Any]:
                 "exponent_deviation": place.exponent_deviation,
                 "phase_deg": place.phase,
                 "levels_n": place.level,
-                "amplitude_m": place.amplitude,
+                f"amplitude_{place.units.motion}": place.amplitude,
                 "stiffness_real": place.stiffness.real,
                 "stiffness_imag": place.stiffness.imag,
                 "stiffness_deviation": place.deviation,

@@ -219,13 +219,12 @@ def split_unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
 
 def _row(score: Score, refit: Refit | None, detectable: float, named: bool) -> Row:
     """A candidate that is not yet beside the first one."""
-    size, parameter = abs(score.effect.parameters[0].typical - score.effect.parameters[0].vanishes), score.size
     return Row(
         effect=score.effect,
         expected=score.gain,
         gain=None if refit is None else refit.gain,
         strength=score.strength if refit is None else refit.strength,
-        deviation=(size / parameter if parameter else np.inf) if refit is None else refit.deviation,
+        deviation=score.detectable if refit is None else refit.deviation,
         errors=None if refit is None else summarise_errors(refit),
         detectable=detectable,
         named=named,

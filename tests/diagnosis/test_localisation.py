@@ -8,11 +8,11 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.candidate.place import with_cubic_spring
-from diagnosis.error_share import list_weights
+from diagnosis.candidate.place import ANGULAR, LINEAR, with_cubic_spring
+from diagnosis.error_share import Weights, list_weights
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.localisation import Place, find_common_phase, localise
+from diagnosis.localisation import Place, _place, find_common_phase, localise
 from reduction.jointed_system import along
 
 TIP = along(4, {2: 1.0})
@@ -55,6 +55,7 @@ def test_a_spring_is_linear_and_opposite_to_the_displacement(small: Model, paper
         assert near(kappa.real, SPRING, deviation, 0.03)
     assert "power 1.0" in best.sentence
     assert "near tip z" in best.sentence
+    assert best.units is LINEAR
 
 
 def test_a_cubic_spring_is_told_by_its_exponent(
@@ -111,6 +112,25 @@ def test_a_place_that_does_not_move_explains_nothing(small: Model, paper: Module
     assert not np.any(still.stiffness)
     assert still.exponent_deviation == np.inf
     assert np.isfinite(still.phase)
+
+
+def test_a_place_is_found_alike_well_whatever_the_size_of_its_motion() -> None:
+    """The change by 1 N/m is smaller than that by 1 N as the motion is."""
+    random, levels, amplitude = np.random.default_rng(5), np.array([1.0, 2.0]), np.array([1.0, 2.5])
+    changes, force = random.standard_normal((40, 8)), np.array([9.0, 1.0, 20.0, 3.0, -4.0, 0.0, -8.0, 1.0])
+    weights = Weights(np.asarray, np.zeros((40, 0)), changes @ force, 0.0)  # type: ignore[arg-type]
+    large, small = (
+        _place("tip", False, levels, size * amplitude, changes * np.array([size] * 4 + [1.0] * 4), weights)
+        for size in (1.0, 1e-12)
+    )
+    assert (small.gain, small.exponent, small.phase) == pytest.approx((large.gain, large.exponent, large.phase))
+    np.testing.assert_allclose(small.stiffness, 1e12 * large.stiffness)
+    np.testing.assert_allclose(small.deviation, 1e12 * large.deviation)
+
+
+def test_a_place_that_turns_is_loaded_by_moments(small: Model, paper: ModuleType) -> None:
+    turning = replace(small, dofs=tuple(replace(dof, direction="rx") for dof in small.dofs))
+    assert all(place.units is ANGULAR for place in located(turning, paper, small))
 
 
 def test_a_force_that_turns_with_the_level_has_no_one_phase() -> None:

@@ -127,7 +127,7 @@ def test_nothing_is_claimed_where_nothing_is_missing(records: dict[str, list[Tim
     found = diagnosed(records["nothing"])
     assert found.verdict.finding is Finding.NOTHING
     assert found.baseline.held_out_error == pytest.approx(NOISE, rel=0.15)
-    assert "Nothing passes the gate" in found.verdict.sentence
+    assert "No effect lowers the held-out error enough" in found.verdict.sentence
     np.testing.assert_allclose(found.baseline.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
 
 
@@ -181,6 +181,9 @@ def test_records_that_no_fit_can_use_are_refused(records: dict[str, list[TimeRec
     flat = replace(train, values=np.vstack([train.values[:2], np.ones((1, N_SAMPLE))]))
     with pytest.raises(CampaignError, match='"shock" never changes'):
         diagnosed([flat, held])
+    short = stretch(train, 0, 19, name="short", held_out=False)
+    with pytest.raises(CampaignError, match='record "short": 19 samples after the run-in are too few'):
+        diagnose_records(base(), [short, held], fitted(base()))
     soft = base().with_system(stiffness=-K)
     with pytest.raises(CampaignError, match="runs away where the fit starts: its values there are zeta 1"):
         arrange_records(soft, [train, held], fitted(base()))

@@ -41,7 +41,7 @@ def test_an_error_that_falls_everywhere_names_its_effect() -> None:
     assert verdict.finding is Finding.MISSING
     assert verdict.sentence == (
         "mass at tip (0.0123 kg +- 0.00098) is missing; the held-out error falls from "
-        f"{100 * BEFORE.held_out_error:.2g} to {50 * BEFORE.held_out_error:.2g} % in arrow."
+        f"{100 * BEFORE.held_out_error:.3g} to {50 * BEFORE.held_out_error:.3g} % in arrow."
     )
 
 
@@ -50,7 +50,7 @@ def test_an_error_that_hardly_falls_names_nothing() -> None:
     assert judged(refit("mass at tip", (RATIO - 0.01) ** 2 * BEFORE.blocks)).finding is Finding.MISSING
     verdict = judged(refit("mass at tip", (RATIO + 0.01) ** 2 * BEFORE.blocks))
     assert verdict.finding is Finding.NOTHING
-    assert "Nothing passes the gate" in verdict.sentence
+    assert "No effect lowers the held-out error enough" in verdict.sentence
     assert "the best candidate, mass at tip, leaves" in verdict.sentence
     assert "no candidate would lower it" in judged().sentence
     assert "beyond the noise" in judged(floor=np.array([BEFORE.held_out_error])).sentence

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.feature.diagnose import diagnose_features
 from geometry.errors import InputError
 from study.bench.repeat import open_bench
 from study.cli import main
+from study.diagnose import data_run
+from study.diagnose.history import case_key, history_of
 
 CASE = """schema = 2
 title = "Three masses"
@@ -89,6 +92,20 @@ def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest
     again = run(folder, "modal", capfdbinary)
     assert again["finding"] == "nothing"
     assert again["before"]["held_out_error"] < 0.2 * found["before"]["held_out_error"]
+
+
+def test_a_diagnosis_is_of_the_case_as_it_was_when_it_began(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = folder / "chain.toml"
+
+    def diagnose_and_edit(*given: Any, **options: Any) -> Any:
+        case.write_text(CASE.replace("Three masses", "Edited meanwhile"), encoding="utf-8")
+        return diagnose_features(*given, **options)
+
+    monkeypatch.setattr(data_run, "diagnose_features", diagnose_and_edit)
+    run(folder, "modal", capfdbinary)
+    assert history_of(case).steps[-1].case_key == case_key(CASE)
 
 
 def test_auto_adds_what_is_missing(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:

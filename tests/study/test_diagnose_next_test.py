@@ -14,7 +14,7 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.next_test.advise import Advice, RankedTest
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.signature import SignatureCurve
-from hbsolve.errors import ModelError
+from hbsolve.errors import ModelError, NoSteadyState
 from pipeline.store import Store
 from study.bench.view.finding import show_next_tests
 from study.diagnose import next_test
@@ -101,8 +101,10 @@ def test_a_test_that_hardly_decides_is_not_said_to_decide() -> None:
 def test_what_fails_leaves_one_sentence_and_the_diagnosis(
     diagnosed: DiagnosisResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    error: Exception = ModelError("the structure is not supported")
+
     def fail(*_: object) -> None:
-        raise ModelError("the structure is not supported")
+        raise error
 
     monkeypatch.setattr(next_test, "advise", fail)
     found = diagnosed.last
@@ -111,6 +113,11 @@ def test_what_fails_leaves_one_sentence_and_the_diagnosis(
     assert "the structure is not supported" in step.reason
     assert step.reason in format_report(replace(found, next_step=step))
     assert step.reason in str(make_document(replace(found, next_step=step))["next_test"])
+    error = NoSteadyState("at 20 Hz")
+    assert "at 20 Hz" in find_next_step(found.campaign, found.diagnosis, None).reason
+    error = ValueError("operands could not be broadcast together")
+    with pytest.raises(ValueError, match="broadcast"):  # a mistake of the program is none of the model
+        find_next_step(found.campaign, found.diagnosis, None)
 
 
 def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses: TwoMasses) -> None:

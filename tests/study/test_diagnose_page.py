@@ -15,16 +15,20 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from diagnosis.candidate.place import ANGULAR
+from diagnosis.decision.verdict import Finding
+from diagnosis.localisation import Place
 from diagnosis.missing_law.recover import recover_law
 from diagnosis.resonator import Resonator
 from pipeline.store import Store
 from study.diagnose.add import add
+from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.missing_law import describe_law
 from study.diagnose.page import make_files
-from study.diagnose.report import LAW_FILE, make_document
+from study.diagnose.report import LAW_FILE, choose_advice, make_document
 from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.diagnose.stages import make_waterfall
-from study.page.html import content_policy
+from study.page.html import content_policy, set_in_type
 from study.run_context import silent_run
 from tests.diagnosis.missing_law.chain import SECOND, arranged, play
 
@@ -91,6 +95,17 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: DiagnosisResult)
     ):
         assert section in words
     assert "friction coefficient" in words  # which these tests say nothing about
+
+
+def test_the_page_heads_and_advises_as_the_terminal_does(diagnosed: DiagnosisResult) -> None:
+    last = diagnosed.last
+    verdict = replace(last.diagnosis.verdict, finding=Finding.AMBIGUOUS)
+    unconfirmed = replace(last, diagnosis=replace(last.diagnosis, verdict=verdict))
+    for result, tag in ((last, "An effect is missing"), (unconfirmed, "An effect may be missing")):
+        page = References()
+        page.feed(make_files(result, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode())
+        assert tag in page.words
+        assert set_in_type(f"Next: {choose_advice(result)}.") in " ".join(page.words)
 
 
 def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:
@@ -204,3 +219,16 @@ def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagno
     assert law.law.best.name in told["credible"]
     assert abs(sum(place["probability"] for place in told["places"].values()) - 1) < 1e-9
     assert make_document(diagnosed.last)["missing_law"] is None
+    assert {"displacement_m", "force_n"} < set(told["spring"])
+    turning = replace(law, curves=replace(law.curves, units=ANGULAR))
+    assert {"amplitude_rad", "stiffness_n_m"} < set(turning.document["secant_stiffness"])
+    assert make_law_drawing(turning, "").force_unit == "N m"
+
+
+def test_unknown_moments_stand_on_the_page_in_their_units(diagnosed: DiagnosisResult) -> None:
+    forces = [replace(each, units=ANGULAR) for each in diagnosed.last.diagnosis.places if isinstance(each, Place)]
+    found = replace(diagnosed.last, diagnosis=replace(diagnosed.last.diagnosis, places=forces))
+    text = make_files(found, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
+    # Of each level, such as "10 N: 4 ± 1 N m".
+    assert set(re.findall(r"\d N: \S+ ± \S+ (N(?: m|/m))", text)) == {"N m"}
+    assert all("amplitude_rad" in place for place in make_document(found)["places"])

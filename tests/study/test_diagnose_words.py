@@ -26,7 +26,6 @@ from study.diagnose.report import (
     describe_error_fall,
     format_headline,
     format_report,
-    held_out_falls,
     make_document,
 )
 from study.diagnose.round import diagnose_case
@@ -183,11 +182,17 @@ def test_a_verdict_names_the_measurements_that_look_wrong(two_masses: TwoMasses,
             0.758,
             "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error goes from 2.33 to 2.41 %)",
         ),
+        (
+            0.0241,
+            0.812,
+            "the held-out reduced chi-squared does not fall: from 0.775 to 0.812 "
+            "(the held-out error goes from 2.33 to 2.41 %)",
+        ),
         (np.nan, 0.758, "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error is unknown)"),
     ],
 )
 def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, said: str) -> None:
-    assert held_out_falls(ERRORS, replace(ERRORS, held_out=held_out, held_out_chi2=chi2)) == said
+    assert describe_error_fall(ERRORS, ERRORS, replace(ERRORS, held_out=held_out, held_out_chi2=chi2)) == said
 
 
 @pytest.mark.parametrize(

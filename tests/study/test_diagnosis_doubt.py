@@ -67,6 +67,14 @@ def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> Non
     assert words in doubt
 
 
+def test_a_shift_far_from_the_case_is_named_in_its_unit() -> None:
+    found, shift = result((0.0025,)), EffectParameter(name="shift", unit="m", lower=-0.0025, upper=0.0025, typical=5e-4)
+    parameter = SimpleNamespace(name="shift of lid", deviation=5e-4, parameters=(shift,))
+    found.diagnosis.arrangement.calibration = (parameter,)
+    (doubt,) = list_doubts(found)
+    assert doubt.startswith("shift of lid = 0.0025 m is as far")
+
+
 def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
     jump = JumpError(
         free=False, level=2.0, sweep=1, falls=True, frequency=42.3, frequency_deviation=0.02, predicted_frequency=42.6

@@ -107,6 +107,14 @@ def test_half_of_the_repeats_are_no_majority() -> None:
     np.testing.assert_array_equal(find_minority(value[:2], noise[:2]), [False, False])
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [np.zeros(12, dtype=complex), np.ones(6, dtype=complex)])
+def test_a_curve_of_zeros_and_a_short_one_tell_no_noise(value: np.ndarray) -> None:
+    deviation, freedom = estimate_curve_noise(np.linspace(90.0, 100.0, len(value)), value)
+    np.testing.assert_array_equal(deviation, np.full(len(value), np.nan))
+    assert freedom == 0
+
+
 @pytest.mark.parametrize("has_phase", [True, False])
 @pytest.mark.parametrize("kind", ["hardening", "softening", "gap", "linear", "friction"])
 def test_the_noise_of_a_single_curve_is_estimated(kind: str, has_phase: bool) -> None:

@@ -11,7 +11,8 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
 from diagnosis.decision.closeness import ABOVE, FAR, find_absent_peak, find_far_resonance, list_held_back
-from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.effect.shift import Shift
+from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
 from reduction.joint_law.friction_contact import friction_contacts
 
@@ -90,3 +91,10 @@ def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(smal
     assert list_held_back(fit) == ()
     values[0] = unknowns.bounds[0][1]
     assert list_held_back(fit) == (f"{first.name} x {values[0]:.4g}",)
+
+
+def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model) -> None:
+    shift = CalibratedEffect.from_effect(Shift(name="shift of lid", weight="lid"), 5e-4)
+    unknowns = Unknowns.from_effects(small, [(shift, shift.deviation)], [])
+    fit: Any = SimpleNamespace(unknowns=unknowns, values=np.array([unknowns.bounds[0][1]]))
+    assert list_held_back(fit) == ("shift of lid = 0.0025 m",)

@@ -398,7 +398,7 @@ def test_what_takes_mass_away_is_named_with_doubt(name: str, finding: Finding) -
 
 def test_what_needs_a_parameter_at_the_end_of_its_prior_is_named_with_doubt() -> None:
     found = refit("density of all", 100, 80)
-    modulus = SimpleNamespace(is_at_bound=lambda value: value >= 1.05)
+    modulus = EffectParameter(name="factor", unit="-", lower=0.95, upper=1.05, typical=1.01, vanishes=1.0)
     for value, finding in ((1.02, Finding.MISSING), (1.05, Finding.AMBIGUOUS)):
         unknowns = SimpleNamespace(
             n_start=0, names=("E", "density"), parameters=(modulus, modulus), prior=np.array([0.01, np.inf])

@@ -32,7 +32,7 @@ def refits(heavy: Arrangement, scores: dict[str, Score]) -> dict[str, Refit]:
 
 @pytest.fixture(scope="module")
 def left(heavy: Arrangement, listed: Catalogue, refits: dict[str, Refit]) -> dict[str, ResidualExplanation]:
-    return {name: explain_residual(add_effect(heavy, each), listed.candidates) for name, each in refits.items()}
+    return {name: explain_residual(add_effect(heavy, each), listed.candidates, np.inf) for name, each in refits.items()}
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +98,7 @@ def test_gains_by_slope_are_those_of_screening_where_effects_are_weak(
 
 
 def test_without_candidates_no_effect_is_left(heavy: Arrangement, refits: dict[str, Refit]) -> None:
-    rest = explain_residual(add_effect(heavy, refits[RIGHT]), [])
+    rest = explain_residual(add_effect(heavy, refits[RIGHT]), [], np.inf)
     assert (rest.gain, rest.effect_name) == (0.0, "")
     assert rest.places
 
@@ -146,8 +146,8 @@ def test_what_is_left_is_confirmed_by_a_fit(
     # The same fit again.
     assert found.gain == pytest.approx(accepting.fit.chi2 - quick_fit(accepting, score).chi2, rel=1e-9)
     # By a mass as weak as this one the derivative promises what the fit keeps, but for the curvature of the resonance.
-    assert found.gain == pytest.approx(explain_residual(accepting, [right]).gain, rel=0.1)
-    assert found.gain != explain_residual(accepting, [right]).gain
+    assert found.gain == pytest.approx(explain_residual(accepting, [right], np.inf).gain, rel=0.1)
+    assert found.gain != explain_residual(accepting, [right], np.inf).gain
 
 
 def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[float], threshold: float) -> Any:

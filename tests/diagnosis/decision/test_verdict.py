@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable, worth
+from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable, worth
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
@@ -53,9 +53,10 @@ def test_one_effect_is_missing() -> None:
 
 def test_what_does_not_fall_is_not_said_to_fall() -> None:
     weak = replace(TIP, held_out_error=0.035, held_out_reduced_chi2=0.812)
-    assert verdict(Finding.MISSING, weak) == (
-        "mass at tip z (0.0123 kg +- 0.00098) is missing; held-out reduced chi-squared falls from 1 to 0.812."
-    )
+    assert "the held-out reduced chi-squared falls from 1 to 0.812 (" in verdict(Finding.MISSING, weak)
+    worse = replace(weak, held_out_names=("arrow",), held_out_errors=np.array([0.035]))
+    before = replace(BEFORE, held_out_errors=np.array([0.034]))
+    assert held_out_fall(before, worse) == "the held-out error goes from 3.4 to 3.5 % in arrow"
 
 
 def test_several_cannot_be_told_apart() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
-from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
+from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters, make_factor
 from diagnosis.fit.fit_parameter import Unknowns
 from hbsolve.errors import ModelError
 from reduction.joint_law.friction_contact import friction_contacts
@@ -107,3 +107,9 @@ def test_bad_priors_are_refused_in_words(bench: Model) -> None:
         list_calibration_parameters(bench, deviation={"nu": 0.1})
     with pytest.raises(EffectError, match=r"the deviation of kt is -0\.1: give a relative standard deviation"):
         list_calibration_parameters(bench, deviation={"kt": -0.1})
+
+
+@pytest.mark.parametrize("reach", [0.0, 4e-7])
+def test_a_factor_that_can_only_be_one_is_refused_in_words(reach: float) -> None:
+    with pytest.raises(EffectError, match=r'a factor on "bolt\.kappa" may only be .* do not calibrate it'):
+        make_factor("bolt.kappa", 1 - reach, 1 + reach, 0.1)

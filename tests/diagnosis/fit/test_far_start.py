@@ -21,7 +21,12 @@ def test_far_strengths_of_what_vanishes_at_zero_are_halfway() -> None:
     np.testing.assert_array_equal(list_far_strengths(gap), [-2.0, 4.0, -1.0, 2.0])
 
 
+def test_far_strengths_of_what_vanishes_elsewhere_than_at_zero_are_halfway_from_there() -> None:
+    np.testing.assert_array_equal(list_far_strengths(WARMTH), [-5.0, 5.0, -2.0, 3.0])
+
+
 RATIO = EffectParameter(name="ratio", unit="-", lower=0.25, upper=4.0, typical=1.1, vanishes=1.0)
+WARMTH = EffectParameter(name="warmth", unit="K", lower=-5.0, upper=5.0, typical=2.0, vanishes=1.0)
 ADDED = EffectParameter(name="added", unit="kg", lower=0.0, upper=4.0, typical=0.1)
 
 
@@ -32,6 +37,7 @@ ADDED = EffectParameter(name="added", unit="kg", lower=0.0, upper=4.0, typical=0
         ("tangential stiffness", RATIO, True),
         ("shift", ADDED, True),  # acts through stick and slip alone
         ("mass", ADDED, False),
+        ("warm clamp", WARMTH, False),
     ],
 )
 def test_ratios_and_effects_through_stick_and_slip_start_far(

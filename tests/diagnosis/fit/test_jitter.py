@@ -120,7 +120,7 @@ def test_forces_scatter_where_repeats_differ_by_a_factor_alone(
     numbers = np.unique(table.repeat, return_inverse=True)[1]
     grown = replace(campaign, measurement=replace(table, value=np.array(factors)[numbers] * table.value))
     measured = Measured.prepare(take_training_part(grown), find_sweep_directions(grown))
-    _, seen = make_comparison(measured, small, measured.predictor.predict(small), Budget(), [], 4)
+    _, seen = make_comparison(measured, small, measured.predictor.predict(small), Budget(), [], 4, fitted=True)
     # In 1 % of campaigns noise alone looks like a force; this one is none of them.
     scatter = np.var(factors, ddof=1)
     assert seen.jitter[2][0, 0] >= scatter

@@ -14,7 +14,8 @@ from correlation.prediction import Points, Predictor
 from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.unknown_gain import SensorGains, describe_gain, find_gains
-from diagnosis.fit.weighting import Measured, make_comparison
+from diagnosis.fit.weighting import FEW, Measured, make_comparison
+from hbsolve.errors import ModelError
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.jointed_system import JointedSystem
 
@@ -72,7 +73,7 @@ def found(model: Model, campaign: Campaign) -> tuple[SensorGains, dict[str, tupl
     sides = Measured.prepare(observed, (1,))
     prediction = sides.predictor.predict(start)
     budget = Budget(frequency=1e-6, compliance=1e-6, shares=1e-6)
-    comparison, _ = make_comparison(sides, start, prediction, budget, [], fitted=False)
+    comparison, _ = make_comparison(sides, start, prediction, budget, [], FEW, fitted=False)
     unknowns = Unknowns.from_effects(start, [(each, np.inf) for each in gains.parameters], ())
     fit = calibrate(comparison, unknowns, unknowns.vanishing, prediction, ending=Ending.EXACT)
     values = zip(gains.parameters, fit.values, fit.deviation, strict=True)
@@ -111,6 +112,15 @@ def test_a_calibrated_campaign_has_no_unknown_gain() -> None:
     gains = find_gains(chain(), replace(campaign, sensors=known, drive=Drive()), take_training_part(campaign), (1,))
     assert gains.parameters == ()
     assert gains.apply(chain()).sensors[0].gain == 1.0
+
+
+@pytest.mark.parametrize("calibrated", [True, False])
+def test_a_model_without_a_response_has_no_gains_and_says_so(calibrated: bool) -> None:
+    campaign = measured(chain(), 1.0, 1.0, known=False)
+    campaign = replace(campaign, drive=Drive(unit="V", calibrated=calibrated))
+    massless = chain().with_system(mass=np.zeros((2, 2)))
+    with pytest.raises(ModelError):
+        find_gains(massless, campaign, take_training_part(campaign), (1,))
 
 
 def test_a_gain_is_told_with_its_95_percent_interval() -> None:

@@ -1,11 +1,15 @@
 """Laws that were planted in a chain come back: their place, force and words, and a file with them runs."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from correlation.model import Dof
 from diagnosis.candidate.catalogue import list_effects
+from diagnosis.candidate.place import ANGULAR
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.basis import EVEN
 from diagnosis.missing_law.curves import LawCurves, compute_curves
@@ -13,7 +17,7 @@ from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.missing_law.recover import recover_law
 from diagnosis.missing_law.words import describe
-from tests.diagnosis.missing_law.chain import CLEARANCE, STIFF, arranged
+from tests.diagnosis.missing_law.chain import CLEARANCE, SECOND, STIFF, arranged
 
 #: Error of a recovered force over the largest one: noise of 0.2 % on stiff structures, and straight pieces at a kink.
 CLOSE = 0.1
@@ -70,16 +74,35 @@ def test_a_law_along_a_row_that_does_not_move_is_none(chain_with_play: Arrangeme
     assert recover_law(chain_with_play, {"nowhere": np.zeros(3)}) is None
 
 
+def test_the_law_of_an_angle_is_told_in_moments(recovered_play: MissingLaw, recovered_stop: MissingLaw) -> None:
+    for found in (recovered_play, recovered_stop):
+        law = replace(found.best, units=ANGULAR)
+        said = describe(curves := compute_curves(law))
+        text = "; ".join(said.sentences)
+        assert " rad" in text
+        assert " N m" in text
+        assert not re.search(r"\d m\b|N/m", text + write_effect_file(law, curves, said))
+
+
+def test_a_place_that_turns_is_recovered_as_one(chain_with_play: Arrangement) -> None:
+    fit = chain_with_play.fit
+    turning = replace(fit.model, dofs=tuple(Dof(direction="rz") for _ in fit.model.dofs))
+    found = recover_law(replace(chain_with_play, fit=replace(fit, model=turning)), {"m1": SECOND})
+    assert found is not None
+    assert found.best.units is ANGULAR
+
+
 def test_the_effect_file_runs_and_lowers_the_misfit(
     recovered_play: MissingLaw, chain_with_play: Arrangement, tmp_path: Path
 ) -> None:
-    law = recovered_play.best
+    law, name = recovered_play.best, 'tip "A" \\N {0}\n"""'
     curves = compute_curves(law)
     file = tmp_path / "recovered.py"
-    file.write_text(write_effect_file(law, curves, describe(curves)), encoding="utf-8")
+    file.write_text(write_effect_file(replace(law, name=name), curves, describe(curves)), encoding="utf-8")
     fit, train = chain_with_play.fit, chain_with_play.train
-    effect = list_effects(fit.model, extra=[file], level=1.0).effect("recovered law at m1")
+    named = replace(fit.model, places={name: law.row})
+    effect = list_effects(named, extra=[file], level=1.0).effect(f"recovered law at {name}")
     model = chain_with_play.unknowns([]).compose(law.values)
     before = train.residual(train.predict(model))
-    after = train.residual(train.predict(effect.apply(model, [1.0]), fit.prediction))
+    after = train.residual(train.predict(effect.apply(replace(model, places=named.places), [1.0]), fit.prediction))
     assert after @ after < 0.01 * (before @ before)
