@@ -11,7 +11,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.closeness import AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
+from diagnosis.decision.closeness import BY_CHANCE, AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
 from diagnosis.decision.likelihood_ratio import KNOWN
 from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.verdict import Verdict
@@ -318,7 +318,7 @@ def _list_starts(
     """
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
     is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / KNOWN)
-    if not is_missing and not screening.fit.is_beyond_priors(thresholds.false_alarms):
+    if not is_missing and not screening.fit.is_beyond_priors(BY_CHANCE):
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 

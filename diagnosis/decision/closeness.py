@@ -2,7 +2,7 @@
 
 Where a measured resonance is far from all those of the calibrated model, a support, a mass or a unit is wrong, and many
 effects could mend that resonance alone. The same holds where the model has a resonance in the band and the measurements
-have none. And where the prior of a calibration parameter keeps it at a bound, the residual may be that parameter's.
+have none. And where calibration parameters are beyond their priors, what is missing may be what moved them there.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import name_configuration
 from correlation.feature.observation import Observation
 from correlation.model import Model
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.calibration import Fit
 from fe.dense_modes import compute_dense_modes
 from reduction.jointed_system import JointedSystem
@@ -24,6 +25,9 @@ from reduction.stuck import stick_at_rest
 FAR = 0.1
 #: Least ratio of a peak to both ends of its curve, and of a predicted peak to what was measured there [-].
 PEAK, ABOVE = 1.5, 3.0
+#: Probability that priors leave the parameters of a model that lacks nothing so far from their centres: that of three
+#: standard deviations of a single one [-].
+BY_CHANCE = 0.0027
 
 
 class FarResonance(NamedTuple):
@@ -106,7 +110,9 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
 
 
 def list_held_back(fit: Fit) -> tuple[str, ...]:
-    """Parameters with a prior that a fit leaves at a bound, such as "kt x 1.5" or "shift of lid = 0.002 m".
+    """Parameters that a fit moves beyond their priors, such as "kt x 1.5" or "shift of lid = 0.002 m".
+
+    They are at a bound; or all of them together are further away than chance leaves them, and these the furthest.
 
     Parameters
     ----------
@@ -114,20 +120,21 @@ def list_held_back(fit: Fit) -> tuple[str, ...]:
         Fit of calibration parameters.
     """
     unknowns, first = fit.unknowns, fit.unknowns.n_start
-    every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], strict=True)
+    pulls = np.abs(unknowns.pulls(fit.values))[first:]
+    least = min(TWO_SIDED_95, pulls.max(initial=0.0)) if fit.is_beyond_priors(BY_CHANCE) else np.inf
+    every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], pulls, strict=True)
     return tuple(
         parameter.describe(name, value)
-        for name, parameter, prior, value in every
-        if np.isfinite(prior) and parameter.is_at_bound(value)
+        for name, parameter, prior, value, pull in every
+        if np.isfinite(prior) and (parameter.is_at_bound(value) or pull >= least)
     )
 
 
 def tell_held_back(held_back: Sequence[str]) -> str:
-    """Parameters that are held back in a sentence."""
-    which = f"{held_back[0]} is" if len(held_back) == 1 else f"{' and '.join(held_back)} are"
+    """Parameters beyond their priors in a sentence."""
     return (
-        f"The model differs by more than its priors allow: {which} as far as a fit may go, and no known effect "
-        "explains what it leaves. While that holds, nothing tells whether something else is missing."
+        f"The model differs by more than its priors allow, in {' and '.join(held_back)}, and no known effect explains "
+        "what that leaves. While that holds, nothing tells whether something else is missing."
     )
 
 

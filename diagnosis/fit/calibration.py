@@ -164,8 +164,8 @@ class Fit:
         chance
             Probability that they are so far in a model that lacks nothing [-].
         """
-        away = self.residual[self.n_number :]
-        return bool(away @ away > chdtri(max(int(np.isfinite(self.unknowns.prior).sum()), 1), chance))
+        pulls = self.unknowns.pulls(self.values)
+        return bool(pulls @ pulls > chdtri(max(int(np.isfinite(self.unknowns.prior).sum()), 1), chance))
 
     def reweigh(self, change: Callable[[Matrix], Matrix]) -> Matrix:
         """Jacobian by another covariance, shape (m + p, p): with its rows of data changed, and not those of priors."""
@@ -234,8 +234,8 @@ def calibrate(
         jacobian = _jacobian(comparison, unknowns, here)
     return Fit(
         unknowns=unknowns, values=here.values, chi2=here.chi2, model=here.model,
-        covariance=comparison.covariance(here.residual, jacobian, size), prediction=here.prediction,
-        residual=here.residual, jacobian=jacobian,
+        covariance=unknowns.limited(comparison.covariance(here.residual, jacobian, size)),
+        prediction=here.prediction, residual=here.residual, jacobian=jacobian,
     )  # fmt: skip
 
 
@@ -271,9 +271,7 @@ class _Evaluation:
 def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     model = unknowns.compose(values)
     prediction = comparison.predict(model, nearby, values[: unknowns.n_start])
-    centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
-    away = (centre - values) / unknowns.prior
-    residual = np.concatenate([comparison.residual(prediction), away])
+    residual = np.concatenate([comparison.residual(prediction), -unknowns.pulls(values)])
     return _Evaluation(
         values=values, model=model, prediction=prediction, residual=residual, chi2=float(residual @ residual)
     )

@@ -96,6 +96,18 @@ class Unknowns:
         lower, upper = np.array(self.bounds).reshape(-1, 2).T
         return np.clip(values, lower, upper)
 
+    def pulls(self, values: Values) -> Values:
+        """How far values are from the centres of their priors, in standard deviations of these, shape (p,) [-]."""
+        centre = self.vanishing if self.centre is None else self.centre
+        return np.asarray((values - centre) / self.prior)
+
+    def limited(self, covariance: Float[NDArray[np.float64], "p p"]) -> Float[NDArray[np.float64], "p p"]:
+        """A covariance of values whose standard deviations are no wider than the bounds, shape (p, p)."""
+        lower, upper = np.array(self.bounds).reshape(-1, 2).T
+        deviation = np.sqrt(np.diag(covariance))
+        share = np.minimum((upper - lower) / np.where(deviation > 0, deviation, 1.0), 1.0)
+        return np.asarray(covariance * np.outer(share, share))
+
     def neighbour(self, values: Values, number: int, share: float) -> tuple[Model, float]:
         """Model with one value moved by a share of its size, and by how much.
 

@@ -172,8 +172,9 @@ class _Planned:
             [train.slopes(unknowns, values, model, prediction), np.diag(1 / unknowns.prior)], axis=0
         )
         fit = Fit(
-            unknowns=unknowns, values=values, covariance=invert_curvature(jacobian, unknowns.size), chi2=0.0,
-            model=model, prediction=prediction, residual=np.zeros(len(jacobian)), jacobian=jacobian,
+            unknowns=unknowns, values=values, chi2=0.0, model=model, prediction=prediction,
+            covariance=unknowns.limited(invert_curvature(jacobian, unknowns.size)),
+            residual=np.zeros(len(jacobian)), jacobian=jacobian,
         )  # fmt: skip
         return cls(base=model, calibration=tuple(calibration), train=train, fit=fit)
 

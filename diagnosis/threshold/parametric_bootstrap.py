@@ -52,7 +52,7 @@ def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]
     widened = []
     for each in fits:
         fit = carry_over(each.refit.fit, each.arrangement.train.whitening(differences))
-        fit = replace(fit, covariance=BEYOND**2 * fit.covariance)
+        fit = replace(fit, covariance=fit.unknowns.limited(BEYOND**2 * fit.covariance))
         widened.append(replace(each.refit, fit=widen_by_finer_models(fit, each.arrangement.finer)))
     return widened
 
@@ -93,4 +93,4 @@ def carry_over(fit: Fit, differences: Float[NDArray[np.float64], "m n"]) -> Fit:
     seen = (moved**2).mean(axis=1) + np.diag(shape @ (prior.T @ prior) @ shape)
     known = np.diag(fit.covariance)
     more = np.sqrt(np.maximum(FEW**2 * seen / np.where(known > 0, known, np.inf), 1.0))
-    return replace(fit, covariance=fit.covariance * np.outer(more, more))
+    return replace(fit, covariance=fit.unknowns.limited(fit.covariance * np.outer(more, more)))

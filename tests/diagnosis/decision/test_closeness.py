@@ -10,8 +10,9 @@ import pytest
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
-from diagnosis.decision.closeness import ABOVE, FAR, find_absent_peak, find_far_resonance, list_held_back
+from diagnosis.decision.closeness import ABOVE, BY_CHANCE, FAR, find_absent_peak, find_far_resonance, list_held_back
 from diagnosis.effect.shift import Shift
+from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
 from reduction.joint_law.friction_contact import friction_contacts
@@ -85,7 +86,7 @@ def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(smal
     first, last = parameters[0], parameters[-1]
     unknowns = Unknowns.from_effects(small, [(first, first.deviation)], [last])
     values = unknowns.vanishing
-    fit: Any = SimpleNamespace(unknowns=unknowns, values=values)
+    fit: Any = SimpleNamespace(unknowns=unknowns, values=values, is_beyond_priors=lambda _: False)
     assert list_held_back(fit) == ()
     values[1] = unknowns.bounds[1][1]  # a strength that no prior holds
     assert list_held_back(fit) == ()
@@ -96,5 +97,23 @@ def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(smal
 def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model) -> None:
     shift = CalibratedEffect.from_effect(Shift(name="shift of lid", weight="lid"), 5e-4)
     unknowns = Unknowns.from_effects(small, [(shift, shift.deviation)], [])
-    fit: Any = SimpleNamespace(unknowns=unknowns, values=np.array([unknowns.bounds[0][1]]))
+    fit: Any = SimpleNamespace(
+        unknowns=unknowns, values=np.array([unknowns.bounds[0][1]]), is_beyond_priors=lambda _: False
+    )
     assert list_held_back(fit) == ("shift of lid = 0.0025 m",)
+
+
+def test_parameters_that_are_together_beyond_their_priors_are_held_back_the_furthest_of_them(small: Model) -> None:
+    parameters = list_calibration_parameters(small)
+    unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in parameters], [])
+    for pull, held_back in ((1.0, 0), (2.5, len(parameters)), (1.9, 1)):
+        pulls = np.full(len(parameters), pull)
+        pulls[0] = max(pull, 3.0) if held_back else pull
+        values = unknowns.vanishing + pulls * unknowns.prior
+        fit = Fit(
+            unknowns=unknowns, values=values, covariance=np.eye(len(values)), chi2=0.0, model=small, prediction=None,
+            residual=np.zeros(len(values)), jacobian=np.eye(len(values)),
+        )  # fmt: skip
+        # Of five parameters 5 is what chance expects; 18 is exceeded by 0.27 %.
+        assert fit.is_beyond_priors(BY_CHANCE) == bool(held_back)
+        assert len(list_held_back(fit)) == held_back

@@ -77,6 +77,12 @@ def test_a_fit_ends_where_the_data_were_made(truth: float) -> None:
     assert fit.values[0] == pytest.approx(truth, abs=1e-3)  # `ENOUGH` is left
 
 
+def test_what_the_data_do_not_tell_is_as_uncertain_as_its_bounds() -> None:
+    unknowns = Unknowns(base=0.0, effects=(Softening(), Softening(name="again")), prior=np.full(2, np.inf))
+    covariance = unknowns.limited(np.array([[1e30, 1e14], [1e14, 0.04]]))
+    np.testing.assert_allclose(covariance, [[2.9**2, 2.9 * 0.1], [2.9 * 0.1, 0.04]])  # from -0.9 to 2
+
+
 def test_a_model_that_takes_no_neighbour_is_refused() -> None:
     unknowns = Unknowns(base=0.0, effects=(Softening(),), prior=np.array([np.inf]))
     with pytest.raises(ModelError, match="too large"):
