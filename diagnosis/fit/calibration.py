@@ -32,8 +32,8 @@ Matrix = Float[NDArray[np.float64], "m p"]
 ENOUGH = 0.3
 #: Marquardt's factor at first, its decrease after a success, and its increase after a failure.
 FIRST_DAMPING, LESS, MORE = 1e-3, 0.1, 8.0
-#: Shares of the way from no effect to a start; the first one whose model has a prediction is taken.
-NEARER = (1.0, 0.5, 0.25, 0.0)
+#: Shares of the way from no effect to a start; the first one whose model has a prediction is taken, else no effect.
+NEARER = (1.0, 0.5, 0.25)
 #: Share of the expected gain below which the Jacobian is computed again.
 AGREED = 0.5
 
@@ -279,7 +279,7 @@ def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any)
 
 def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     """As `_evaluate`, nearer to no effect where the model of the start has no prediction."""
-    for share in NEARER[:-1]:
+    for share in NEARER:
         try:
             return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), nearby)
         except ModelError:
