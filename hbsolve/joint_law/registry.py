@@ -70,7 +70,7 @@ class LawOutput(NamedTuple):
     slider: Real
     """Slider positions at each instant, shape (s, n) [m]."""
     status: Whole
-    """STICK, SLIP or SEPARATED at each instant of each slider, or of the joint in row 0, shape (2, n)."""
+    """STICK, SLIP or SEPARATED at each instant of each tangent; row 0 of a joint with one direction, shape (2, n)."""
 
 
 @dataclass(frozen=True, kw_only=True)
