@@ -43,7 +43,7 @@ from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, SEPARATED, 
 from hbsolve.joint_law.unilateral import normal_force, unilateral
 from reduction.array_type import Real, Whole
 
-#: Periods at most; sliders that creep on after these are left where they are.
+#: Periods at most; sliders that creep on after these are told.
 MAX_PERIOD = 200
 #: 1 - F' below which a spring hardly turns towards a cycle, and is marched.
 TURNS = 1e-6
@@ -181,6 +181,8 @@ def _march(
         n_slip, at, _ = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, derive, out)
         if np.hypot(w[0] - begin0, w[1] - begin1) <= SETTLED * scale:
             break
+    else:
+        out.unsettled[0] = 1
     return n_slip
 
 

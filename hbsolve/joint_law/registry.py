@@ -71,6 +71,8 @@ class LawOutput(NamedTuple):
     """Slider positions at each instant, shape (s, n) [m]."""
     status: Whole
     """STICK, SLIP or SEPARATED at each instant of each tangent; row 0 of a joint with one direction, shape (2, n)."""
+    unsettled: Whole
+    """1 where what the joint remembers does not repeat every period: the force is not periodic, shape (1,)."""
 
 
 @dataclass(frozen=True, kw_only=True)

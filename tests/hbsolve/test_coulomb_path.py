@@ -31,7 +31,7 @@ def along(path: Array) -> tuple[Array, NDArray[np.int64]]:
     n = path.shape[1]
     out = LawOutput(
         np.zeros((3, n)), np.zeros((3, 3, 9)), np.zeros(3, np.int64), np.zeros((5, 3, n)), np.zeros((2, 3, n)),
-        np.zeros((3, n)), np.zeros((2, n)), np.zeros((2, n), np.int64),
+        np.zeros((3, n)), np.zeros((2, n)), np.zeros((2, n), np.int64), np.zeros(1, np.int64),
     )  # fmt: skip
     parameters, none = np.array([KT, KN, MU, 0.0, 0.0]), np.zeros(2, np.int64)
     samples = sampling(2, n)
