@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from geometry.errors import RegistryError
 from reduction.array_type import Real, Row
+from reduction.joint_law.elastic_energy import energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 #: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
@@ -145,11 +146,11 @@ class FunctionJoint(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row | None:
-        """As the law says; static parts count."""
+        """As the law says, about the mean displacement and the mean state."""
         energy, values = type(self).energy, tuple(parameters.values())
         if energy is None:
             return None
-        return np.array([energy(u, tuple(state), values) for u, state in zip(displacement[0], slider.T, strict=True)])
+        return energy_about_mean(lambda x: energy(x[0], tuple(x[1:]), values), np.vstack([displacement[:1], slider]))
 
     @classmethod
     def wrong(cls) -> str | None:
