@@ -192,6 +192,11 @@ def test_a_scalar_function_is_enough(tmp_path: Path, body: str) -> None:
         ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return p[0] * u / 0.0", ["finite"]),
         ("@joint_law(**(FACTS | dict(kind='cubic')))\ndef f(u, v, s, p):\n    return u", ["cubic_spring.py", "cubic"]),
         ("@joint_law(**(FACTS | dict(parameters=['k'])))\ndef f(u, v, s, p):\n    return u", ["LawParameter", "'k'"]),
+        (
+            "@joint_law(**(FACTS | dict(parameters=[LawParameter(name='c', unit='N/m', meaning='c', typical=1.0, "
+            "is_list=True)])))\ndef f(u, v, s, p):\n    return p[0] * u",
+            ["mine", "list", '"c"'],
+        ),
         ("@joint_law(**(FACTS | dict(n_state=-1)))\ndef f(u, v, s, p):\n    return u", ["n_state", "-1"]),
         ("@joint_law(**(FACTS | dict(typical_displacement=0)))\ndef f(u, v, s, p):\n    return u", ["typical_", "0"]),
     ],
