@@ -63,10 +63,10 @@ def compiled_template(function: Callable[..., Any]) -> Callable[..., Any]:
     """What makes compiled copies of a function: in ``make(module, name=other)`` `other` stands for its global `name`.
 
     numba stores no machine code that is given a function as argument. A copy is stored for the module that asks for it,
-    which may have one of each template.
+    which may have one of each template. What `name` stands for may also be a constant.
     """
 
-    def make(module: str, **others: Callable[..., Any]) -> Callable[..., Any]:
+    def make(module: str, **others: Any) -> Callable[..., Any]:
         code = function.__code__.replace(co_filename=str(sys.modules[module].__file__))
         copied = FunctionType(code, {**function.__globals__, **others, "__name__": module}, function.__name__)
         return compiled(cast(Callable[..., Any], copied))

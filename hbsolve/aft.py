@@ -63,6 +63,8 @@ class JointForces(NamedTuple):
     """State at each instant, two rows per joint, shape (2 n_joint, n)."""
     force: Real
     """f - D u in time, shape (d, n) [N]."""
+    unsettled: Whole
+    """1 for a joint whose state does not repeat every period, so that this is no periodic motion, shape (n_joint,)."""
 
 
 @compiled
@@ -75,6 +77,7 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
     u = np.dot(x, sampling.evaluate)
     velocity = omega * np.dot(x, sampling.differentiate) if table.uses_velocity else np.empty((d, 0))
     force, status = np.zeros((d, n)), np.zeros((2 * n_joint, n), np.int64)
+    unsettled = np.zeros(n_joint, np.int64)
     jacobian = np.zeros((d if want >= JACOBIAN else 0, nh, MAX_DIRECTION * nh))
     active = np.zeros(d, np.int64)
     derive = want >= PARAMETERS
@@ -96,7 +99,7 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
             law_start[:] = 0.0
         out = LawOutput(
             force[d0:d1], jacobian[d0:d1], active[d0:d1], law_parameter, law_start, by_frequency[d0:d1],
-            slider[s0:s1], status[2 * j : 2 * j + 2],
+            slider[s0:s1], status[2 * j : 2 * j + 2], unsettled[j : j + 1],
         )  # fmt: skip
         given = (
             u[d0:d1], velocity[d0:d1], omega, table.reference[d0:d1], table.value[p0:p1], start.value[s0:s1],
@@ -113,7 +116,9 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
                 by_start[s0 + s] = _project(law_start[s], sampling)
     coefficients = _project(force, sampling)
     frequency = _project(by_frequency, sampling) if derive else np.zeros((d, nh))
-    return JointForces(coefficients, jacobian, active, by_parameter, by_start, frequency, slider, status, force)
+    return JointForces(
+        coefficients, jacobian, active, by_parameter, by_start, frequency, slider, status, force, unsettled
+    )
 
 
 @compiled

@@ -28,7 +28,9 @@ class ContactMotion:
     slider: Float[Real, "s n"]
     """Shape (s, n) [m]."""
     status: Int[Whole, "t n"]
-    """0 stick, 1 slip, 2 separated, of each slider; of the joint where it has none or is a user's, shape (t, n)."""
+    """0 stick, 1 slip, 2 separated, of each tangent; of the joint where it has one direction, shape (t, n). Sliders in
+    parallel (`JenkinsChain`, `IwanJoint`) slip where all of them do; a smooth hysteresis where its slider follows more
+    than half of the motion; a user's law where what it remembers changes."""
     share: Float[Real, " 3"]
     """Shares of the period in stick, slip and separation, tangents together, shape (3,) [-]."""
 
@@ -57,7 +59,7 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
     motions = []
     for number, joint in enumerate(balance.system.joints):
         d, s = slice(directions[number], directions[number + 1]), slice(sliders[number], sliders[number + 1])
-        status = _status(balance, forces, number)
+        status = contact_status(balance, forces, number)
         motions.append(
             ContactMotion(
                 name=joint.name,
@@ -75,8 +77,15 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
 def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[Real, "joint 3"]:
     """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
     forces, _ = _forces(balance, state)
-    shares = [_share(_status(balance, forces, number)) for number in range(len(balance.system.joints))]
+    shares = [_share(contact_status(balance, forces, number)) for number in range(len(balance.system.joints))]
     return np.array(shares).reshape(-1, 3)
+
+
+def contact_status(balance: HarmonicBalance, forces: JointForces, number: int) -> Int[Whole, "t n"]:
+    """State of the tangents of one joint at each instant, see `ContactMotion.status`."""
+    joint = balance.system.joints[number]
+    n_tangent = len(joint.directions) - (joint.normal_direction is not None)
+    return forces.status[2 * number : 2 * number + max(n_tangent, 1)]
 
 
 def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Matrix]:
@@ -84,11 +93,6 @@ def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, 
     x = state.motion
     forces = forces_at(balance, state.angular_frequency, x, state.sliders, want=FORCE)
     return forces, x @ balance.sampling.evaluate
-
-
-def _status(balance: HarmonicBalance, forces: JointForces, joint: int) -> Int[Whole, "t n"]:
-    count = min(max(int(balance.table.slider[joint + 1] - balance.table.slider[joint]), 1), 2)
-    return forces.status[2 * joint : 2 * joint + count]
 
 
 def _share(status: Int[Whole, "t n"]) -> Vector:

@@ -3,9 +3,10 @@ r"""Energy over one period: input, dissipated, stored, and the loss factor.
 .. math:: \eta = \frac{\Delta W_\mathrm{dis}}{2 \pi U_\mathrm{pot}}
 
 U_pot is the largest elastic energy of the *vibration* during the period: of the structure without its joints,
-q~ K q~ / 2, and of the springs of the joints, with q~ = q - q_0, the forces T and N likewise without their means, so
-that static preloads do not count. Of a cubic spring about its mean displacement u_0 it is V(u) - V(u_0) - V'(u_0) u~
-with V = k u^4 / 4. For a viscous oscillator at resonance eta = 2 zeta.
+q~ K q~ / 2, and of the springs of the joints, with q~ = q - q_0, so that static preloads do not count. A spring with a
+slider in series counts by its force without the mean, T~^2 / (2 k_t). A spring without one counts about its mean
+displacement u_0, by V(u) - V(u_0) - V'(u_0) u~: V = k u^4 / 4 of a cubic spring, and N^2 / (2 k_n) of the unilateral
+normal spring of a contact. For a viscous oscillator at resonance eta = 2 zeta.
 
 References
 ----------

@@ -82,7 +82,7 @@ def _force_address(kind: int) -> int:
 def _example_arguments() -> tuple[Any, ...]:
     """Arguments of `CompiledLaw.force`, for their types."""
     row, plane, solid, flags = np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zeros(1, dtype=np.int64)
-    out = LawOutput(plane, solid, flags, solid, solid, plane, plane, np.zeros((2, 1), dtype=np.int64))
+    out = LawOutput(plane, solid, flags, solid, solid, plane, plane, np.zeros((2, 1), dtype=np.int64), flags)
     return plane, plane, 1.0, row, row, row, flags, sampling(1, 2), 0, out
 
 

@@ -1,5 +1,6 @@
 """Joints as plain arrays, the form in which the compiled march reads them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,6 +16,8 @@ from transient.joint_law.registry import WITNESSES, Witness
 
 #: Number of the law of a joint whose force is a function of its user's own.
 FUNCTION = -1
+#: Of a joint whose law has no `instant`.
+NONE = -2
 
 Integers = Int[Whole, " joint"]
 
@@ -46,8 +49,8 @@ class WitnessTable:
     """The arrays that compiled code reads."""
     n_slider: int
     """Number of sliders [-]."""
-    damper: Float[Real, " d"]
-    """Which directions belong to a quadratic damper, with its damping, shape (d,) [N s^2/m^2]."""
+    instant: Integers
+    """Number of the law of each joint among those with an `instant`, or `NONE`."""
     normal_terms: Float[Real, " d"]
     """|N_0| + k_n |g| in the normals of contacts and stops, shape (d,) [N]: normal forces that cancel each other leave
     round-off of the size of their terms, however small their sum."""
@@ -59,9 +62,9 @@ def joint_table(system: JointedSystem) -> WitnessTable:
     """Joints of a system in its order; a law that is unknown to the integration in time is a `RegistryError`."""
     laws, names = [_witness(joint) for joint in system.joints], WITNESSES.names()
     stuck = [np.asarray(law.stuck_stiffness(joint)) for law, joint in zip(laws, system.joints, strict=True)]
-    damper, terms = [np.zeros(0)], [np.zeros(0)]
+    at_instants = [item.name for item in WITNESSES if item.instant is not None]
+    terms = [np.zeros(0)]
     for number, (law, joint) in enumerate(zip(laws, system.joints, strict=True)):
-        damper.append(np.full(len(stuck[number]), law.damping(joint)))
         terms.append(np.append(np.zeros(len(stuck[number]) - 1), law.normal_terms(joint)))
     n_slider = [joint.n_slider for joint in system.joints]
     return WitnessTable(
@@ -75,12 +78,18 @@ def joint_table(system: JointedSystem) -> WitnessTable:
             parameter_rows(system.joints),
         ),
         n_slider=sum(n_slider),
-        damper=np.concatenate(damper),
+        instant=np.array([_number(law, names, at_instants) for law in laws], dtype=np.int64),
         normal_terms=np.concatenate(terms),
         slider_stiffness=np.concatenate(
             [np.zeros(0), *(np.full(count, item[0]) for count, item in zip(n_slider, stuck, strict=True))]
         ),
     )
+
+
+def _number(law: Witness, names: Sequence[str], at_instants: Sequence[str]) -> int:
+    if law.name not in names:
+        return FUNCTION
+    return at_instants.index(law.name) if law.name in at_instants else NONE
 
 
 def _witness(joint: Joint) -> Witness:

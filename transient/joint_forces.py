@@ -4,12 +4,21 @@ import numpy as np
 
 from fe.compiled import compiled, compiled_switch
 from reduction.array_type import Matrix, Vector
-from transient.joint_arrays import Packed
+from transient.joint_arrays import NONE, Integers, Packed
 from transient.joint_law.function_law import force as function_force
+from transient.joint_law.function_law import instant as function_instant
 from transient.joint_law.registry import ARGUMENTS, WITNESSES
 
 _switch = compiled_switch(
     __name__, ARGUMENTS, [item.force for item in WITNESSES], (function_force, f"address, {ARGUMENTS}")
+)
+
+INSTANT = "value, u, velocity, slider"
+_instant = compiled_switch(
+    __name__,
+    INSTANT,
+    [item.instant for item in WITNESSES if item.instant is not None],
+    (function_instant, f"address, {INSTANT}"),
 )
 
 
@@ -38,6 +47,26 @@ def joint_forces(
     """`joint_force` of all joints."""
     for joint in range(joints.kind.size):
         joint_force(joint, joints, before, after, slider, step, mean, end, moved)
+
+
+@compiled
+def set_instant_forces(
+    instant: Integers, joints: Packed, displacement: Matrix, velocity: Matrix, slider: Matrix, force: Matrix
+) -> None:  # fmt: skip
+    """Replace the forces of laws that depend on the velocity by those of each instant.
+
+    instant: see `transient.joint_arrays.WitnessTable`; displacement, velocity and force of all directions, shape
+    (d, t); slider: all sliders, shape (t, s).
+    """
+    for joint in range(instant.size):
+        if instant[joint] == NONE:
+            continue
+        i, j, m = joints.direction[joint], joints.slider[joint], joints.slider[joint + 1]
+        for k in range(len(slider)):
+            force[i, k] = _instant(
+                instant[joint], joints.address[joint], joints.value[joint], displacement[i, k], velocity[i, k],
+                slider[k, j:m],
+            )  # fmt: skip
 
 
 @compiled

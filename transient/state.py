@@ -21,8 +21,11 @@ class TransientState:
     velocity: Vector
     """Shape (r,) [m/s]."""
     slider: Vector
-    """w of each tangent, joints in order, tangents in order, shape (s,) [m]: one of a `JenkinsElement`, as many of a
-    `FrictionContact` as it has tangents, none of the others."""
+    """What joints remember, joints in order, shape (s,) [m]; `Joint.n_slider` numbers of each. A contact has the w of
+    each tangent, `JenkinsElement` one, `JenkinsChain` and `IwanJoint` that of each element. `BoucWenJoint` and
+    `ValanisJoint` have w = u - z, and `LuGreFriction` as well, with the reach g / sigma_0 of the last instant as a
+    second number. A law from outside has its variables of state, in their own units; springs, stops and dampers have
+    none."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "displacement", "velocity", "slider")

@@ -9,7 +9,7 @@ from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import StepError, TransientError
-from transient.joint_forces import joint_forces
+from transient.joint_forces import joint_forces, set_instant_forces
 from transient.march import Marched, march
 from transient.state import TransientState, check_state
 from transient.state_transition import ModalStructure, modal_structure, transition
@@ -137,14 +137,13 @@ class Stepper:
         states, forces, sliders = np.empty((n, 2 * r)), np.empty((n, len(table.rows))), np.empty((n, table.n_slider))
         self._march(states, forces, sliders, level, load)
         rows = self.transition.rows
-        velocity = rows @ states[:, r:].T
-        damper = table.damper[:, None]
-        # What the march calls the force of a damper is the mean over a step; here it is that of the instant.
-        force = np.where(damper > 0, damper * np.abs(velocity) * velocity, forces.T)
+        displacement, velocity = (rows @ part.T for part in (states[:, :r], states[:, r:]))
+        force = forces.T.copy()
+        set_instant_forces(table.instant, table.packed, displacement, velocity, sliders, force)
         return Record(
             modal_displacement=states[:, :r],
             modal_velocity=states[:, r:],
-            displacement=rows @ states[:, :r].T,
+            displacement=displacement,
             velocity=velocity,
             force=force,
             slider=sliders.T,

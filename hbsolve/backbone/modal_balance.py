@@ -53,7 +53,7 @@ class Unknowns(NamedTuple):
 
     @property
     def amplitude(self) -> float:
-        """A [m kg^1/2]."""
+        """Amplitude a [m kg^1/2]."""
         return float(np.exp(self.log_amplitude))
 
 

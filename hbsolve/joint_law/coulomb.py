@@ -43,7 +43,7 @@ from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, SEPARATED, 
 from hbsolve.joint_law.unilateral import normal_force, unilateral
 from reduction.array_type import Real, Whole
 
-#: Periods at most; sliders that creep on after these are left where they are.
+#: Periods at most; sliders that creep on after these are told.
 MAX_PERIOD = 200
 #: 1 - F' below which a spring hardly turns towards a cycle, and is marched.
 TURNS = 1e-6
@@ -99,7 +99,7 @@ def force(
     n_beyond = 0
     for k in range(n):
         e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
-        n_beyond += e0 * e0 + e1 * e1 > radius[k] * radius[k]
+        n_beyond += radius[k] <= 0.0 or e0 * e0 + e1 * e1 > radius[k] * radius[k]
     moves = n_beyond > 0
 
     derive = want >= JACOBIAN
@@ -181,6 +181,8 @@ def _march(
         n_slip, at, _ = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, derive, out)
         if np.hypot(w[0] - begin0, w[1] - begin1) <= SETTLED * scale:
             break
+    else:
+        out.unsettled[0] = 1
     return n_slip
 
 
@@ -251,7 +253,7 @@ def _period(
     for k in range(n):
         r = radius[k]
         e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
-        if e0 * e0 + e1 * e1 > r * r:
+        if r <= 0.0 or e0 * e0 + e1 * e1 > r * r:  # without a limit the slider follows any motion, also one to come
             n_slip += 1
             if r_before > 0.0 and r > 0.0:
                 n0, n1, a0, a1, b0, b1, c_before, c = _slip(
@@ -260,9 +262,11 @@ def _period(
                 )  # fmt: skip
             else:
                 length = np.sqrt(e0 * e0 + e1 * e1)
-                n0, n1 = e0 / length, e1 / length
-                a0, a1, c_before, c = -n1 / length, n0 / length, 0.0, 0.0
-                b0, b1 = a0, a1
+                n0, n1, a0, a1 = 0.0, 0.0, 0.0, 0.0
+                if length > 0.0:
+                    n0, n1 = e0 / length, e1 / length
+                    a0, a1 = -n1 / length, n0 / length
+                b0, b1, c_before, c = a0, a1, 0.0, 0.0
             kept *= a1 * (u[0, at] - w[0]) - a0 * (u[1, at] - w[1])
             at = k
             w[0], w[1] = u[0, k] - r * n0, u[1, k] - r * n1

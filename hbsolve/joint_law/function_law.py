@@ -1,8 +1,14 @@
-"""A user's own law: its compiled function is called instant by instant, and periods are marched until it repeats.
+r"""A user's own law: its compiled function is called instant by instant, through periods, until its state repeats.
 
-What the joint remembers may need many periods to settle, so the derivative is carried through all of them: it is exact
-for what was computed. A start by multiplier is a place between Coulomb's limits, which such a law does not have: it
-then begins with a state of zeros.
+A period takes the state w to F(w). Sliders repeat after two periods. A state that is forgotten slowly takes many, but
+F is as good as linear by then: with F' its Jacobian, all further periods together move the state by
+
+.. math:: \sum_{m \ge 0} F'^m\, r = (I - F' + P)^{-1} (I - P)\, r, \qquad r = F(w) - w, \qquad P = F'^{\,\infty} ,
+
+which is Newton's method where everything is forgotten. P holds what no period changes, such as a slider that sticks:
+that stays where it was put. Derivatives are carried through all periods, and settle by the same sum. A state that still
+creeps after `MAX_PERIOD` periods is told (`LawOutput.unsettled`). A start by multiplier is a place between Coulomb's
+limits, which such a law does not have: it then begins with a state of zeros.
 """
 
 from typing import Any
@@ -13,10 +19,14 @@ from fe.compiled import compiled
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SLIP, STICK
 from reduction.joint_law.function_pointer import call_step
 
-#: Periods at most; a state that creeps on after these is left where it is.
+#: Periods at most.
 MAX_PERIOD = 200
-#: A state has settled when a period changes it by less than this part of its largest value.
-SETTLED = 1e-11
+#: A state has settled when a period changes it by less than the first part of its largest value, which is round-off of
+#: a period; or by less than the second, where further periods do not come closer.
+SETTLED, ROUND_OFF = 1e-13, 1e-11
+#: P is F' after two to this power of periods: what forgets less than 1e-7 in each of them has no cycle that 16 digits
+#: tell, and stays.
+DOUBLINGS = 28
 
 
 @compiled
@@ -52,56 +62,49 @@ def force(
     n, nh = u.shape[1], sampling.evaluate.shape[0]
     s, p = len(start), len(parameters)
     derive, with_parameters = want >= JACOBIAN, want >= PARAMETERS
-    # Columns: coefficients of u, and, where they are wanted, parameters, starts, Omega.
-    width = nh + (p + s + 1 if with_parameters else 0)
-    count = (2 + s + (p if with_parameters else 0)) if derive else 0
-    S, moved, traces = np.zeros((s, width)), np.zeros((s, width)), np.zeros((n if derive else 1, width))
-    result = np.zeros((3 + s + p, 1 + s))
-    state, begin, largest = np.zeros(s), np.zeros(s), np.zeros(s)
+    # Columns: coefficients of u, and, where they are wanted, parameters, starts, Omega; last, the state before the
+    # period.
+    lead = (nh + (p + s + 1 if with_parameters else 0)) if derive else 0
+    S, traces = np.zeros((s, lead + s)), np.zeros((n if derive else 1, lead + s))
+    before = np.zeros((s, lead))
+    state, begin, largest, last_state, last_S = np.zeros(s), np.zeros(s), np.zeros(s), np.zeros(s), np.zeros_like(S)
     for i in range(s):
         if not by_multiplier[i]:
             state[i] = start[i]
             if with_parameters:
                 S[i, nh + p + i] = 1.0
-    for _ in range(MAX_PERIOD if s else 1):
+    changed, least = 0.0, np.inf
+    for number in range(MAX_PERIOD if s else 1):
         begin[:] = state
-        for k in range(n):
-            call_step(address, u[0, k], velocity[0, k], state, parameters, result, count)
-            out.force[0, k] = result[0, 0] - reference[0] * u[0, k]
-            for r in range(1 + s if derive else 0):
-                row = traces[k] if r == 0 else moved[r - 1]
-                by_u, by_velocity = result[1, r], omega * result[2, r]
-                for a in range(nh):
-                    row[a] = by_u * sampling.instants[k, a]
-                if by_velocity != 0.0:
-                    for a in range(nh):
-                        row[a] += by_velocity * sampling.differentiate[a, k]
-                if with_parameters:
-                    for a in range(p):
-                        row[nh + a] = result[3 + s + a, r]
-                    row[nh + p : nh + p + s] = 0.0
-                    row[width - 1] = result[2, r] * velocity[0, k] / omega
-                for i in range(s):
-                    if result[3 + i, r] != 0.0:
-                        for a in range(width):
-                            row[a] += result[3 + i, r] * S[i, a]
-            if derive:
-                S[:] = moved
-            status = STICK
-            for i in range(s):
-                if result[0, 1 + i] != state[i]:
-                    status = SLIP
-                state[i] = out.slider[i, k] = result[0, 1 + i]
-                largest[i] = max(largest[i], abs(state[i]))
-            out.status[:, k] = status
-        settled = True
+        before[:] = S[:, :lead]
         for i in range(s):
-            if abs(state[i] - begin[i]) > SETTLED * largest[i]:
-                settled = False
-        if settled:
+            S[i, lead:] = 0.0
+            S[i, lead + i] = 1.0
+        track = derive or number > 1
+        _period(
+            address, u, velocity, omega, reference, parameters, sampling, lead, derive, with_parameters, track, state,
+            S, traces, largest, out,
+        )  # fmt: skip
+        changed = 0.0
+        for i in range(s):
+            if state[i] != begin[i]:
+                part = abs(state[i] - begin[i]) / largest[i]
+                changed = max(changed, part if np.isfinite(part) else np.inf)
+        if changed == np.inf and least < np.inf:  # a jump to where the law is not defined: march from there
+            state[:], S[:], least = last_state, last_S, 0.0
+        elif changed <= SETTLED or (changed <= ROUND_OFF and changed >= least):
             break
+        elif track and changed < least:
+            least = changed
+            last_state[:], last_S[:] = state, S
+            state += _further_periods(S[:, lead:], (state - begin).reshape(s, 1))[:, 0]
+    out.unsettled[0] = not changed <= ROUND_OFF
     if not derive:
         return
+    if not np.array_equal(before, S[:, :lead]):
+        by_begin = S[:, :lead] - before
+        by_begin += _further_periods(S[:, lead:], by_begin)
+        traces[:, :lead] += np.dot(np.ascontiguousarray(traces[:, lead:]), by_begin)
     # A joint that is its linear reference at every instant, such as one that sticks, has no rows.
     if not np.array_equal(traces[:, :nh], reference[0] * sampling.instants):
         out.active[0] = nh
@@ -114,4 +117,62 @@ def force(
                 out.by_parameter[i, 0, k] = traces[k, nh + i]
             for i in range(s):
                 out.by_start[i, 0, k] = traces[k, nh + p + i]
-            out.by_frequency[0, k] = traces[k, width - 1]
+            out.by_frequency[0, k] = traces[k, lead - 1]
+
+
+@compiled
+def _period(
+    address: int, u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, sampling: Any, lead: int,
+    derive: bool, with_parameters: bool, track: bool, state: Any, S: Any, traces: Any, largest: Any, out: Any,
+) -> None:  # fmt: skip
+    """Move the state through a period, and S, what it changes by; `track` is whether that is wanted."""
+    n, nh, s, p = u.shape[1], sampling.evaluate.shape[0], len(state), len(parameters)
+    width = S.shape[1]
+    count = (2 + s + (p if with_parameters else 0)) if track else 0
+    moved, result = np.zeros((s, width)), np.zeros((3 + s + p, 1 + s))
+    largest[:] = 0.0
+    for k in range(n):
+        call_step(address, u[0, k], velocity[0, k], state, parameters, result, count)
+        out.force[0, k] = result[0, 0] - reference[0] * u[0, k]
+        for r in range(1 + s if track else 0):
+            if r == 0 and not derive:
+                continue
+            row = traces[k] if r == 0 else moved[r - 1]
+            row[:] = 0.0
+            if derive:
+                by_u, by_velocity = result[1, r], omega * result[2, r]
+                for a in range(nh):
+                    row[a] = by_u * sampling.instants[k, a]
+                if by_velocity != 0.0:
+                    for a in range(nh):
+                        row[a] += by_velocity * sampling.differentiate[a, k]
+            if with_parameters:
+                for a in range(p):
+                    row[nh + a] = result[3 + s + a, r]
+                row[lead - 1] = result[2, r] * velocity[0, k] / omega
+            for i in range(s):
+                if result[3 + i, r] != 0.0:
+                    for a in range(width):
+                        row[a] += result[3 + i, r] * S[i, a]
+        if track:
+            S[:] = moved
+        status = STICK
+        for i in range(s):
+            if result[0, 1 + i] != state[i]:
+                status = SLIP
+            state[i] = out.slider[i, k] = result[0, 1 + i]
+            largest[i] = max(largest[i], abs(state[i]))
+        out.status[:, k] = status
+
+
+@compiled
+def _further_periods(F: Any, change: Any) -> Any:
+    """What all further periods change in columns that one has changed; nothing where that grows without end."""
+    size = len(F)
+    kept = F.copy()
+    for _ in range(DOUBLINGS):
+        kept = np.dot(kept, kept)
+    if not np.isfinite(kept).all():
+        return np.zeros_like(change)
+    whole = np.eye(size) - F + kept
+    return np.linalg.solve(whole, change - np.dot(kept, change)) - change

@@ -3,18 +3,9 @@
 from math import log
 from typing import Any
 
-import numpy as np
-
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import (
-    FORCES,
-    JACOBIAN,
-    SEPARATED,
-    STICK,
-    CompiledLaw,
-    displacement_jacobian,
-    write_spring_instant,
-)
+from hbsolve.joint_law.instant_law import instant_law
+from hbsolve.joint_law.registry import FORCES
 
 
 @compiled
@@ -34,20 +25,4 @@ def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
     return float(stiffness * reference * power)
 
 
-@compiled
-def force(
-    u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
-    sampling: Any, want: int, out: Any,
-) -> None:  # fmt: skip
-    """One direction; see `hbsolve.joint_law.registry`."""
-    n = u.shape[1]
-    slope, by_displacement = np.empty(6), np.empty(n)
-    for k in range(n):
-        value = instant(u[0, k], 0.0, parameters, slope)
-        write_spring_instant(k, value, slope, u[0, k], reference[0], want, by_displacement, out)
-        out.status[0, k] = STICK if u[0, k] > parameters[3] else SEPARATED
-    if want >= JACOBIAN:
-        displacement_jacobian(by_displacement, sampling, out)
-
-
-FORCES.register(CompiledLaw(name="hertz", force=force, instant=instant))
+FORCES.register(instant_law("hertz", instant, opens=True))

@@ -2,18 +2,9 @@
 
 from typing import Any
 
-import numpy as np
-
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import (
-    FORCES,
-    JACOBIAN,
-    SEPARATED,
-    STICK,
-    CompiledLaw,
-    displacement_jacobian,
-    write_spring_instant,
-)
+from hbsolve.joint_law.instant_law import instant_law
+from hbsolve.joint_law.registry import FORCES
 
 
 @compiled
@@ -27,20 +18,4 @@ def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
     return float(stiffness * beyond)
 
 
-@compiled
-def force(
-    u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
-    sampling: Any, want: int, out: Any,
-) -> None:  # fmt: skip
-    """One direction; see `hbsolve.joint_law.registry`."""
-    n = u.shape[1]
-    slope, by_displacement = np.empty(4), np.empty(n)
-    for k in range(n):
-        value = instant(u[0, k], 0.0, parameters, slope)
-        write_spring_instant(k, value, slope, u[0, k], reference[0], want, by_displacement, out)
-        out.status[0, k] = STICK if slope[0] > 0.0 else SEPARATED
-    if want >= JACOBIAN:
-        displacement_jacobian(by_displacement, sampling, out)
-
-
-FORCES.register(CompiledLaw(name="play", force=force, instant=instant))
+FORCES.register(instant_law("play", instant, opens=True))

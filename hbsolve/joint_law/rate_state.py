@@ -16,10 +16,10 @@ import numpy as np
 from fe.compiled import compiled_template
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SLIP, STICK, CompiledLaw
 
-#: Periods at most; a state that creeps on after these is left where it is.
+#: Periods at most; a state that creeps on after these by more than the second number below is told.
 MAX_PERIOD = 100
-#: A state has settled when a period changes it by less than this part of its largest value: round-off of a period.
-SETTLED = 1e-13
+#: A state has settled when a period changes it by less than the first part of its largest value: round-off of a period.
+SETTLED, ROUND_OFF = 1e-13, 1e-11
 #: A period that forgets less than this part of the state has no cycle that 16 digits tell.
 STILL = 1e-7
 #: A slider that follows the motion by more than this share slips.
@@ -93,7 +93,7 @@ def force(
         if not by_multiplier[i]:
             state[i] = start[i]
     first = state[0]
-    still, least = False, np.inf
+    still, moved, least = False, 0.0, np.inf
     kept, no_trace = np.zeros((s, 1)), np.zeros((0, 1))
     for number in range(MAX_PERIOD):
         begin = state[0]
@@ -109,6 +109,8 @@ def force(
         if forgotten >= STILL and abs(moved) < least:
             least = abs(moved)
             state[0] += moved * kept[0, 0] / forgotten
+    else:
+        out.unsettled[0] = not abs(moved) <= ROUND_OFF * np.abs(out.slider[0]).max()
     if want < JACOBIAN:
         return
     if not still:

@@ -37,7 +37,6 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from fe.compiled import compiled
 from geometry.registry import Registry
 from reduction.array_type import Real, Whole
 
@@ -70,7 +69,9 @@ class LawOutput(NamedTuple):
     slider: Real
     """Slider positions at each instant, shape (s, n) [m]."""
     status: Whole
-    """STICK, SLIP or SEPARATED at each instant of each slider, or of the joint in row 0, shape (2, n)."""
+    """STICK, SLIP or SEPARATED at each instant of each tangent; row 0 of a joint with one direction, shape (2, n)."""
+    unsettled: Whole
+    """1 where what the joint remembers does not repeat every period: the force is not periodic, shape (1,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,46 +101,6 @@ def _lacking_slopes(law: CompiledLaw) -> str | None:
             "has both instant and step_slopes, or neither: a law without memory has the first, one with it the second"
         )
     return None
-
-
-@compiled
-def displacement_jacobian(slope: Any, sampling: Any, out: Any) -> None:
-    """Jacobian of a force without memory with the slope df/du at each instant, shape (n,) [N/m]."""
-    nh = sampling.evaluate.shape[0]
-    out.active[0] = nh
-    out.jacobian[0, :, :nh] = np.dot((sampling.project * slope.reshape(-1, 1)).T, sampling.instants)
-
-
-@compiled
-def velocity_jacobian(slope: Any, sampling: Any, out: Any) -> None:
-    """The same with the slope df/d(du/d(Omega t))."""
-    nh = sampling.evaluate.shape[0]
-    out.active[0] = nh
-    out.jacobian[0, :, :nh] = np.dot((sampling.project * slope.reshape(-1, 1)).T, sampling.differentiate.T)
-
-
-@compiled
-def write_spring_instant(
-    k: int, force: float, slope: Any, u: float, reference: float, want: int, by_displacement: Any, out: Any
-) -> None:  # fmt: skip
-    """Write what a law without memory or velocity gives at instant k; `slope` as of `CompiledLaw.instant`."""
-    out.force[0, k] = force - reference * u
-    by_displacement[k] = slope[0] - reference
-    for number in range(len(slope) - 2 if want >= PARAMETERS else 0):
-        out.by_parameter[number, 0, k] = slope[2 + number]
-
-
-@compiled
-def write_damper_instant(
-    k: int, force: float, slope: Any, velocity: float, omega: float, want: int, by_velocity: Any, out: Any
-) -> None:  # fmt: skip
-    """The same of a law of the velocity Omega du/d(Omega t), which grows with Omega."""
-    out.force[0, k] = force
-    by_velocity[k] = slope[1] * omega
-    if want >= PARAMETERS:
-        out.by_frequency[0, k] = slope[1] * velocity / omega
-        for number in range(len(slope) - 2):
-            out.by_parameter[number, 0, k] = slope[2 + number]
 
 
 #: Forces of the product's own laws; a user's law has a function instead, `reduction.joint_law.function_law`.

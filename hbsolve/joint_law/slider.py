@@ -6,9 +6,9 @@ The slider of an instant was put there by the last slip before, at instant j wit
 
 .. math:: w = u_j - s \mu N_j / k_t,
 
-or has never moved. Two periods are enough: a period clips w to an interval, or leaves it at one value, and does the
-same the second time, so that the second period is periodic to the last digit. From the first slip that both share, the
-second is the first.
+or has never moved. Without a limit it follows any motion, also one that is still to come (s = 0). Two periods are
+enough: a period clips w to an interval, or leaves it at one value, and does the same the second time, so that the
+second period is periodic to the last digit. From the first slip that both share, the second is the first.
 
 References
 ----------
@@ -45,6 +45,8 @@ def slide(
                 z, j, s = low, k, 1.0
             elif z > high:
                 z, j, s = high, k, -1.0
+            elif r[k] <= 0.0:  # nothing holds it, whether it moves or not
+                z, j, s = u[k], k, 0.0
             if period and j == k and event[k] == k and sign[k] == s:
                 return
             w[k], event[k], sign[k] = z, j, s

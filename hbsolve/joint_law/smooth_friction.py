@@ -3,10 +3,9 @@
 from math import tanh
 from typing import Any
 
-import numpy as np
-
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import FORCES, JACOBIAN, CompiledLaw, velocity_jacobian, write_damper_instant
+from hbsolve.joint_law.instant_law import instant_law
+from hbsolve.joint_law.registry import FORCES
 
 
 @compiled
@@ -20,19 +19,4 @@ def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
     return float(limit * share)
 
 
-@compiled
-def force(
-    u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
-    sampling: Any, want: int, out: Any,
-) -> None:  # fmt: skip
-    """One direction; the velocity is Omega du/d(Omega t)."""
-    n = u.shape[1]
-    slope, by_velocity = np.empty(4), np.empty(n)
-    for k in range(n):
-        value = instant(0.0, velocity[0, k], parameters, slope)
-        write_damper_instant(k, value, slope, velocity[0, k], omega, want, by_velocity, out)
-    if want >= JACOBIAN:
-        velocity_jacobian(by_velocity, sampling, out)
-
-
-FORCES.register(CompiledLaw(name="smooth_friction", force=force, instant=instant, uses_velocity=True))
+FORCES.register(instant_law("smooth_friction", instant, uses_displacement=False, uses_velocity=True))

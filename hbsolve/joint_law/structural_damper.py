@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import FORCES, JACOBIAN, CompiledLaw, write_damper_instant
+from hbsolve.joint_law.instant_law import instant_law
+from hbsolve.joint_law.registry import FORCES
 
 
 @compiled
@@ -30,24 +31,4 @@ def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
     return float(force)
 
 
-@compiled
-def force(
-    u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
-    sampling: Any, want: int, out: Any,
-) -> None:  # fmt: skip
-    """One direction; the velocity is Omega du/d(Omega t)."""
-    n, nh = u.shape[1], sampling.evaluate.shape[0]
-    slope, by_displacement, by_velocity = np.empty(7), np.empty(n), np.empty(n)
-    for k in range(n):
-        value = instant(u[0, k], velocity[0, k], parameters, slope)
-        write_damper_instant(k, value, slope, velocity[0, k], omega, want, by_velocity, out)
-        out.force[0, k] -= reference[0] * u[0, k]
-        by_displacement[k] = slope[0] - reference[0]
-    if want >= JACOBIAN:
-        out.active[0] = nh
-        moved = by_displacement.reshape(-1, 1) * sampling.instants
-        moved += by_velocity.reshape(-1, 1) * sampling.differentiate.T
-        out.jacobian[0, :, :nh] = np.dot(sampling.project.T, moved)
-
-
-FORCES.register(CompiledLaw(name="structural_damper", force=force, instant=instant, uses_velocity=True))
+FORCES.register(instant_law("structural_damper", instant, uses_velocity=True))

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from hbsolve.contact_motion import contact_status
 from hbsolve.limits.local_search import LimitSide, linear_step, local_search, take_step
 from hbsolve.limits.optimum import LimitKey, Optima, Optimum, continue_optimum
 from hbsolve.limits.point import LimitPoint
@@ -49,8 +50,8 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
         realised[number] = side * (there.value - trial.value) / size if there else 0.0
     ends = np.array(optimum.starts)
     status = np.concatenate([
-        trial.forces.status[2 * joint : 2 * joint + count]
-        for joint, count in enumerate(np.diff(point.balance.table.slider)) if count
+        contact_status(point.balance, trial.forces, number)
+        for number, joint in enumerate(point.balance.system.joints) if joint.n_slider
     ])  # fmt: skip
     return {
         "residual_norm": optimum.residual_norm,

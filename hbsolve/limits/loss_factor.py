@@ -29,7 +29,7 @@ from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.sampling import complex_from_real
-from reduction.array_type import Array, Real
+from reduction.array_type import Array, Real, Whole
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,8 +53,16 @@ class LossFactor:
 
     def measure(self, balance: HarmonicBalance, condensed: Condensed) -> "LossMeasure":
         """See `Objective`."""
+        joints = balance.system.joints
+        normal = [
+            (int(first) + joint.normal_direction, joint.stuck_force[joint.normal_direction])
+            for first, joint in zip(balance.table.direction, joints, strict=False)
+            if joint.normal_direction is not None
+        ]
         return LossMeasure(
             balance=balance,
+            normal=np.array([direction for direction, _ in normal], dtype=np.int64),
+            at_zero=np.array([force for _, force in normal]),
             recovery=balance.structure.recovery(condensed),
             work=np.pi * np.arange(balance.n_harmonic)[:, None] * 1j * balance.structure.dynamic.conj(),
         )
@@ -68,10 +76,18 @@ class LossMeasure:
     recovery: Recovery
     work: Array
     """Work in a period at level 1 is the real part of its product with q, shape (H + 1, r) [N]."""
+    normal: Whole
+    """Directions of unilateral normal springs, shape (c,)."""
+    at_zero: Real
+    """Normal force of each at v = 0, negative where it is open, shape (c,) [N]."""
     least: float = float(np.finfo(float).tiny)
 
-    def _energies(self, level: float, x: Real, g: Real) -> tuple[float, float, int, Real, Real]:
-        """Work, U_pot, its instant, and then the vibration of the structure and of the joint forces."""
+    def _energies(self, level: float, x: Real, g: Real) -> tuple[float, float, int, Real, Real, Real, Real]:
+        """Work, U_pot, its instant, and what then derives it.
+
+        That is the vibration of the structure, that of the tangential forces (0 of normals), and of the normal springs
+        their force beyond that at the mean displacement, and the force of the vibration on the tangent there.
+        """
         recovery = self.recovery
         pushed = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
         q = recovery.static + level * recovery.dynamic - pushed
@@ -83,9 +99,16 @@ class LossMeasure:
         springs = self.balance.table.reference  # stiffness of each direction: that of a contact is its reference
         force = (g + springs[:, None] * x)[:, 1:] @ self.balance.sampling.evaluate[1:]
         stored = 0.5 * np.einsum("nr,nr->n", moved @ self.balance.system.stiffness, moved)
+        force[self.normal] = 0.0
         stored = stored + 0.5 * (force**2 / springs[:, None]).sum(axis=0)
+        # Of the normal springs about the mean displacement, see `hbsolve.energy`.
+        k, mean = springs[self.normal, None], x[self.normal, :1]
+        v = x[self.normal] @ self.balance.sampling.evaluate
+        N, held = (np.maximum(self.at_zero[:, None] + k * each, 0.0) for each in (v, mean))
+        stored = stored + ((N**2 - held**2) / (2 * k) - held * (v - mean)).sum(axis=0)
         at = int(stored.argmax())
-        return work, float(stored[at]), at, moved[at], force[:, at]
+        tangent = np.where(held > 0, k * (v - mean), 0.0)
+        return work, float(stored[at]), at, moved[at], force[:, at], (N - held)[:, at], tangent[:, at]
 
     def value(self, level: float, x: Real, g: Real) -> float:
         """See `Measure`."""
@@ -94,11 +117,14 @@ class LossMeasure:
 
     def slopes(self, level: float, x: Real, g: Real) -> tuple[Real, Real]:
         """See `Measure`; the instant of the largest energy is stationary."""
-        work, stored, at, moved, force = self._energies(level, x, g)
+        work, stored, at, moved, force, beyond, tangent = self._energies(level, x, g)
         basis = self.balance.sampling.instants[at].copy()
+        normal_by_x = np.outer(beyond, basis)
+        normal_by_x[:, 0] -= tangent
         basis[0] = 0.0
         pull = force / self.balance.table.reference
         energy_by_x = np.outer(self.balance.table.reference * pull, basis)
+        energy_by_x[self.normal] = normal_by_x
         energy_by_g = np.outer(pull, basis)
         work_by_g = np.zeros_like(g)
         strain = self.balance.system.stiffness @ moved

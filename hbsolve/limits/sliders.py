@@ -120,7 +120,7 @@ def compute_stick_intervals(x: Any, sliders: Any, evaluate: Any) -> Any:
 
 
 def multipliers(sliders: SliderTable, x: Real, w: Real, evaluate: Real) -> Real:
-    """M of eq. 11, T / (mu N) at the first instant, shape (s,) in [-1, 1]; 0 for an open contact."""
+    """Multipliers m of eq. 11, T / (mu N) at the first instant, shape (s,) in [-1, 1]; 0 for an open contact."""
     first = x @ evaluate[:, 0]
     limit = sliders.constant + np.where(sliders.normal >= 0, sliders.by_normal * first[sliders.normal], 0.0)
     force = sliders.stiffness * (first[sliders.tangent] - w)

@@ -86,6 +86,11 @@ class DampedStop(DirectedJoint):
         """Two: of one side, and of both."""
         return "damped_stop" if self.sides == "one" else "damped_play"
 
+    @property
+    def reference_stiffness(self) -> tuple[float, ...]:
+        """Its own while it is closed at rest [N/m]."""
+        return (self.stiffness if self.gap < 0 else 0.0,)
+
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:

@@ -1,12 +1,15 @@
-"""Elastic energy of a spring whose force is a function of its displacement alone."""
+"""Elastic energy of the vibration: without what a static load stores."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 from reduction.array_type import Row
+from reduction.joint_law.registry import Samples
 
 Law = Callable[[Row], Row]
+#: Step of differences over the swing of a variable: they leave its square of the energy, and round-off over it.
+STEP = 1e-4
 
 
 def spring_energy_about_mean(stored: Law, force: Law, displacement: Row) -> Row:
@@ -21,3 +24,25 @@ def spring_energy_about_mean(stored: Law, force: Law, displacement: Row) -> Row:
     """
     mean = displacement.mean()
     return np.asarray(stored(displacement) - stored(mean) - force(mean) * (displacement - mean))
+
+
+def energy_about_mean(stored: Callable[[Row], float], variables: Samples) -> Row:
+    r"""Energy about the mean of all variables, V(x) - V(m) - V'(m) (x - m), shape (n,) [J].
+
+    Of springs between variables, such as a displacement and sliders, it is that of each about its mean stretch.
+
+    Parameters
+    ----------
+    stored
+        V, a function of the variables at one instant [J]; its slopes are found by central differences.
+    variables
+        x, such as a displacement and the state of a joint, shape (s, n).
+    """
+    mean, swing = variables.mean(axis=1), np.ptp(variables, axis=1)
+    moved = variables - mean[:, None]
+    energy = np.array([stored(x) for x in variables.T]) - stored(mean)
+    for number in np.flatnonzero(swing):
+        step = np.zeros(len(mean))
+        step[number] = STEP * swing[number]
+        energy -= (stored(mean + step) - stored(mean - step)) / (2 * step[number]) * moved[number]
+    return np.asarray(energy)

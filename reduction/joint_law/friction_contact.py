@@ -141,9 +141,9 @@ class FrictionContact(PressedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """T^2 / (2 k_t) of the tangents and N^2 / (2 k_n)."""
+        """T^2 / (2 k_t) of the tangents, and that of the normal spring."""
         tangents = np.sum(force[:-1] ** 2, axis=0) / (2 * parameters["tangential_stiffness"])
-        return np.asarray(tangents + force[-1] ** 2 / (2 * parameters["normal_stiffness"]))
+        return np.asarray(tangents + self.normal_energy(parameters, displacement[-1]))
 
     def exported(self, program: str) -> Joint:
         """Without friction a stop, k_n max(v - (g - N_0 / k_n), 0).

@@ -112,6 +112,6 @@ class FrictionEllipse(PressedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """T_i^2 / (2 k_i) of the tangents and N^2 / (2 k_n)."""
-        names = ("tangential_stiffness", "second_tangential_stiffness", "normal_stiffness")
-        return np.asarray(0.5 / np.array([parameters[name] for name in names]) @ force**2)
+        """T_i^2 / (2 k_i) of the tangents, and that of the normal spring."""
+        springs = np.array([parameters[name] for name in ("tangential_stiffness", "second_tangential_stiffness")])
+        return np.asarray(0.5 / springs @ force[:-1] ** 2 + self.normal_energy(parameters, displacement[-1]))

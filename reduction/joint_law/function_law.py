@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from geometry.errors import RegistryError
 from reduction.array_type import Real, Row
+from reduction.joint_law.elastic_energy import energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 #: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
@@ -145,11 +146,11 @@ class FunctionJoint(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row | None:
-        """As the law says; static parts count."""
+        """As the law says, about the mean displacement and the mean state."""
         energy, values = type(self).energy, tuple(parameters.values())
         if energy is None:
             return None
-        return np.array([energy(u, tuple(state), values) for u, state in zip(displacement[0], slider.T, strict=True)])
+        return energy_about_mean(lambda x: energy(x[0], tuple(x[1:]), values), np.vstack([displacement[:1], slider]))
 
     @classmethod
     def wrong(cls) -> str | None:
@@ -173,7 +174,7 @@ def joint_law(
     kind
         Name of the law in case files.
     parameters
-        Its numbers with units and bounds, in the order in which the function takes them.
+        Its numbers with units and bounds, in the order in which the function takes them; lists are refused.
     typical_displacement
         Where its force bends, with the typical parameters: derivatives are checked about it [m].
     n_state
@@ -186,13 +187,18 @@ def joint_law(
     Raises
     ------
     RegistryError
-        A name that is taken, a function that cannot be compiled, or derivatives that differences do not confirm.
+        A name that is taken, a parameter that is a list, a function that cannot be compiled, or derivatives that
+        differences do not confirm.
     """
 
     def register(force: Callable[..., Any]) -> type[FunctionJoint]:
         given = [item for item in parameters if isinstance(item, LawParameter)]
         for what, right, wanted in (
             (f"parameters = {parameters!r}", len(given) == len(parameters), "a list of LawParameter"),
+            *(
+                (f'a list as its parameter "{item.name}"', not item.is_list, "each number as a parameter of its own")
+                for item in given
+            ),
             (f"n_state = {n_state!r}", isinstance(n_state, int) and n_state >= 0, "a whole number, 0 without memory"),
             (f"stuck_stiffness = {stuck_stiffness!r}", callable(stuck_stiffness), "a function of the parameters"),
             (f"energy = {energy!r}", energy is None or callable(energy), "a function, or None without springs"),

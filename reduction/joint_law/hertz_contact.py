@@ -60,6 +60,12 @@ class HertzContact(DirectedJoint):
     exponent: float = 1.5
     gap: float = 0.0
 
+    @property
+    def reference_stiffness(self) -> tuple[float, ...]:
+        """Of its tangent at u = 0 while it is closed at rest [N/m]."""
+        power = self.exponent - 1
+        return (self.stiffness * self.exponent * (-self.gap / self.reference) ** power if self.gap < 0 else 0.0,)
+
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:

@@ -59,7 +59,7 @@ class HystereticJoint(DirectedJoint):
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """K [N/m]."""
+        """Stiffness k for small displacements [N/m]."""
         return (self.tangential_stiffness,)
 
     @property

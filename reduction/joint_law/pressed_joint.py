@@ -1,8 +1,12 @@
 """What contacts share: a unilateral normal spring, which a preload presses or a gap opens."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from reduction.array_type import Row
+from reduction.joint_law.elastic_energy import spring_energy_about_mean
 from reduction.joint_law.registry import Joint, Plausible
 
 #: Friction coefficients: clean metals in vacuum and soft rubber reach a few units (Bowden and Tabor, 1950). With larger
@@ -52,6 +56,15 @@ class PressedJoint(Joint):
     def normal_direction(self) -> int:
         """The last."""
         return len(self.directions) - 1
+
+    def normal_energy(self, parameters: Mapping[str, float], displacement: Row) -> Row:
+        """N^2 / (2 k_n) about the mean of v, shape (n,) [J]; arguments as of `spring_energy`, of the normal alone."""
+        stiffness, preload, gap = (parameters[name] for name in ("normal_stiffness", "preload", "gap"))
+
+        def force(v: Row) -> Row:
+            return np.maximum(preload + stiffness * (v - gap), 0.0)
+
+        return spring_energy_about_mean(lambda v: force(v) ** 2 / (2 * stiffness), force, displacement)
 
     @property
     def open_at_rest(self) -> bool:

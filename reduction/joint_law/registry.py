@@ -151,7 +151,8 @@ class Joint(ABC):
     places: ClassVar[Mapping[str, bool]] = {"direction": True}
     """Rows that a case file gives by name, and whether each must be given."""
     series_springs: ClassVar[bool] = False
-    """The elastic energy of each direction is force^2 / (2 stuck stiffness), whatever the motion."""
+    """The elastic energy of each direction is force^2 / (2 stuck stiffness), whatever the motion; of the normal
+    direction it is taken about the mean displacement, as of every spring that may open."""
     can_slip: ClassVar[bool] = True
     """It sticks and slips, or opens; a stop is closed or open alone."""
     one_sided: ClassVar[bool] = False

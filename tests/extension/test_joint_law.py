@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,10 @@ from geometry.errors import RegistryError
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.response import frequency_response
+from hbsolve.energy import energy_balance
 from hbsolve.steady_state import steady_state
 from reduction.joint_law.registry import LAWS, Joint
-from reduction.jointed_system import JenkinsElement, JointedSystem
+from reduction.jointed_system import CubicSpring, JenkinsChain, JenkinsElement, JointedSystem
 from tests.hbsolve import test_laws
 from tests.slow import slow
 from transient.steady import steady_motion
@@ -190,6 +192,11 @@ def test_a_scalar_function_is_enough(tmp_path: Path, body: str) -> None:
         ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return p[0] * u / 0.0", ["finite"]),
         ("@joint_law(**(FACTS | dict(kind='cubic')))\ndef f(u, v, s, p):\n    return u", ["cubic_spring.py", "cubic"]),
         ("@joint_law(**(FACTS | dict(parameters=['k'])))\ndef f(u, v, s, p):\n    return u", ["LawParameter", "'k'"]),
+        (
+            "@joint_law(**(FACTS | dict(parameters=[LawParameter(name='c', unit='N/m', meaning='c', typical=1.0, "
+            "is_list=True)])))\ndef f(u, v, s, p):\n    return p[0] * u",
+            ["mine", "list", '"c"'],
+        ),
         ("@joint_law(**(FACTS | dict(n_state=-1)))\ndef f(u, v, s, p):\n    return u", ["n_state", "-1"]),
         ("@joint_law(**(FACTS | dict(typical_displacement=0)))\ndef f(u, v, s, p):\n    return u", ["typical_", "0"]),
     ],
@@ -213,5 +220,39 @@ def test_the_example_of_the_documentation_is_a_law(tmp_path: Path) -> None:
     try:
         test_laws.test_derivatives_equal_differences(law, 0)
         test_laws.test_facts_fit_each_other(law)
+    finally:
+        LAWS.forget(file)
+
+
+def test_a_static_load_stores_no_energy_of_the_vibration(law: type[Joint], tmp_path: Path) -> None:
+    file = tmp_path / "cubic.py"
+    body = "def f(u, velocity, state, parameters):\n    return parameters[0] * u**3"
+    energy = "lambda u, state, parameters: parameters[0] * u**4 / 4"
+    file.write_text(f"{HEAD}\n@joint_law(**(FACTS | dict(energy={energy}, stuck_stiffness=lambda k: 0.0)))\n{body}\n")
+    (cubic,) = LAWS.load(file)
+    chain = law.build("chain", {"direction": ONE}, {"stiffness": 1e6, "limit_force": 10.0})
+    pairs = [
+        (
+            CubicSpring(name="c", direction=ONE, stiffness=1e12),
+            cubic.build("c", {"direction": ONE}, {"stiffness": 1e12}),
+        ),
+        (
+            JenkinsChain(
+                name="j", direction=ONE, tangential_stiffness=(2.5e5,) * 4,
+                limit_force=tuple(10.0 * (2 * i + 1) / 16 for i in range(4)),
+            ),
+            chain,
+        ),
+    ]  # fmt: skip
+    try:
+        for joints in pairs:
+            factors = []
+            for joint in joints:
+                balance = HarmonicBalance(
+                    system=replace(oscillator(joint), static_load=np.array([40.0])), n_harmonic=6, n_sample=512
+                )
+                factors.append(energy_balance(balance, steady_state(balance, 1150.0)).loss_factor)
+            # The chain makes up its own energy of differences: 1e-8 of it.
+            assert factors[1] == pytest.approx(factors[0], rel=1e-6)
     finally:
         LAWS.forget(file)

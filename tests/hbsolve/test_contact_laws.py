@@ -9,7 +9,7 @@ from scipy.special import gamma
 
 from hbsolve.aft import InitialSliders, joint_forces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact_motion import contact_motion
+from hbsolve.contact_motion import contact_motion, contact_share
 from hbsolve.joint_arrays import joint_table
 from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK
 from hbsolve.sampling import complex_from_real, sampling
@@ -21,6 +21,7 @@ from reduction.jointed_system import (
     FrictionContact,
     HertzContact,
     IwanJoint,
+    JenkinsChain,
     JenkinsElement,
     Joint,
     JointedSystem,
@@ -168,6 +169,32 @@ def test_an_iwan_joint_without_a_last_spring_slides_at_its_limit_as_well(multipl
     large = Prescribed(bare, cosine(9 * MACRO, 2), multiplier=multiplier)
     assert np.abs(large.force).max() == pytest.approx(0.6, rel=1e-12)
     assert (large.status[0] == SLIP).any()
+
+
+CHAINS = [
+    JenkinsChain(
+        name="c",
+        direction=ONE,
+        tangential_stiffness=tuple(np.array([1.0, 2.0, 1.5])[order].tolist()),
+        limit_force=tuple(np.array([0.1, 0.6, 0.2])[order].tolist()),
+    )
+    for order in ([0, 1, 2], [2, 1, 0], [1, 2, 0])
+]
+
+
+@pytest.mark.parametrize(("joint", "reach"), [*((chain, 0.3) for chain in CHAINS), (IWAN, MACRO)])
+def test_sliders_in_parallel_slip_where_the_last_one_does_whatever_their_order(joint: Joint, reach: float) -> None:
+    system = JointedSystem(
+        mass=[[1.0]], damping=[[0.5]], stiffness=[[1.0]], joints=[joint], harmonic_force=[[0.0], [3.0]]
+    )
+    balance = HarmonicBalance(system=system, n_harmonic=2, n_sample=2048)
+    state = steady_state(balance, 1.6)
+    (motion,) = contact_motion(balance, state)
+    # With one harmonic: after a turn the last slider sticks until A (1 - cos) is twice its reach.
+    stuck = np.arccos(1 - 2 * reach / state.amplitude(0)) / np.pi
+    assert 0.2 < stuck < 0.8
+    np.testing.assert_allclose(motion.share, [stuck, 1 - stuck, 0], atol=2e-3)  # one instant at each end
+    np.testing.assert_array_equal(contact_share(balance, state), [motion.share])
 
 
 # ---- springs, stop and drag

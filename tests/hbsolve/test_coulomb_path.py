@@ -31,7 +31,7 @@ def along(path: Array) -> tuple[Array, NDArray[np.int64]]:
     n = path.shape[1]
     out = LawOutput(
         np.zeros((3, n)), np.zeros((3, 3, 9)), np.zeros(3, np.int64), np.zeros((5, 3, n)), np.zeros((2, 3, n)),
-        np.zeros((3, n)), np.zeros((2, n)), np.zeros((2, n), np.int64),
+        np.zeros((3, n)), np.zeros((2, n)), np.zeros((2, n), np.int64), np.zeros(1, np.int64),
     )  # fmt: skip
     parameters, none = np.array([KT, KN, MU, 0.0, 0.0]), np.zeros(2, np.int64)
     samples = sampling(2, n)
@@ -199,3 +199,21 @@ def test_the_error_of_a_contact_that_always_slips_falls_by_four_and_is_known() -
         # What three quarters of the error change is one Newton step: the square of some thousandths is left.
         np.testing.assert_allclose(4 / 3 * truncation(balance, state).samples, errors[-1], rtol=0.03)
     np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4, rtol=0.05)  # the reference: (512 / 8192)^2
+
+
+@pytest.mark.parametrize("friction", list(Friction))
+def test_a_contact_that_moves_along_one_line_agrees_with_time_integration(friction: Friction) -> None:
+    """Its force opposes the sliding to the last digit where the load falls faster than the spring is stretched."""
+    contact = replace(pad(0.56), normal_stiffness=1.4, tangential_stiffness=1.25, preload=0.32, friction=friction)
+    force = np.zeros((2, 3), dtype=complex)
+    force[1] = [0.72, 0.0, 1.89 * np.exp(0.42j)]
+    system = JointedSystem(
+        mass=np.eye(3), damping=0.1 * np.eye(3), stiffness=np.diag([1.0, 1.3, 1.6]), joints=[contact],
+        static_load=np.array([0.0, 0.0, 0.32]), harmonic_force=force,
+    )  # fmt: skip
+    steady = steady_motion(system, 0.695, tolerance=1e-7, steps_per_period=1024, max_steps_per_period=1024)
+    state = steady_state(HarmonicBalance(system=system, n_harmonic=40, n_sample=2048), 0.695)
+    amplitude = np.abs(state.coefficients[1]).max()
+    # Harmonics above 39 of an impact, 2,048 samples of a contact that closes between two: the largest is 6e-5.
+    np.testing.assert_allclose(steady.coefficients(3), state.coefficients[:3], rtol=0, atol=3e-4 * amplitude)
+    assert not state.coefficients[:, 1].any()

@@ -161,7 +161,7 @@ def test_a_quadratic_damper_takes_eight_thirds_of_the_cube() -> None:
 
 
 def test_one_spring_has_one_loss_factor_however_it_is_written() -> None:
-    """A spring beyond a gap on either side: as play, as two stops, as two contacts of Hertz with the exponent 1."""
+    """A spring beyond a gap on either side: as play, as two stops, as contacts of Hertz or without friction."""
     k, gap = 2.0, 0.3
     sides = (("up", ONE), ("down", -ONE))
     written = (
@@ -171,7 +171,14 @@ def test_one_spring_has_one_loss_factor_however_it_is_written() -> None:
             HertzContact(name=name, direction=side, stiffness=k, reference=1.0, exponent=1.0, gap=gap)
             for name, side in sides
         ],
-    )
+        [
+            FrictionContact(
+                name=name, normal=side, tangents=ONE, normal_stiffness=k, tangential_stiffness=1.0,
+                friction_coefficient=0.0, gap=gap,
+            )
+            for name, side in sides
+        ],
+    )  # fmt: skip
     energies = []
     for joints in written:
         balance = HarmonicBalance(system=oscillator(*joints, damping=0.05), n_harmonic=8, n_sample=1024)

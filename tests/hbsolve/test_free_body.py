@@ -11,7 +11,15 @@ from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import Failure, NoSteadyState
 from hbsolve.free_body import is_free
 from hbsolve.steady_state import steady_state
-from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
+from reduction.jointed_system import (
+    DampedStop,
+    ElasticStop,
+    FrictionContact,
+    HertzContact,
+    JenkinsElement,
+    Joint,
+    JointedSystem,
+)
 from transient.steady import steady_motion
 
 PAIR = np.array([[1e4, -1e4], [-1e4, 1e4]])
@@ -84,6 +92,26 @@ def test_a_body_between_preloaded_contacts_is_at_rest_off_its_place(level: float
                            harmonic_force=[[0, 0], [1.0, 1.0]])  # fmt: skip
     state = steady_state(HarmonicBalance(system=system, n_harmonic=5, level=level), 100.0)
     assert state.coefficients[0, 0].real == pytest.approx(1e-5)  # (120 N - 100 N) / 2e6 N/m
+
+
+@pytest.mark.parametrize(
+    ("stop", "stiffness", "damping"),
+    [
+        (ElasticStop(name="s", direction=np.ones(1), stiffness=1e4, gap=-1e-3), 1e4, 0.0),
+        (DampedStop(name="s", direction=np.ones(1), stiffness=1e4, damping=20.0, depth=1e-4, gap=-1e-3), 1e4, 20.0),
+        (HertzContact(name="s", direction=np.ones(1), stiffness=1e4, reference=1e-3, gap=-1e-3), 1.5e4, 0.0),
+    ],
+    ids=["stop", "damped stop", "Hertz"],
+)
+def test_a_body_that_is_pressed_onto_a_stop_vibrates_on_its_tangent(
+    stop: Joint, stiffness: float, damping: float
+) -> None:
+    system = JointedSystem(mass=[[1.0]], damping=[[5.0]], stiffness=[[0.0]], joints=[stop], static_load=[10.0],
+                           harmonic_force=[[0], [1e-2]])  # fmt: skip
+    state = steady_state(HarmonicBalance(system=system, n_harmonic=4), 50.0)
+    exact = 1e-2 / (stiffness - 50.0**2 + 1j * 50.0 * (5.0 + damping))
+    assert state.coefficients[1, 0] == pytest.approx(exact, rel=1e-5)  # (1e-6 m of vibration over 1 mm)^2
+    assert abs(state.coefficients[0, 0]) < 1e-8  # 10 N press it by 1 mm; Hertz's curve moves the mean by A^2 / mm
 
 
 def test_a_held_body_that_shares_a_structure_is_at_rest_where_it_is_pushed() -> None:

@@ -63,9 +63,12 @@ MOTIONS = {
     "violent": (2.0, 0.0, 1.5),
 }
 
+#: Contacts whose tangents do not move yet: each instant without load lets them go.
+WITHOUT_SLIDING = {"bouncing": (0.0, 0.1, 0.3), "apart": (0.0, -1.0, 0.1)}
+
 
 def motion_of(joint: Joint, kind: str, seed: int) -> NDArray[np.float64]:
-    tangent, mean, normal = MOTIONS[kind]
+    tangent, mean, normal = (MOTIONS | WITHOUT_SLIDING)[kind]
     d, nh = len(joint.directions), 2 * N_HARMONIC - 1
     x = np.random.default_rng(seed).normal(size=(d, nh)) / np.sqrt(nh)
     x[:-1] *= tangent
@@ -100,7 +103,17 @@ def check(exact: NDArray[np.float64], differences: NDArray[np.float64]) -> None:
 @pytest.mark.parametrize("kind", MOTIONS)
 @pytest.mark.parametrize("law", LAWS)
 def test_derivatives_equal_central_differences(law: str, kind: str, by_multiplier: int) -> None:
-    joint = LAWS[law]
+    check_derivatives(LAWS[law], kind, by_multiplier)
+
+
+@pytest.mark.parametrize("by_multiplier", [0, 1], ids=["positions", "multipliers"])
+@pytest.mark.parametrize("kind", WITHOUT_SLIDING)
+@pytest.mark.parametrize("law", [name for name, joint in LAWS.items() if isinstance(joint, FrictionContact)])
+def test_derivatives_equal_central_differences_before_a_contact_slides(law: str, kind: str, by_multiplier: int) -> None:
+    check_derivatives(LAWS[law], kind, by_multiplier)
+
+
+def check_derivatives(joint: Joint, kind: str, by_multiplier: int) -> None:
     table, samples = joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
     for seed in range(3):
         x, start = motion_of(joint, kind, seed), start_of(joint, by_multiplier, seed)

@@ -48,8 +48,9 @@ def problem(radius: float = 0.5) -> Problem:
     columns *= radius / np.abs(np.linalg.eigvals(Z - np.eye(len(Z)))).max()
     none, nothing = np.zeros((0, 3, NH)), np.zeros((0, 0))
     forces = JointForces(
-        np.zeros((d, NH)), jacobian, active, none, none, np.zeros((d, NH)), nothing, nothing.astype(np.int64), nothing
-    )
+        np.zeros((d, NH)), jacobian, active, none, none, np.zeros((d, NH)), nothing, nothing.astype(np.int64), nothing,
+        np.zeros(0, np.int64),
+    )  # fmt: skip
     return Problem(forces, columns, first, count, rows)
 
 

@@ -220,6 +220,32 @@ def test_the_level_of_the_state_counts_and_not_that_of_the_balance(base: tuple[H
     )
 
 
+@pytest.mark.parametrize("gap", [0.5, 0.02], ids=["open", "bouncing"])
+@pytest.mark.parametrize("friction", list(Friction))
+def test_a_contact_that_does_not_slide_yet_is_open_to_a_tangential_load(friction: Friction, gap: float) -> None:
+    contact = FrictionContact(
+        name="c", normal=np.eye(3)[2], tangents=np.eye(3)[:2], normal_stiffness=60.0, tangential_stiffness=50.0,
+        friction_coefficient=0.4, gap=gap, friction=friction,
+    )  # fmt: skip
+    force = np.zeros((2, 3))
+    force[1, 2] = 3.0
+    bouncing = JointedSystem(
+        mass=np.eye(3), damping=np.eye(3), stiffness=np.diag([100.0, 120.0, 110.0]), joints=[contact],
+        harmonic_force=force,
+    )  # fmt: skip
+    state = steady_state(balance_of(bouncing), OMEGA)
+    assert not state.coefficients[:, :2].any()
+    (derivative,) = sensitivity(balance_of(bouncing), state, [LoadParameter(row=np.eye(3)[0])])
+    step = 1e-6
+    below, above = (
+        steady_state(balance_of(replace(bouncing, harmonic_force=force + h * np.eye(3)[[1, 0]] * [[0], [1]])), OMEGA)
+        for h in (-step, step)
+    )
+    check(derivative, above, below, step)
+    if gap == 0.5:
+        assert derivative[1, 0] == pytest.approx(1 / (100 - OMEGA**2 + 1j * OMEGA), rel=1e-9)  # no contact at all
+
+
 def test_damping_of_the_free_structure_changes_nothing_in_the_method() -> None:
     balance = balance_of(system("of the free structure"))
     state = steady_state(balance, OMEGA, slider=SLIDER)

@@ -57,6 +57,23 @@ def test_one_moving_tangent_of_two_slides_like_one_alone() -> None:
     assert (ex, ey) == (end, 0.0)
 
 
+@pytest.mark.parametrize("force", [-3.0, -1.0, 0.3, 3.0])
+@pytest.mark.parametrize("path", [1.0, -1.0, 2.9])
+@pytest.mark.parametrize("last", [1e-200, 1.0, 3.0, 5.0])
+def test_along_one_line_two_tangents_slide_like_one_alone(force: float, path: float, last: float) -> None:
+    end, mean = slide(force, path, 3.0, last)
+    # Round-off of a few operations; across the line nothing moves.
+    assert slide_coupled(force, 0.0, path, 0.0, 3.0, last) == pytest.approx((end, 0.0, mean, 0.0), abs=1e-14)
+    assert slide_coupled(0.0, force, 0.0, path, 3.0, last) == pytest.approx((0.0, end, 0.0, mean), abs=1e-14)
+
+
+def test_a_force_that_opposes_the_sliding_to_the_last_digits_stays_on_its_limit() -> None:
+    for y in (1e-8, 1e-12, 1e-300):
+        ex, ey, _, _ = slide_coupled(-3.0, y, 1.0, 0.0, 3.0, 1.0)
+        assert ex == pytest.approx(-1.0, abs=1e-7)  # it turns by 1.5 y
+        assert ey == pytest.approx(0.0, abs=1e-7)
+
+
 def test_without_friction_there_is_no_friction_force() -> None:
     assert slide(0.0, 2.0, 0.0, 0.0) == (0.0, 0.0)
     assert slide_coupled(0.0, 0.0, 2.0, 1.0, 0.0, 0.0) == (0.0, 0.0, 0.0, 0.0)

@@ -1,22 +1,29 @@
 """Motions with one kind of joint whose exact answer is known."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from hbsolve.joint_law.registry import FORCES
+from reduction.joint_law.registry import LAWS
 from reduction.jointed_system import (
     CubicSpring,
     ElasticStop,
     Friction,
     FrictionContact,
     JenkinsElement,
+    Joint,
     JointedSystem,
     QuadraticDamper,
     along,
 )
+from tests.hbsolve import test_laws
 from transient.integrate import Motion, integrate
+from transient.joint_law.registry import WITNESSES
 from transient.state import TransientState
 from transient.steady import steady_motion
 
@@ -66,6 +73,35 @@ def test_smooth_joints_converge_with_order_two_to_an_independent_integrator(join
     assert error[2] < 3e-4
     # Order 2: each halving divides the error by 4, within the next power of the step.
     np.testing.assert_allclose(error[:-1] / error[1:], 4.0, rtol=0.1)
+
+
+def forces_of(joint: Joint, steps: int) -> Vector:
+    """Of a hard vibration from rest, at 128 instants of the second period."""
+    motion = integrate(test_laws.vibrating(joint), test_laws.OMEGA, 2, steps, keep=1)
+    return np.asarray(motion.force[0, :: steps // 128])
+
+
+@pytest.mark.parametrize("law", [item.name for item in WITNESSES if item.instant is not None] + ["from outside"])
+def test_histories_of_forces_that_depend_on_the_velocity_converge_with_order_two(law: str) -> None:
+    if law == "from outside":
+        file = Path(__file__).parents[1] / "extension" / "polynomial_damper.py"
+        (outside,) = LAWS.load(file)
+        joint = outside.build("joint", {"direction": np.ones(1)}, {"cubic": 0.5, "quintic": 1.0})
+    else:
+        variants = [each for kind in LAWS for each in test_laws.variants(kind)]
+        joint = next(each for each in variants if each.force_law == law)
+    exact = forces_of(joint, 8192)
+    coarse, fine = (np.abs(forces_of(joint, steps) - exact).max() for steps in (128, 1024))
+    if law == "from outside":
+        LAWS.forget(file)
+    assert coarse < 0.01 * np.abs(exact).max()  # half a step of velocity is 2.5 % of its amplitude
+    # Order 2: 64, less 1 / 64 for the reference; kinks of a law and their place between instants take some.
+    assert coarse / fine > 40
+
+
+def test_every_law_that_reads_the_velocity_has_its_force_at_an_instant() -> None:
+    at_instants = {item.name for item in WITNESSES if item.instant is not None}
+    assert at_instants == {item.name for item in FORCES if item.uses_velocity}
 
 
 def test_a_ball_bouncing_on_an_elastic_stop_returns_to_its_apex() -> None:

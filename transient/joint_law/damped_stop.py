@@ -6,6 +6,25 @@ from transient.joint_law.registry import WITNESSES, Witness
 
 
 @compiled
+def pressed(value: Vector, indentation: float, velocity: float) -> float:
+    """Force of one side at an instant."""
+    grown = max(indentation, 0.0)
+    return float(max(value[0] * grown + value[1] * min(grown / value[2], 1.0) * velocity, 0.0))
+
+
+@compiled
+def instant(value: Vector, u: float, velocity: float, slider: Vector) -> float:
+    """See `transient.joint_law.registry`."""
+    return pressed(value, u - value[3], velocity)
+
+
+@compiled
+def instant_of_both(value: Vector, u: float, velocity: float, slider: Vector) -> float:
+    """See `transient.joint_law.registry`."""
+    return pressed(value, u - value[3], velocity) - pressed(value, -u - value[3], -velocity)
+
+
+@compiled
 def side(value: Vector, before: float, after: float, step: float) -> tuple[float, float]:
     """Force at the end of a step and its mean, for an indentation from `before` to `after`."""
     stiffness, damping, depth = value[0], value[1], value[2]
@@ -23,9 +42,7 @@ def side(value: Vector, before: float, after: float, step: float) -> tuple[float
                 at = (mark - before) / (after - before) if after != before else 1.0
                 if passed < at < share:
                     share = at
-        indentation = before + share * (after - before)
-        grown = max(indentation, 0.0)
-        end = max(stiffness * grown + damping * min(grown / depth, 1.0) * velocity, 0.0)
+        end = pressed(value, before + share * (after - before), velocity)
         mean += 0.5 * (held + end) * (share - passed)
         passed, held = share, end
     return end, mean
@@ -54,6 +71,7 @@ WITNESSES.register(
     Witness(
         name="damped_stop",
         force=force,
+        instant=instant,
         stuck_stiffness=lambda joint: [joint.stiffness],
         normal_terms=lambda joint: abs(joint.stiffness * joint.gap),
     )
@@ -62,6 +80,7 @@ WITNESSES.register(
     Witness(
         name="damped_play",
         force=force_of_both,
+        instant=instant_of_both,
         stuck_stiffness=lambda joint: [joint.stiffness],
         normal_terms=lambda joint: joint.stiffness * joint.gap,
     )

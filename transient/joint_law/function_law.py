@@ -11,6 +11,14 @@ PARTS = 8
 
 
 @compiled
+def instant(address: int, value: Vector, u: float, velocity: float, slider: Vector) -> float:
+    """See `transient.joint_law.registry`; the state is that of this instant already."""
+    result = np.zeros((3 + slider.size + value.size, 1 + slider.size))
+    call_step(address, u, velocity, slider, value, result, 0)
+    return float(result[0, 0])
+
+
+@compiled
 def force(
     address: int, value: Vector, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector,
     moved: Vector,

@@ -6,13 +6,17 @@ from transient.joint_law.registry import WITNESSES, Witness
 
 
 @compiled
+def instant(value: Vector, u: float, velocity: float, slider: Vector) -> float:
+    """See `transient.joint_law.registry`."""
+    return float(value[0] * abs(velocity) * velocity)
+
+
+@compiled
 def force(
     value: Vector, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
 ) -> None:  # fmt: skip
     """See `transient.joint_law.registry`."""
-    speed = (after[0] - before[0]) / step
-    mean[0] = value[0] * abs(speed) * speed
-    end[0] = mean[0]
+    mean[0] = end[0] = instant(value, after[0], (after[0] - before[0]) / step, slider)
 
 
-WITNESSES.register(Witness(name="quadratic_damper", force=force, damping=lambda joint: joint.damping))
+WITNESSES.register(Witness(name="quadratic_damper", force=force, instant=instant))

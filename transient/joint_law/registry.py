@@ -52,8 +52,9 @@ class Witness:
     normal_terms: Callable[[Any], float] = _none
     """Of a joint: |N_0| + k_n |g| in its last direction [N]: normal forces that cancel each other leave round-off of
     the size of their terms, however small their sum."""
-    damping: Callable[[Any], float] = _none
-    """Of a joint: of a quadratic damper [N s^2/m^2]."""
+    instant: Callable[..., Any] | None = None
+    """Of a law with one direction whose force depends on the velocity: the compiled force at an instant,
+    ``instant(value, u, velocity, slider)`` [N], for histories: a step knows its mean velocity alone."""
 
 
 WITNESSES: Registry[Witness] = Registry(

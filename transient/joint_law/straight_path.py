@@ -21,6 +21,9 @@ import numpy as np
 
 from fe.compiled import compiled
 
+#: The angle turns by no more than exp(-this): the square of that must not vanish.
+MAX_TURN = 300.0
+
 
 @compiled
 def slide(start: float, increment: float, limit_start: float, limit_end: float) -> tuple[float, float]:
@@ -65,8 +68,11 @@ def slide_coupled(
                 np.log(ratio) / (ratio - 1.0) if abs(ratio - 1.0) > 1e-6 else 1.0 - 0.5 * (ratio - 1.0)
             ) / limit
             cosine, sine = (cx * ux + cy * uy) / size, (ux * cy - uy * cx) / size
-            half = sine / max(1.0 + cosine, 1e-300) * np.exp(-length * (1.0 - onset) * mean_inverse)
-            cosine, sine = (1.0 - half * half) / (1.0 + half * half), 2.0 * half / (1.0 + half * half)
+            # tan(delta / 2) as the one of its two forms without cancellation: a force may oppose the sliding exactly.
+            near, far = (1.0 + cosine, sine) if cosine > 0.0 else (sine, 1.0 - cosine)
+            far *= np.exp(-min(length * (1.0 - onset) * mean_inverse, MAX_TURN))
+            square = near * near + far * far
+            cosine, sine = (near * near - far * far) / square, 2.0 * near * far / square
             ox, oy = cosine * ux - sine * uy, cosine * uy + sine * ux
         else:
             ox, oy = ux, uy

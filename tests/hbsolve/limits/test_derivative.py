@@ -1,15 +1,20 @@
 """What a state answers its sliders, against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.energy import energy_balance
 from hbsolve.limits.local_search import slider_derivative
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.response_limits import limit_problem
-from reduction.jointed_system import JointedSystem
+from hbsolve.solution import forces_at
+from hbsolve.steady_state import steady_state
+from reduction.jointed_system import FrictionContact, JointedSystem
 
 LEVEL, SHARE = 0.6, 0.97
 OBJECTIVES = [
@@ -67,3 +72,37 @@ def test_gradient_and_intervals_are_those_of_differences(wedge: JointedSystem, o
         high = (ahead.intervals.high - back.intervals.high)[free] / (2 * step)
         np.testing.assert_allclose(derivative.low[:, number], low, atol=1e-3)
         np.testing.assert_allclose(derivative.high[:, number], high, atol=1e-3)
+
+
+@pytest.mark.parametrize("gap", [-0.2, 0.1, 0.5], ids=["closed at rest", "open at rest", "mostly open"])
+def test_the_loss_factor_of_a_bouncing_contact_is_that_of_the_energies_and_its_slopes_are_differences(
+    gap: float,
+) -> None:
+    contact = FrictionContact(
+        name="c", normal=np.array([0.0, 1.0]), tangents=np.array([1.0, 0.0]), normal_stiffness=2.0,
+        tangential_stiffness=1.0, friction_coefficient=0.0, gap=gap,
+    )  # fmt: skip
+    system = JointedSystem(
+        mass=np.eye(2), damping=0.1 * np.eye(2), stiffness=np.eye(2), joints=[contact],
+        harmonic_force=[[0, 0], [0.3, 0.8]],
+    )  # fmt: skip
+    for joint in (contact, replace(contact, friction_coefficient=0.3)):
+        balance = HarmonicBalance(system=replace(system, joints=[joint]), n_harmonic=8, n_sample=256)
+        state = steady_state(balance, 1.3)
+        condensed, x = balance.at(1.3), state.motion
+        g = forces_at(balance, 1.3, x, state.sliders).coefficients
+        measure = LossFactor().measure(balance, condensed)
+        # Without friction only the coefficients of g that are kept work, and the normal spring is sampled.
+        exact = energy_balance(balance, state).loss_factor
+        assert measure.value(1.0, x, g) == pytest.approx(exact, rel=1e-9 if joint is contact else 0.02)
+        by_x, by_g = measure.slopes(1.0, x, g)
+        step = 1e-6
+        for index in np.ndindex(x.shape):
+            unit = np.zeros_like(x)
+            unit[index] = step
+            for slope, ahead, back in (
+                (by_x, measure.value(1.0, x + unit, g), measure.value(1.0, x - unit, g)),
+                (by_g, measure.value(1.0, x, g + unit), measure.value(1.0, x, g - unit)),
+            ):
+                # Round-off over the step.
+                assert slope[index] == pytest.approx((ahead - back) / (2 * step), abs=1e-6 * np.abs(slope).max())
