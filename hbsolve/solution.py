@@ -91,7 +91,7 @@ def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real, slider
         It drifts.
     """
     vibration = float(np.linalg.norm(x[:, 1:]))
-    if not (balance.structure.is_centred and 0 < vibration < DISTANT * float(np.linalg.norm(x[:, 0]))):
+    if not (balance.structure.is_centred and vibration < DISTANT * float(np.linalg.norm(x[:, 0]))):
         return
     carried = float(np.linalg.norm(CENTRING * balance.structure.reference * x[:, 0]))
     mean = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE).coefficients[:, 0]
