@@ -33,7 +33,7 @@ class SteadyState:
     periodic_slider: Float[Real, " s"]
     """Slider positions at the start of the steady period, shape (s,) [m]."""
     residual_norm: float
-    """|R| relative to the linear motion [-]."""
+    """|R| relative to the linear motion; 0 where it is round-off [-]."""
     iterations: int
     """Newton iterations in all [-]."""
 

@@ -21,7 +21,7 @@ from hbsolve.continuation.step import Continuation, ContinuationState
 from hbsolve.errors import NoSteadyState
 from hbsolve.newton import RELATIVE, bordered_step
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.solution import TOLERANCE, forces_at, recover_state, residual, solve_at
+from hbsolve.solution import TOLERANCE, forces_at, recover_state, relative_residual, residual, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import from_many_starts
 from reduction.array_type import Real, Vector, Whole
@@ -178,8 +178,7 @@ class _Trial:
         g = complex_from_real(self.forces.coefficients)[1]
         self.read = complex(level * reading.driven - reading.pushed @ g)
         self.held = path.held(condensed.angular_frequency)
-        scale = float(np.linalg.norm(self.balance.linear(condensed))) or 1.0
-        self.unbalance = float(np.linalg.norm(self.residual)) / scale
+        self.unbalance = relative_residual(self.balance, condensed, motion, self.forces, self.residual)
         self.norm = max(self.unbalance, abs(abs(self.read) / self.held - 1))
 
     def corrected(self) -> "_Trial":

@@ -23,7 +23,7 @@ from hbsolve.continuation.arclength import Corrected, Direction, Metric, correct
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
-from hbsolve.solution import recover_state, solve_at
+from hbsolve.solution import recover_state, relative_residual, solve_at
 from hbsolve.state import SteadyState
 from reduction.array_input import real_number
 from reduction.array_type import Real, Whole
@@ -302,5 +302,5 @@ def _drifts(t: Direction, metric: Metric) -> bool:
 
 
 def _point(at: Equation, x: Real, sliders: InitialSliders, iterations: int) -> SteadyState:
-    size = float(np.linalg.norm(at.balance.linear(at.condensed))) or 1.0
-    return recover_state(at.balance, at.condensed, x, sliders, float(np.linalg.norm(at.residual)) / size, iterations)
+    norm = relative_residual(at.balance, at.condensed, x, at.forces, at.residual)
+    return recover_state(at.balance, at.condensed, x, sliders, norm, iterations)

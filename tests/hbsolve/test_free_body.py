@@ -98,7 +98,7 @@ def test_a_held_body_that_shares_a_structure_is_at_rest_where_it_is_pushed() -> 
 
 
 def test_a_static_load_above_the_limit_force_has_no_rest() -> None:
-    """1 N holds against 2 N only with the springs that centre the body, 1e5 m away; limits have no state to be about."""
+    """Only the springs that centre the body hold it, 1e5 m away; limits have no state to be about."""
     slider = JenkinsElement(name="j", direction=np.ones(1), tangential_stiffness=1e4, limit_force=1.0)
     system = JointedSystem(mass=[[1.0]], damping=[[5.0]], stiffness=[[0.0]], joints=[slider], static_load=[2.0],
                            harmonic_force=[[0], [0.1]])  # fmt: skip
