@@ -216,8 +216,9 @@ class HarmonicBalance:
 
     @property
     def main_harmonic(self) -> int:
-        """The lowest harmonic beside the mean that the load acts at; 1 if there is none [-]."""
-        return next((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1)) if k), 1)
+        """The lowest harmonic beside the mean that the load acts at; 1, or the highest, if there is none [-]."""
+        acted = np.flatnonzero(self.system.dynamic.any(axis=1))
+        return next((int(k) for k in acted if k), min(1, self.n_harmonic - 1))
 
     @property
     def n_direction(self) -> int:
