@@ -182,7 +182,7 @@ class _Search:
         if reason is not StopReason.ISOLA:
             before, other = self._follow(self.downward, state)
             points = [*reversed(before[1:]), *points]
-            reason = StopReason.REACHED if StopReason.FAILED not in (reason, other) else StopReason.FAILED
+            reason = other if reason is StopReason.REACHED else reason
         if len(points) < 2:
             return None
         # States of a branch carry the level that holds at their frequency.

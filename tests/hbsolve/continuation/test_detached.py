@@ -1,6 +1,7 @@
 """Isolas of three published systems, and none where there are none."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,13 +11,14 @@ from numpy.polynomial import Polynomial
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.detached import detached_curves
+from hbsolve.continuation.detached import _Search, detached_curves
 from hbsolve.continuation.level_arc import follow_level
 from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.stability.branch_stability import branch_stability
 from hbsolve.state import make_initial_sliders
+from hbsolve.steady_state import steady_state
 from reduction.joint_law.registry import LAWS
 from reduction.jointed_system import CubicSpring, JenkinsElement, Joint, JointedSystem
 from tests.slow import slow
@@ -310,3 +312,18 @@ def test_a_negative_level_has_the_isolas_of_the_positive_one() -> None:
     np.testing.assert_allclose(other.angular_frequency, isola.angular_frequency, rtol=1e-6)
     # Points of both are solved to 1e-9, from other starts; the isola is bent where it is long.
     np.testing.assert_allclose(other.coefficients[:, 1], -isola.coefficients[:, 1], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("cut", ["upward", "downward"])
+def test_a_curve_that_ends_within_the_range_says_why_at_either_end(cut: str) -> None:
+    hardening = CubicSpring(name="hardening", direction=ONE, stiffness=0.05)
+    balance = HarmonicBalance(system=duffing(hardening), n_harmonic=2)
+    state = steady_state(balance, 1.0)
+    search = _Search(balance, 0.5, 1.5, None, 0, None)
+    whole = search.curve_through(state)
+    assert whole is not None
+    assert whole.stop_reason is StopReason.REACHED
+    setattr(search, cut, replace(getattr(search, cut), most_points=5))
+    short = search.curve_through(state)
+    assert short is not None
+    assert short.stop_reason is StopReason.MOST_POINTS
