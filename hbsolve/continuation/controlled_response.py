@@ -84,7 +84,7 @@ def controlled_response(
     begun = begin_controlled(continuation, sliders)
     points, state, reason = follow_to_end(continuation, begun, report)
     states = [state_under_force(path, value, point.motion, sliders, point.iterations) for value, point in points]
-    return branch_of([balance] * len(states), states, reason, continuation.stopped_at(state))
+    return branch_of([balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
 
 
 def controlled_continuation(

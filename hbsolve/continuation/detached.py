@@ -205,6 +205,8 @@ class _Search:
         points = [state]
         while at.stop_reason is None:
             point, at = continuation.advance(at)
+            if at.leaps:  # to another curve, or nobody knows
+                return points, StopReason.FAILED
             if point is not None:
                 points.append(point)
             # The mark stays: the curve is to be followed once round, not until it meets one that moves on.

@@ -42,6 +42,8 @@ NEAR = 0.5
 #: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
 #: lie close together are no closed branch), and runs on in the same direction, by this cosine.
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
+#: Where the arc cannot be followed, the next state may differ by this much of its size: more is another motion.
+FURTHEST_LEAP = 1.0
 #: Amplitude that is none, over that of the linear structure at the ends of the range.
 LEAST_AMPLITUDE = 1e-6
 #: Share of vibration and lambda in a tangent of mean displacement alone. Springs that centre a body leave CENTRING.
@@ -79,6 +81,8 @@ class ContinuationState:
     """Points so far."""
     mark: Mark
     """Where a closed branch would come back to."""
+    leaps: tuple[int, ...] = ()
+    """Points that were reached by a leap, by their index on the branch."""
     stop_reason: StopReason | None = None
     """None while there is a next step."""
 
@@ -255,7 +259,7 @@ class Continuation:
     def _leap(
         self, state: ContinuationState, x: Real, sliders: InitialSliders, t_value: float
     ) -> tuple[SteadyState | None, ContinuationState]:
-        """Where the arc cannot be followed, the next point at a fixed lambda."""
+        """Where the arc cannot be followed, the next point at a fixed lambda; a leap if no step would go so far."""
         towards = np.sign(t_value or self.last - self.first)
         for share in (0.1, 0.5, 0.01):
             value = state.value + float(towards) * share * self.largest * self._scale
@@ -267,7 +271,7 @@ class Continuation:
             except NoSteadyState:
                 continue
             jump = np.linalg.norm(result.motion - x) / _amplitude(x)
-            if jump > 5 * self.largest:
+            if jump > FURTHEST_LEAP:
                 continue
             return result, replace(
                 state,
@@ -277,6 +281,7 @@ class Continuation:
                 orientation=0,
                 step=FIRST,
                 n_point=state.n_point + 1,
+                leaps=(*state.leaps, state.n_point) if jump > self.largest else state.leaps,
             )
         return None, replace(state, stop_reason=StopReason.FAILED)
 

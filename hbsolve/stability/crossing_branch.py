@@ -78,7 +78,9 @@ def crossing_branches(
         begun = [(_value(path, point.state), point.state), (state.value, first_state)]
         points, state, reason = follow_to_end(continuation, (begun, state))
         states = [each for _, each in points]
-        found.append(branch_of([path.balance] * len(states), states, reason, continuation.stopped_at(state)))
+        found.append(
+            branch_of([path.balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
+        )
     return tuple(found)
 
 
