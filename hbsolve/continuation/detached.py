@@ -258,9 +258,8 @@ def _peaks(curve: ResponseBranch) -> list[float]:
 
 def _vertex(omega: Real, size: Real) -> float:
     """Where three points have their peak; the middle one where it does not lie between the others."""
-    order = np.argsort(omega)
     try:
-        return interpolated_peak(omega[order], size[order]).angular_frequency
+        return interpolated_peak(omega, size).angular_frequency
     except NoPeakError:
         return float(omega[1])
 
