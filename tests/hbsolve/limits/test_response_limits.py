@@ -224,7 +224,7 @@ def test_a_pressed_contact_without_friction_gives_no_reach() -> None:
                              normal_stiffness=1e4, friction_coefficient=0.0, preload=10.0)  # fmt: skip
     system = JointedSystem(mass=np.eye(2), damping=2 * np.eye(2), stiffness=1e4 * np.eye(2), joints=[smooth],
                            static_load=[0.0, 10.0], harmonic_force=[[0, 0], [1.0, 0]])  # fmt: skip
-    with pytest.raises(BalanceError, match="reach = 0 m must be positive.*friction limit"):
+    with pytest.raises(BalanceError, match=r"reach = 0 m must be positive.*friction limit"):
         limit_problem(HarmonicBalance(system=system, n_harmonic=3), OutputHarmonic(row=0))
 
 
