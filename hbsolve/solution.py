@@ -68,7 +68,8 @@ def solve_at(
         if norm <= tolerance:
             refuse_drift(balance, condensed, result, sliders)
             return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
-    at_last = f"at |R| = {norm / scale:.1e} of the linear motion" if np.isfinite(norm) else "below this level"
+    share = f", {norm / scale:.1e} of the linear motion" if scale > NO_LOAD else ""
+    at_last = f"at |R| = {norm:.1e} m{share}" if np.isfinite(norm) else "below this level"
     raise NoSteadyState(
         f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
         f"Newton's method from the start and from rest does not converge, and a ramp of the level stopped {at_last}"
