@@ -19,7 +19,7 @@ from hbsolve.joint_arrays import JointTable, force_addresses, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
 from reduction.array_type import Real, Whole
-from reduction.available_memory import available_memory
+from reduction.available_memory import lacking_memory
 from reduction.joint_law.joint_arrays import addresses
 from reduction.jointed_system import JointedSystem
 
@@ -34,8 +34,6 @@ STIFFEST, BEYOND = 1e6, 1e10
 ROUND_OFF = 1e-9
 #: Arrays of instants and coefficients while a basis is made, and Jacobians of all joints while they are used [-].
 BASES, JACOBIANS = 11, 2
-#: Memory below which nobody asks how much is free [byte].
-LITTLE = 2e8
 #: Largest load [N]: norms of what it moves must not overflow.
 MOST_FORCE = 1e100
 #: Largest Omega [rad/s]: nor must (H Omega)^4.
@@ -216,8 +214,9 @@ class HarmonicBalance:
 
     @property
     def main_harmonic(self) -> int:
-        """The lowest harmonic beside the mean that the load acts at; 1 if there is none [-]."""
-        return next((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1)) if k), 1)
+        """The lowest harmonic beside the mean that the load acts at; 1, or the highest, if there is none [-]."""
+        acted = np.flatnonzero(self.system.dynamic.any(axis=1))
+        return next((int(k) for k in acted if k), min(1, self.n_harmonic - 1))
 
     @property
     def n_direction(self) -> int:
@@ -343,10 +342,10 @@ def _refuse_beyond_memory(n_direction: int, n_harmonic: int, n_sample: int) -> N
     """Refuse harmonics and samples whose arrays would not fit."""
     nh = 2 * n_harmonic - 1
     needed = 8.0 * (BASES * nh * n_sample + JACOBIANS * n_direction * 3 * nh**2 + 4 * n_direction * n_sample)
-    if needed > LITTLE and needed > (free := available_memory()):
+    if lacking := lacking_memory(needed):
         raise BalanceError(
-            f"H = {n_harmonic - 1} with {n_sample} samples and {n_direction} joint directions takes about "
-            f"{needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free: take fewer harmonics or samples"
+            f"H = {n_harmonic - 1} with {n_sample} samples and {n_direction} joint directions takes {lacking}: take "
+            "fewer harmonics or samples"
         )
 
 

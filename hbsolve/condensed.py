@@ -351,5 +351,5 @@ def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:
 
 
 def _with_stiffness(A: Array, moved: Array, D: Vector) -> Array:
-    """What moves the directions after a stiffness D is added in each, (I + A D)^-1 times what moved them before."""
+    """Response of the directions with a stiffness D added to each: (I + A D)^-1 times their response without it."""
     return np.asarray(np.linalg.solve(np.eye(len(D)) + A * D, moved))

@@ -31,7 +31,8 @@ class Failure(Enum):
     NEWTON = "start from a neighbouring state, or continue a branch to here"
     DRIFT = "hold the body by a support or a spring, or give a load without a mean"
     SLIDERS_UNSET = (
-        "its sliders start at 0: give `slider`, start from a neighbouring state, or continue a branch to here"
+        "there is one with the sliders where the static load leaves them: give `slider`, the `periodic_slider` of the "
+        "state at level 0"
     )
 
 

@@ -27,7 +27,7 @@ Amplitudes = Complex[Array, "p r"]
 COUPLED = 1e-6
 #: ... and this share of the largest |c_ij|: what projecting a large stiffness onto soft shapes leaves as round-off.
 ROUND_OFF = 1e-9
-#: |1 - (sigma + omega^2) mu| of a mode that is hit exactly: round-off.
+#: |k - omega^2 m| of a mode that is hit exactly, over |k| + omega^2 |m|: round-off.
 RESONANCE = 1e-14
 
 
@@ -201,7 +201,8 @@ class ModalCoordinates:
     def _diagonal(self, omega: Frequencies) -> Amplitudes:
         """Diagonals k - omega^2 m + i (omega c + h), shape (p, r)."""
         diagonal = _combine(omega, self.diagonals, self.shift)
-        resonant = np.abs(diagonal) < RESONANCE
+        size = np.abs(self.diagonals[0]) + np.outer(self.shift + omega**2, np.abs(self.diagonals[1]))
+        resonant = np.abs(diagonal) < RESONANCE * size
         if resonant.any():
             frequency, mode = np.argwhere(resonant)[0]
             raise ForceError(

@@ -45,6 +45,13 @@ RELATIVE = 1e-8
 #: ... and relative to what Newton's method allows: its last step need not be better by more.
 MARGIN = 0.01
 
+#: Round-off of R relative to the motions that it adds up. A joint may be 1e4 times as stiff as its reference in the
+#: linear structure (`BEYOND` over `STIFFEST` of `hbsolve.balance`), and so much larger is the round-off of its force.
+ROUND_OFF = 1e4 * np.finfo(float).eps
+#: Share of |R| that a step leaves where it may be round-off: convergence is quadratic.
+STALLED = 0.5
+#: Size of the linear motion where no load moves the joints: round-off alone then tells whether R is zero [m].
+NO_LOAD = np.finfo(float).tiny
 #: Sufficient decrease, the factor of a shortened step, and the shortest one (Nocedal and Wright, chapter 3).
 DECREASE, SHORTEN, SHORTEST = 1e-4, 0.4, 5e-3
 #: |R| over the tolerance below which the next step is expected to be the last, and its Jacobian not to be needed: the
@@ -94,6 +101,23 @@ def apply_receptance(columns: Any, g: Any) -> Any:
                 sine[i] += alpha.real * s - alpha.imag * c
         x[:, 2 * k - 1], x[:, 2 * k] = cosine, sine
     return x
+
+
+@compiled
+def imbalance(R: Any, columns: Any, x: Any, g: Any) -> float:
+    """|R| [m]; zero where it is round-off of the motion x and of what the mean of each joint force g moves.
+
+    Preloads may move the joints, or cancel, by far more than the loads do: 1e-9 of the latter is then less than numbers
+    of 16 digits resolve. Newton's method asks only where |R| no longer falls, so that a state is as good as can be.
+    """
+    norm: float = np.sqrt((R * R).sum())
+    d = len(x)
+    moved = np.zeros(d)
+    for j in range(d):
+        force = abs(g[j, 0])
+        for i in range(d):
+            moved[i] += abs(columns[0, j, i].real) * force
+    return norm if norm > ROUND_OFF * (np.sqrt((x * x).sum()) + np.sqrt((moved * moved).sum())) else 0.0
 
 
 @compiled
@@ -204,6 +228,8 @@ def newton_with_forces(x: Any, point: Any, start: Any, tolerance: float, max_ite
             forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
             R_new = x - linear + apply_receptance(columns, forces.coefficients)
             new = np.sqrt((R_new * R_new).sum())
+        if new > STALLED * norm:
+            new = imbalance(R_new, columns, x, forces.coefficients)
         R, norm = R_new, new
         if not np.isfinite(norm):
             break
@@ -212,7 +238,7 @@ def newton_with_forces(x: Any, point: Any, start: Any, tolerance: float, max_ite
 
 @compiled
 def newton(x: Any, point: Any, start: Any, tolerance: float, max_iteration: int) -> Any:
-    """Solve R(x) = 0 from x; returns x, |R|, and the number of iterations.
+    """Solve R(x) = 0 from x; returns x, |R| (0 where it is round-off), and the number of iterations.
 
     Parameters
     ----------

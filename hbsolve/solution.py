@@ -10,7 +10,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import CENTRING, Condensed, Recovery
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
 from hbsolve.joint_law.registry import FORCE, JACOBIAN
-from hbsolve.newton import BalancePoint, apply_receptance, newton
+from hbsolve.newton import NO_LOAD, BalancePoint, apply_receptance, imbalance, newton
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState, start_motion
 from reduction.array_type import Real
@@ -31,7 +31,7 @@ def newton_from(
 ) -> SteadyState | None:
     """The state that Newton's method alone finds from a motion; maybe none."""
     linear = balance.linear(condensed)
-    scale = float(np.linalg.norm(linear)) or 1.0
+    scale = linear_size(linear)
     result, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
     if not norm <= TOLERANCE * scale:
         return None
@@ -49,14 +49,12 @@ def solve_at(
     x = start_motion(balance, x)
     linear = balance.linear(condensed)
     with np.errstate(over="ignore"):
-        scale = float(np.linalg.norm(linear))
+        scale = linear_size(linear)
     if not np.isfinite(scale):
         raise BalanceError(
             f"the linear motion at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, is too "
             "large for the arithmetic: give smaller loads or a stiffer structure"
         )
-    if scale == 0.0:
-        scale = 1.0
     tolerance, iterations = TOLERANCE * scale, 0
     attempts: list[Callable[[], tuple[Real, float, int]]] = [
         partial(newton_at, balance, condensed, linear, guess, sliders, tolerance, MAX_ITERATION)
@@ -70,15 +68,11 @@ def solve_at(
         if norm <= tolerance:
             refuse_drift(balance, condensed, result, sliders)
             return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
-    contacts = [joint for joint in balance.system.joints if joint.normal_direction is not None]
-    pressed = [contact.name for contact in contacts if not contact.open_at_rest]
-    unset = bool(pressed) and not sliders.value.any()
-    at_last = f"at |R| = {norm / scale:.1e} of the linear motion" if np.isfinite(norm) else "below this level"
+    share = f", {norm / scale:.1e} of the linear motion" if scale > NO_LOAD else ""
+    at_last = f"at |R| = {norm:.1e} m{share}" if np.isfinite(norm) else "below this level"
     raise NoSteadyState(
         f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
         f"Newton's method from the start and from rest does not converge, and a ramp of the level stopped {at_last}"
-        + (f'; "{pressed[0]}" is pressed before it moves' if unset else ""),
-        Failure.SLIDERS_UNSET if unset else Failure.NEWTON,
     )
 
 
@@ -91,7 +85,7 @@ def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real, slider
         It drifts.
     """
     vibration = float(np.linalg.norm(x[:, 1:]))
-    if not (balance.structure.is_centred and 0 < vibration < DISTANT * float(np.linalg.norm(x[:, 0]))):
+    if not (balance.structure.is_centred and vibration < DISTANT * float(np.linalg.norm(x[:, 0]))):
         return
     carried = float(np.linalg.norm(CENTRING * balance.structure.reference * x[:, 0]))
     mean = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE).coefficients[:, 0]
@@ -156,6 +150,17 @@ def forces_at(
     x, omega = np.array(x, order="C"), float(omega)
     forces: JointForces = joint_forces(x, omega, balance.table, sliders, balance.sampling, want)
     return forces
+
+
+def linear_size(linear: Real) -> float:
+    """|x_lin| [m], to which |R| is relative; not quite zero where no load moves the joints."""
+    return max(float(np.linalg.norm(linear)), NO_LOAD)
+
+
+def relative_residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces, R: Real) -> float:
+    """|R| over |x_lin|; zero where R is round-off [-]."""
+    norm = float(imbalance(R, condensed.columns, np.array(x, order="C"), forces.coefficients))
+    return norm / linear_size(balance.linear(condensed))
 
 
 def residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces) -> Real:

@@ -13,6 +13,10 @@ from hbsolve.sampling import real_from_complex
 from reduction.array_input import finite_array, whole_number
 from reduction.array_type import Array, Real
 
+#: Share by which two motions of one state may differ: Newton's method leaves 1e-9 of the linear motion, which a
+#: resonance or a fold nearby enlarges.
+SAME = 1e-5
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteadyState:
@@ -33,7 +37,7 @@ class SteadyState:
     periodic_slider: Float[Real, " s"]
     """Slider positions at the start of the steady period, shape (s,) [m]."""
     residual_norm: float
-    """|R| relative to the linear motion [-]."""
+    """|R| relative to the linear motion; 0 where it is round-off [-]."""
     iterations: int
     """Newton iterations in all [-]."""
 
@@ -68,6 +72,11 @@ class SteadyState:
             A harmonic or a degree of freedom that the state does not have, or a row of another size.
         """
         return float(abs(harmonic_at(self.coefficients, row, harmonic)))
+
+
+def is_same_motion(one: Real, other: Real) -> bool:
+    """Whether two motions of the directions, shape (d, nh), are one state that was found from two starts."""
+    return float(np.linalg.norm(one - other)) <= SAME * float(np.linalg.norm(other))
 
 
 def harmonic_at(

@@ -14,7 +14,7 @@ from hbsolve.aft import InitialSliders, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.joint_law.registry import FORCE
-from hbsolve.newton import BalancePoint, apply_receptance, newton_with_forces
+from hbsolve.newton import NO_LOAD, BalancePoint, apply_receptance, newton_with_forces
 from reduction.array_type import Array, Real, Whole
 
 
@@ -112,9 +112,7 @@ def follow(
             track.norm[i], track.iterations[i] = track.norm[known], 0
             continue
         linear = sequence.linear[index]
-        scale = np.sqrt((linear * linear).sum())
-        if scale == 0.0:
-            scale = 1.0
+        scale = max(np.sqrt((linear * linear).sum()), NO_LOAD)
         guessed = np.isfinite(sequence.guess[i]).all()
         if from_guess and guessed:
             x = sequence.guess[i].copy()

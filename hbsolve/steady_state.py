@@ -18,7 +18,7 @@ from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import Failure, NoSteadyState
 from hbsolve.sampling import real_from_complex
-from hbsolve.solution import TOLERANCE, newton_at, recover_state, refuse_drift, solve_at
+from hbsolve.solution import TOLERANCE, linear_size, newton_at, recover_state, refuse_drift, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders, start_motion
 from reduction.array_type import Real
 
@@ -78,9 +78,25 @@ def steady_state(
             raise
         state = rescue(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
         if state is None:
+            if _rest_leads_on(balance, condensed, sliders):
+                raise NoSteadyState(error.args[0], Failure.SLIDERS_UNSET) from None
             raise
     refuse_drift(balance, condensed, real_from_complex(state.displacement), sliders)
     return state
+
+
+def _rest_leads_on(balance: HarmonicBalance, condensed: Condensed, sliders: InitialSliders) -> bool:
+    """Whether there is a state where sliders that start at 0 start where the static load leaves them."""
+    if sliders.value.any():
+        return False
+    try:
+        rest = solve_at(balance.at_level(0.0), condensed, None, sliders)
+        if not rest.periodic_slider.any():
+            return False
+        solve_at(balance, condensed, None, make_initial_sliders(balance, rest.periodic_slider))
+    except NoSteadyState:
+        return False
+    return True
 
 
 def rescue(
@@ -118,7 +134,7 @@ def from_many_starts(
         The `n_start` of a call before that led to nothing: its starts are the first of these, and left out [-].
     """
     linear = balance.linear(condensed)
-    scale = float(np.linalg.norm(linear)) or 1.0
+    scale = linear_size(linear)
     near = linear if x is None else x
     random = np.random.default_rng(SEED)
     share = min(1.0, FEW_DIRECTIONS / max(balance.n_direction, 1)) ** 2

@@ -5,6 +5,16 @@ from pathlib import Path
 #: Where Linux says what a control group may take and has taken, in its second and in its first version.
 CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
 
+#: Arrays smaller than this skip the memory check, which reads files [byte].
+SMALL = 2e8
+
+
+def lacking_memory(needed: float) -> str:
+    """Bytes that are needed and free, as the middle of a sentence, where arrays do not fit; empty where they do."""
+    if needed <= SMALL or needed <= (free := available_memory()):
+        return ""
+    return f"about {needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free"
+
 
 def available_memory(system: Path = Path("/")) -> float:
     """Bytes that this process can take without swapping: of the machine, and of the control group it runs in.

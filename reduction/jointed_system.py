@@ -22,7 +22,7 @@ from jaxtyping import Complex
 
 from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
 from reduction.array_type import Array, Matrix, Row, Vector
-from reduction.available_memory import available_memory
+from reduction.available_memory import lacking_memory
 from reduction.errors import JointError
 from reduction.joint_law.bouc_wen import BoucWenJoint
 from reduction.joint_law.cubic_spring import CubicSpring
@@ -79,8 +79,6 @@ __all__ = [
 
 #: Dense matrices of one size that a system and its decomposition take together [-].
 DENSE_COPIES = 12
-#: Memory below which nobody asks how much is free [byte].
-LITTLE = 2e8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -264,11 +262,10 @@ def _dense(given: Any, name: str) -> Any:
     if not hasattr(given, "toarray"):
         return given
     needed = DENSE_COPIES * np.dtype(np.float64).itemsize * float(np.prod(given.shape))
-    if needed > LITTLE and needed > (free := available_memory()):
+    if lacking := lacking_memory(needed):
         raise JointError(
-            f"the {_called(name)} is sparse of shape {given.shape}: its dense matrices take about "
-            f"{needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free; reduce the structure first "
-            "(craig_bampton), which takes sparse matrices as they are"
+            f"the {_called(name)} is sparse of shape {given.shape}: its dense matrices take {lacking}; reduce the "
+            "structure first (craig_bampton), which takes sparse matrices as they are"
         )
     return given.toarray()
 

@@ -29,8 +29,8 @@ from hbsolve.aft import InitialSliders
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
-from hbsolve.newton import RELATIVE, bordered_step
-from hbsolve.solution import TOLERANCE
+from hbsolve.newton import RELATIVE, STALLED, bordered_step, imbalance
+from hbsolve.solution import TOLERANCE, linear_size
 from reduction.array_type import Real, Whole
 
 #: Corrections at most.
@@ -137,7 +137,9 @@ def correct_in_plane(
         except BalanceError:
             return None
         norm = float(np.linalg.norm(at.residual))
-        if norm <= TOLERANCE * float(np.linalg.norm(at.balance.linear(at.condensed))):
+        if norm > STALLED * best:
+            norm = float(imbalance(at.residual, at.condensed.columns, x_new, at.forces.coefficients))
+        if norm <= TOLERANCE * linear_size(at.balance.linear(at.condensed)):
             break
         if iteration == CORRECTIONS or not np.isfinite(norm) or norm > 1e3 * best:
             return None

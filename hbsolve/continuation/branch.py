@@ -58,6 +58,9 @@ class ResponseBranch(Exported):
         Why the curve ends where it ends.
     stopped_at
         Where it ends, with the unit, if that needs to be said.
+    leaps
+        Indices of points that the curve leaps to: it could not be followed from the point before, which differs by more
+        than a step would change, so that it may be another branch.
     level
         Scale of the harmonic force at each point; ones by default, shape (p,) [-].
     iterations
@@ -84,6 +87,7 @@ class ResponseBranch(Exported):
     residual_norm: Numbers
     stop_reason: StopReason
     stopped_at: str = ""
+    leaps: tuple[int, ...] = ()
     level: Numbers = field(default_factory=_none)
     iterations: Numbers = field(default_factory=_none)
     periodic_slider: Float[Real, "point slider"] = field(default_factory=_none)
@@ -117,8 +121,12 @@ class ResponseBranch(Exported):
 
     @property
     def stop_message(self) -> str:
-        """Why the curve ends, in a sentence."""
-        return self.stop_reason.sentence(self.stopped_at)
+        """Why the curve ends, in a sentence, and where it leaps."""
+        ends = self.stop_reason.sentence(self.stopped_at)
+        if not self.leaps:
+            return ends
+        places = (f"{self.frequency[at]:.6g} Hz, level {self.level[at]:.6g}" for at in self.leaps)
+        return f"{ends}; it could not be followed to {' and '.join(places)}, and leaps there, maybe to another branch"
 
     def output(self, row: int | Float[Real, " r"], harmonic: int = 1, derivative: int = 0) -> Complex[Array, " p"]:
         """Complex amplitude of one harmonic at an output, shape (p,) [m, m/s or m/s^2].
@@ -226,6 +234,7 @@ class ResponseBranch(Exported):
             attrs={
                 "stop_reason": self.stop_reason.name,
                 "stopped_at": self.stopped_at,
+                "leaps": " ".join(map(str, self.leaps)),
                 "convention": "q(t) = Re sum_k q_k exp(i k Omega t)",
             },
         )
@@ -296,6 +305,7 @@ def load_branch(path: Path | str) -> ResponseBranch:
             **values,
             stop_reason=StopReason.read(str(data.attrs["stop_reason"])),
             stopped_at=str(data.attrs.get("stopped_at", "")),
+            leaps=tuple(int(item) for item in str(data.attrs.get("leaps", "")).split()),
             joint_names=tuple(str(name) for name in data["joint"].values),
         )
 

@@ -19,12 +19,13 @@ from hbsolve.continuation.controlled_amplitude import ControlledAmplitude, Readi
 from hbsolve.continuation.response import branch_of, follow_to_end
 from hbsolve.continuation.step import Continuation, ContinuationState
 from hbsolve.errors import NoSteadyState
+from hbsolve.linearised import active_rows, transposed_jacobian
 from hbsolve.newton import RELATIVE, bordered_step
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.solution import TOLERANCE, forces_at, recover_state, residual, solve_at
+from hbsolve.solution import TOLERANCE, forces_at, recover_state, relative_residual, residual, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import from_many_starts
-from reduction.array_type import Real, Vector, Whole
+from reduction.array_type import Real, Vector
 from reduction.base_excitation import BaseExcitation
 
 #: Corrections after the shift of time at most, the factor of a shortened one, and the shortest.
@@ -84,7 +85,7 @@ def controlled_response(
     begun = begin_controlled(continuation, sliders)
     points, state, reason = follow_to_end(continuation, begun, report)
     states = [state_under_force(path, value, point.motion, sliders, point.iterations) for value, point in points]
-    return branch_of([balance] * len(states), states, reason, continuation.stopped_at(state))
+    return branch_of([balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
 
 
 def controlled_continuation(
@@ -178,8 +179,7 @@ class _Trial:
         g = complex_from_real(self.forces.coefficients)[1]
         self.read = complex(level * reading.driven - reading.pushed @ g)
         self.held = path.held(condensed.angular_frequency)
-        scale = float(np.linalg.norm(self.balance.linear(condensed))) or 1.0
-        self.unbalance = float(np.linalg.norm(self.residual)) / scale
+        self.unbalance = relative_residual(self.balance, condensed, motion, self.forces, self.residual)
         self.norm = max(self.unbalance, abs(abs(self.read) / self.held - 1))
 
     def corrected(self) -> "_Trial":
@@ -203,20 +203,11 @@ class _Trial:
         # d|y| = Re(turned (D dlevel - C^T dg_1)), with g_1 = cosine - i sine.
         felt = np.zeros_like(self.residual)
         felt[:, 1], felt[:, 2] = (turned * self.reading.pushed).real, (turned * self.reading.pushed).imag
+        rows = active_rows(self.forces.active)
+        answered = transposed_jacobian(rows, self.forces.jacobian, first, count, felt[rows[:, 0], rows[:, 1]])
         dx, by_level = bordered_step(
             self.forces, self.condensed.columns, first, count, self.residual,
-            -real_from_complex(self.condensed.dynamic), -_transposed_jacobian(self.forces, first, count, felt),
+            -real_from_complex(self.condensed.dynamic), -answered,
             float((turned * self.reading.driven).real), abs(self.read) - self.held, RELATIVE,
         )  # fmt: skip
         return dx, float(by_level)
-
-
-def _transposed_jacobian(forces: JointForces, first: Whole, count: Whole, felt: Real) -> Real:
-    """J^T of the joint forces times a change of each, shape (d, nh) both."""
-    d, nh = felt.shape
-    result = np.zeros((d, nh))
-    for direction in range(d):
-        row = felt[direction] @ forces.jacobian[direction]
-        own = slice(first[direction], first[direction] + count[direction])
-        result[own] += row[: count[direction] * nh].reshape(-1, nh)
-    return result

@@ -33,7 +33,7 @@ from hbsolve.continuation.step import Continuation, ContinuationState, Mark
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoPeakError
 from hbsolve.solution import newton_from
-from hbsolve.state import SteadyState, make_initial_sliders
+from hbsolve.state import SteadyState, is_same_motion, make_initial_sliders
 from reduction.array_type import Real
 
 #: Frequencies of the range from which arcs begin, and peaks of the curve beside them.
@@ -47,8 +47,6 @@ MOST_MISSED, MOST_REFINED, N_HALVED, WORTHWHILE = 0.5, 2, 3, 0.5
 POINTS, LEAST_POINTS = 2, 300
 #: Detached curves at most, so that a curve that ended early is not completed from everywhere.
 MOST_CURVES = 6
-#: Two states that differ by less than this share of their motion are the same.
-SAME = 1e-5
 #: Points of a curve that are looked for on another one.
 N_COMPARED = 5
 
@@ -172,7 +170,7 @@ class _Search:
             if np.linalg.norm(start - state.motion) > length + 0.1 * size:
                 continue
             found = newton_from(balance, condensed, start, self.sliders)
-            if found is not None and np.linalg.norm(found.motion - state.motion) <= SAME * size:
+            if found is not None and is_same_motion(found.motion, state.motion):
                 return True
         return False
 
@@ -182,7 +180,7 @@ class _Search:
         if reason is not StopReason.ISOLA:
             before, other = self._follow(self.downward, state)
             points = [*reversed(before[1:]), *points]
-            reason = StopReason.REACHED if StopReason.FAILED not in (reason, other) else StopReason.FAILED
+            reason = other if reason is StopReason.REACHED else reason
         if len(points) < 2:
             return None
         # States of a branch carry the level that holds at their frequency.
@@ -205,6 +203,8 @@ class _Search:
         points = [state]
         while at.stop_reason is None:
             point, at = continuation.advance(at)
+            if at.leaps:  # to another curve, or nobody knows
+                return points, StopReason.FAILED
             if point is not None:
                 points.append(point)
             # The mark stays: the curve is to be followed once round, not until it meets one that moves on.
@@ -256,9 +256,8 @@ def _peaks(curve: ResponseBranch) -> list[float]:
 
 def _vertex(omega: Real, size: Real) -> float:
     """Where three points have their peak; the middle one where it does not lie between the others."""
-    order = np.argsort(omega)
     try:
-        return interpolated_peak(omega[order], size[order]).angular_frequency
+        return interpolated_peak(omega, size).angular_frequency
     except NoPeakError:
         return float(omega[1])
 

@@ -37,7 +37,7 @@ class LevelArc:
     states: tuple[SteadyState, ...]
     """States at that level, in the order of the arc."""
     highest: tuple[float, ...]
-    """Levels at which the arc turns from rising to falling ones [-]."""
+    """Levels at which the arc turns from rising to falling sizes of the level [-]."""
     lowest: tuple[float, ...]
     """Levels at which it turns back [-]."""
     n_point: int
@@ -50,9 +50,9 @@ class LevelArc:
         Between a fold at a highest level below that of the balance and the fold before or after it at a lowest one lie
         three states, and as many beside a lowest one above it.
         """
-        above = [item / self.level - 1 for item in self.lowest if item > self.level]
-        below = [1 - item / self.level for item in self.highest if item < self.level]
-        return min(above + below, default=np.inf)
+        above = [item / self.level - 1 for item in self.lowest]
+        below = [1 - item / self.level for item in self.highest]
+        return min((item for item in above + below if item > 0), default=np.inf)
 
 
 def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: InitialSliders) -> LevelArc:
@@ -94,7 +94,7 @@ def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: In
 def _arc(path: LevelPath, level: float, largest: float) -> Continuation:
     # The scale of the level, step / largest, is the same for all.
     return Continuation(
-        path=path, first=FIRST * level, last=LAST * level, step=STEP * level * largest / LARGEST,
+        path=path, first=FIRST * level, last=LAST * level, step=STEP * abs(level) * largest / LARGEST,
         most_points=MOST_POINTS, largest=largest,
     )  # fmt: skip
 
@@ -111,9 +111,11 @@ def _turn(
     Long steps may pass over a turn that reaches the wanted level; it is looked at with short ones if it comes near.
     """
     coarse = _vertex(*points)
-    is_lowest = points[1].value < points[0].value
-    outside = points[1].value > level if is_lowest else points[1].value < level
-    if not outside or abs(coarse - level) > CLOSE * level:
+    # Sizes of the level count: a force against the direction of the load has a negative one.
+    turned = points[1].value / level
+    is_lowest = turned < points[0].value / level
+    outside = turned > 1 if is_lowest else turned < 1
+    if not outside or abs(coarse / level - 1) > CLOSE:
         return [], coarse
     arc, way = _arc(path, level, FINE), sum(_distance(a, b) for a, b in pairwise(points))
     walked = [replace(points[0], step=FINE)]
@@ -123,7 +125,7 @@ def _turn(
         way -= _distance(walked[-2], walked[-1])
         states += _passed(path, level, walked[-2], walked[-1], sliders)
     turns = [_vertex(*three) for three in zip(walked, walked[1:], walked[2:], strict=False) if _turns(*three)]
-    return states, (min(turns) if is_lowest else max(turns)) if turns else coarse
+    return states, (min(turns, key=abs) if is_lowest else max(turns, key=abs)) if turns else coarse
 
 
 def _distance(first: ContinuationState, last: ContinuationState) -> float:

@@ -12,11 +12,9 @@ from hbsolve.continuation.step import Continuation
 from hbsolve.errors import NoSteadyState
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.solution import forces_at, solve_at
-from hbsolve.state import SteadyState, make_initial_sliders
+from hbsolve.state import SteadyState, is_same_motion, make_initial_sliders
 from reduction.array_type import Real
 
-#: Two motions that differ by less than this share are the same.
-SAME = 1e-6
 #: Random starts reach this far, in amplitudes of the linear motion.
 REACH = 2.0
 #: An arc over the level goes from the first to the last of these shares of it, in so many points at most.
@@ -52,7 +50,7 @@ def steady_states(
             state = solve_at(balance, condensed, start, sliders)
         except NoSteadyState:
             continue
-        if all(_differ(state, other) for other in result):
+        if not any(is_same_motion(other.motion, state.motion) for other in result):
             result.append(state)
     return tuple(sorted(result, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
 
@@ -124,11 +122,6 @@ def friction_history_states(
             state = solve_at(balance, condensed, result[-1].motion if result else None, sliders)
         except NoSteadyState:
             continue
-        if all(_differ(state, other) for other in result):
+        if not any(is_same_motion(other.motion, state.motion) for other in result):
             result.append(state)
     return tuple(sorted(result, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
-
-
-def _differ(state: SteadyState, other: SteadyState) -> bool:
-    size = float(np.linalg.norm(state.displacement))
-    return float(np.linalg.norm(state.displacement - other.displacement)) > SAME * size

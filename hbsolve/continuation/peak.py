@@ -61,20 +61,29 @@ def interpolated_peak(angular_frequency: Values, amplitude: Values) -> Resonance
     Parameters
     ----------
     angular_frequency
-        Ascending, shape (p,) [rad/s].
+        In any order, shape (p,) [rad/s].
     amplitude
         Of a displacement, positive, shape (p,) [any unit].
 
     Raises
     ------
     NoPeakError
-        Fewer than three samples, or the highest is the first or last, so that nothing encloses the peak.
+        Fewer than three samples, or the highest is at an end, so that nothing encloses the peak; or one beside it is
+        zero or at the same frequency.
     """
-    omega, height = np.asarray(angular_frequency), np.asarray(amplitude)
+    order = np.argsort(angular_frequency, kind="stable")
+    omega, height = np.asarray(angular_frequency)[order], np.asarray(amplitude)[order]
     if len(omega) < 3:
         raise NoPeakError(f"{len(omega)} samples cannot enclose a peak: give at least 3")
     top = _enclosed_top(omega, height)
-    peak = _parabola(omega[top - 1 : top + 2], height[top - 1 : top + 2])
+    near = slice(top - 1, top + 2)
+    if not ((height[near] > 0).all() and (np.diff(omega[near]) > 0).all()):
+        raise NoPeakError(
+            f"the samples beside the highest one at {omega[top]:.6g} rad/s must be positive and at other frequencies: "
+            f"they are {height[top - 1]:.3g} at {omega[top - 1]:.6g} and {height[top + 1]:.3g} at "
+            f"{omega[top + 1]:.6g} rad/s"
+        )
+    peak = _parabola(omega[near], height[near])
     if peak is None:
         raise NoPeakError(
             f"the samples near {omega[top]:.6g} rad/s, {omega[top + 1] - omega[top]:.3g} rad/s apart, do not show the "

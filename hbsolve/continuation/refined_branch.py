@@ -11,7 +11,7 @@ from hbsolve.contact_motion import contact_share
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.errors import BalanceError
 from hbsolve.refinement import MARGIN, RefinedState, checked_rows, checked_tolerance, refine_harmonics
-from hbsolve.solution import forces_at, residual
+from hbsolve.solution import forces_at, relative_residual, residual
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.truncation import relative_change, row_amplitude
 from reduction.array_type import Matrix, Real
@@ -104,8 +104,8 @@ def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
     """Refuse a state that does not solve a balance: its joints or its sliders are others."""
     condensed = balance.at(state.angular_frequency)
     forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders)
-    linear = float(np.linalg.norm(balance.linear(condensed))) or 1.0
-    left = float(np.linalg.norm(residual(balance, condensed, state.motion, forces))) / linear
+    R = residual(balance, condensed, state.motion, forces)
+    left = relative_residual(balance, condensed, state.motion, forces, R)
     if not left <= FOREIGN:
         raise BalanceError(
             f"the point at {state.frequency:.6g} Hz leaves {left:.1e} of the linear motion: give the balance and the "

@@ -11,11 +11,12 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.continuation_parameter import FrequencyPath
+from hbsolve.continuation.branch_path import path_of
+from hbsolve.continuation.continuation_parameter import FrequencyPath, level_at
 from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
-from hbsolve.errors import NoPeakError, NoSteadyState
-from hbsolve.sensitivity import FrequencyParameter, sensitivity
+from hbsolve.errors import BalanceError, NoPeakError, NoSteadyState
+from hbsolve.sensitivity import FrequencyParameter, LevelParameter, sensitivity
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import steady_state
 from reduction.array_type import Array, Real
@@ -49,10 +50,12 @@ class ResonantState:
 def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: Real | None = None) -> ResonantState:
     """The peak of a frequency response, between its points: where the exact derivative of the amplitude vanishes.
 
+    Its level is that of the branch, which may follow a power of Omega.
+
     Parameters
     ----------
     balance
-        Balance with which the branch was found.
+        Balance with which the branch was found, at any level.
     branch
         Result of `frequency_response`.
     row
@@ -64,7 +67,12 @@ def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider
     ------
     NoPeakError
         The response is highest at an end of the branch.
+    BalanceError
+        A branch that is none over frequency, or whose level follows no power of Omega.
     """
+    path, _ = path_of(balance, branch)
+    if not isinstance(path, FrequencyPath):
+        raise BalanceError("the frequency does not change along the branch: give a result of `frequency_response`")
     amplitude = branch.amplitude(row)
     top = int(amplitude.argmax())
     if not 0 < top < len(amplitude) - 1:
@@ -78,12 +86,12 @@ def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider
     ]  # fmt: skip
     for share in (0.0, *FINER):
         if share:
-            points = _over_the_top(balance, points, row, slider, share)
-        state = _between(balance, points, row, slider)
+            points = _over_the_top(path, points, row, slider, share)
+        state = _between(path, points, row, slider)
         if state is not None:
             break
     else:
-        state = steady_state(balance, points[1].angular_frequency, start=points[1].motion, slider=slider)
+        state = _solve(path, points[1].angular_frequency, points[1].motion, slider)
     return ResonantState(state=state, amplitude=state.amplitude(row))
 
 
@@ -94,7 +102,13 @@ class _Point:
     amplitude: float
 
 
-def _between(balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: Real | None) -> SteadyState | None:
+def _solve(path: FrequencyPath, angular_frequency: float, start: Real, slider: Real | None) -> SteadyState:
+    """The state at a frequency, at the level that holds there."""
+    at_level = level_at(path.balance, angular_frequency, path.level_power)
+    return steady_state(at_level, angular_frequency, start=start, slider=slider)
+
+
+def _between(path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Real | None) -> SteadyState | None:
     """The state where the amplitude is stationary between three points; none if a fold or a kink is between them."""
     before, top, behind = (item.angular_frequency for item in points)
     if not (top - before) * (behind - top) > 0:
@@ -102,11 +116,12 @@ def _between(balance: HarmonicBalance, points: Sequence[_Point], row: Row, slide
 
     def solved(value: float) -> SteadyState:
         nearest = min(points, key=lambda item: abs(item.angular_frequency - value))
-        return steady_state(balance, value, start=nearest.motion, slider=slider)
+        return _solve(path, value, nearest.motion, slider)
 
     def slope(value: float) -> float:
         state = solved(value)
-        change = sensitivity(balance, state, [FrequencyParameter()])[0]
+        by_frequency, by_level = sensitivity(path.balance, state, [FrequencyParameter(), LevelParameter()])
+        change = by_frequency + path.level_power * state.level / value * by_level
         return float((_at(change[1], row) * np.conj(_at(state.coefficients[1], row))).real)
 
     low, high = sorted((before, behind))
@@ -121,7 +136,7 @@ def _between(balance: HarmonicBalance, points: Sequence[_Point], row: Row, slide
 
 
 def _over_the_top(
-    balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: Real | None, share: float
+    path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Real | None, share: float
 ) -> list[_Point]:
     """Three points about the top again, from an arc that begins at the first of them and takes shorter steps."""
     before, top = points[:2]
@@ -129,11 +144,9 @@ def _over_the_top(
     if not reach:
         return list(points)
     # The ends of the arc are far away: it is left when it is over the top.
-    arc = Continuation(
-        path=FrequencyPath(balance=balance), first=max(at - 10 * reach, at / 2), last=at + 10 * reach, step=reach
-    )
+    arc = Continuation(path=path, first=max(at - 10 * reach, at / 2), last=at + 10 * reach, step=reach)
     state = replace(
-        arc.state_at(before.motion, make_initial_sliders(balance, slider)),
+        arc.state_at(before.motion, make_initial_sliders(path.balance, slider)),
         value=at,
         tangent=Direction(top.motion - before.motion, top.angular_frequency - at),
     )
@@ -191,7 +204,7 @@ def resonance_curve(
         for widening in range(WIDENINGS):
             try:
                 branch = frequency_response(balance.at_level(level), low, high, slider=slider)
-                peaks.append(resonance(balance.at_level(level), branch, row, slider))
+                peaks.append(resonance(balance, branch, row, slider))
                 break
             except NoPeakError:
                 if widening == WIDENINGS - 1:

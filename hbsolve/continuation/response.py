@@ -93,7 +93,7 @@ def run(
     path = continuation.path
     # A joint's parameter is part of the balance; frequency and level are part of the state.
     balances = [path.at(value)[0] if isinstance(path, JointPath) else path.balance for value, _ in points]
-    return branch_of(balances, [item for _, item in points], reason, continuation.stopped_at(state))
+    return branch_of(balances, [item for _, item in points], reason, continuation.stopped_at(state), state.leaps)
 
 
 def follow_to_end(
@@ -189,7 +189,11 @@ def joint_response(
 
 
 def branch_of(
-    balances: Sequence[HarmonicBalance], states: Sequence[SteadyState], stop_reason: StopReason, stopped_at: str = ""
+    balances: Sequence[HarmonicBalance],
+    states: Sequence[SteadyState],
+    stop_reason: StopReason,
+    stopped_at: str = "",
+    leaps: tuple[int, ...] = (),
 ) -> ResponseBranch:
     """Steady states as a branch, with contact states and error estimates.
 
@@ -202,6 +206,7 @@ def branch_of(
         residual_norm=np.array([item.residual_norm for item in states]),
         stop_reason=stop_reason,
         stopped_at=stopped_at,
+        leaps=leaps,
         level=np.array([item.level for item in states]),
         iterations=np.array([item.iterations for item in states], dtype=np.float64),
         periodic_slider=np.array([item.periodic_slider for item in states]),

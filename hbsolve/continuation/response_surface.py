@@ -16,13 +16,10 @@ from hbsolve.continuation.response import follow_to_end
 from hbsolve.continuation.surface import ResponseSurface
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import newton_from
-from hbsolve.state import SteadyState, make_initial_sliders
+from hbsolve.state import SteadyState, is_same_motion, make_initial_sliders
 from reduction.array_input import real_array, refuse_infinite
 from reduction.array_type import Real, Vector
 from reduction.base_excitation import BaseExcitation
-
-#: Two motions that differ by less than this share are the same.
-SAME = 1e-5
 
 
 @on_one_blas_thread
@@ -189,6 +186,6 @@ def _connected(below: _Curve, above: _Curve, place: int, sliders: InitialSliders
     ratio, value = above.path.amplitude / below.path.amplitude, float(above.omega[place])
     for path, start, wanted in ((above.path, _scaled(low, ratio), high), (below.path, _scaled(high, 1 / ratio), low)):
         found = newton_from(*path.at(value), start, sliders)
-        if found is None or np.linalg.norm(found.motion - wanted) > SAME * np.linalg.norm(wanted):
+        if found is None or not is_same_motion(found.motion, wanted):
             return False
     return True

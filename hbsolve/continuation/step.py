@@ -23,7 +23,7 @@ from hbsolve.continuation.arclength import Corrected, Direction, Metric, correct
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
-from hbsolve.solution import recover_state, solve_at
+from hbsolve.solution import recover_state, relative_residual, solve_at
 from hbsolve.state import SteadyState
 from reduction.array_input import real_number
 from reduction.array_type import Real, Whole
@@ -42,6 +42,8 @@ NEAR = 0.5
 #: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
 #: lie close together are no closed branch), and runs on in the same direction, by this cosine.
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
+#: Where the arc cannot be followed, the next state may differ by this much of its size: more is another motion.
+FURTHEST_LEAP = 1.0
 #: Amplitude that is none, over that of the linear structure at the ends of the range.
 LEAST_AMPLITUDE = 1e-6
 #: Share of vibration and lambda in a tangent of mean displacement alone. Springs that centre a body leave CENTRING.
@@ -79,8 +81,19 @@ class ContinuationState:
     """Points so far."""
     mark: Mark
     """Where a closed branch would come back to."""
+    leaps: tuple[int, ...] = ()
+    """Points that were reached by a leap, by their index on the branch."""
     stop_reason: StopReason | None = None
     """None while there is a next step."""
+
+
+class Advance(NamedTuple):
+    """What a step leads to."""
+
+    point: SteadyState | None
+    """The next point; none where the branch has ended before it."""
+    state: ContinuationState
+    """Where the branch goes on from, or why it does not."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -145,8 +158,8 @@ class Continuation:
             mark=Mark(Direction(motion, self.first), Direction(rest, 0.0), 1),
         )
 
-    def advance(self, state: ContinuationState) -> tuple[SteadyState | None, ContinuationState]:
-        """The next point, and the state after it; no point, and a stop reason, if there is none."""
+    def advance(self, state: ContinuationState) -> Advance:
+        """The next point, or the end of the branch."""
         sliders = InitialSliders(np.array(state.slider), np.array(state.by_multiplier))
         x, value = np.array(state.motion), state.value
         metric = Metric(max(_amplitude(x), self._least_amplitude), self._scale)
@@ -163,11 +176,12 @@ class Continuation:
                 turned = metric.cosine(onward, result.way) < TURN or sign != orientation
                 if step <= SURE or not turned:
                     after = self._accept(replace(state, orientation=sign), result, onward, step, metric, sliders)
-                    if after is not None and step == usual < state.step and after[1].stop_reason is None:
+                    if after is None:
+                        continue
+                    if step == usual < state.step and after.state.stop_reason is None:
                         # A stop on the way says nothing of how far the next step may go.
-                        after = after[0], replace(after[1], step=max(after[1].step, state.step))
-                    if after is not None:
-                        return after
+                        after = Advance(after.point, replace(after.state, step=max(after.state.step, state.step)))
+                    return after
             step *= RETRY
         return self._leap(state, x, sliders, t.value)
 
@@ -195,24 +209,24 @@ class Continuation:
         step: float,
         metric: Metric,
         sliders: InitialSliders,
-    ) -> tuple[SteadyState | None, ContinuationState] | None:
-        """The point, unless it lies outside the range, and what comes after it; none if a shorter step must decide."""
+    ) -> Advance | None:
+        """To a corrected point, or to the end of the range before it; none where a shorter step must decide."""
         if (result.value - self.last) * (self.last - self.first) > 0:
             share = (self.last - state.value) / (result.value - state.value)
             between = state.motion + share * (result.motion - state.motion)
             return self._finish(state, between, share * step, metric, sliders)
         if self._outside(result.value):
-            return None, replace(state, value=result.value, stop_reason=StopReason.TURNED_BACK)
+            return Advance(None, replace(state, value=result.value, stop_reason=StopReason.TURNED_BACK))
         if result.at.balance.structure.is_centred and _drifts(t, metric):
-            return None, replace(state, value=result.value, stop_reason=StopReason.DRIFTED)
+            return Advance(None, replace(state, value=result.value, stop_reason=StopReason.DRIFTED))
         point = _point(result.at, result.motion, sliders, result.iterations)
         n_point = state.n_point + 1
         if self._closed(state, result, t, step, metric):
-            return point, replace(state, value=result.value, n_point=n_point, stop_reason=StopReason.CLOSED)
+            return Advance(point, replace(state, value=result.value, n_point=n_point, stop_reason=StopReason.CLOSED))
         if n_point >= 2 * state.mark.number:
             state = replace(state, mark=Mark(Direction(result.motion, result.value), t, n_point))
         grow = GROW if result.iterations <= EASY else SHRINK if result.iterations >= HARD else 1.0
-        return point, replace(
+        after = replace(
             state,
             value=result.value,
             motion=result.motion,
@@ -221,6 +235,7 @@ class Continuation:
             n_point=n_point,
             stop_reason=None if n_point < self.most_points else StopReason.MOST_POINTS,
         )
+        return Advance(point, after)
 
     def _closed(self, state: ContinuationState, result: Corrected, t: Direction, step: float, metric: Metric) -> bool:
         """Whether a point lies on the marked way, within a step of the mark, and travels the same way."""
@@ -238,8 +253,8 @@ class Continuation:
 
     def _finish(
         self, state: ContinuationState, predicted: Real, step: float, metric: Metric, sliders: InitialSliders
-    ) -> tuple[SteadyState | None, ContinuationState] | None:
-        """The point at the last value; none if there is none near its prediction, as beyond a fold."""
+    ) -> Advance | None:
+        """To the point at the last value; none if there is none near its prediction, as beyond a fold."""
         balance, condensed = self.path.at(self.last)
         try:
             result = solve_at(balance, condensed, predicted, sliders)
@@ -248,14 +263,13 @@ class Continuation:
         aside = metric.length(Direction(result.motion - predicted, 0.0))
         if aside > max(NEAR * step, SURE):
             return None
-        return result, replace(
+        after = replace(
             state, value=self.last, motion=result.motion, n_point=state.n_point + 1, stop_reason=StopReason.REACHED
         )
+        return Advance(result, after)
 
-    def _leap(
-        self, state: ContinuationState, x: Real, sliders: InitialSliders, t_value: float
-    ) -> tuple[SteadyState | None, ContinuationState]:
-        """Where the arc cannot be followed, the next point at a fixed lambda."""
+    def _leap(self, state: ContinuationState, x: Real, sliders: InitialSliders, t_value: float) -> Advance:
+        """Where the arc cannot be followed, the next point at a fixed lambda; a leap if no step would go so far."""
         towards = np.sign(t_value or self.last - self.first)
         for share in (0.1, 0.5, 0.01):
             value = state.value + float(towards) * share * self.largest * self._scale
@@ -267,9 +281,9 @@ class Continuation:
             except NoSteadyState:
                 continue
             jump = np.linalg.norm(result.motion - x) / _amplitude(x)
-            if jump > 5 * self.largest:
+            if jump > FURTHEST_LEAP:
                 continue
-            return result, replace(
+            after = replace(
                 state,
                 value=value,
                 motion=result.motion,
@@ -277,8 +291,10 @@ class Continuation:
                 orientation=0,
                 step=FIRST,
                 n_point=state.n_point + 1,
+                leaps=(*state.leaps, state.n_point) if jump > self.largest else state.leaps,
             )
-        return None, replace(state, stop_reason=StopReason.FAILED)
+            return Advance(result, after)
+        return Advance(None, replace(state, stop_reason=StopReason.FAILED))
 
     def _outside(self, value: float) -> bool:
         return (value - self.first) * (self.last - self.first) < 0
@@ -302,5 +318,5 @@ def _drifts(t: Direction, metric: Metric) -> bool:
 
 
 def _point(at: Equation, x: Real, sliders: InitialSliders, iterations: int) -> SteadyState:
-    size = float(np.linalg.norm(at.balance.linear(at.condensed))) or 1.0
-    return recover_state(at.balance, at.condensed, x, sliders, float(np.linalg.norm(at.residual)) / size, iterations)
+    norm = relative_residual(at.balance, at.condensed, x, at.forces, at.residual)
+    return recover_state(at.balance, at.condensed, x, sliders, norm, iterations)

@@ -16,8 +16,8 @@ from hbsolve.joint_law.registry import JACOBIAN
 from hbsolve.limits.objective import Measure
 from hbsolve.limits.slider_bounds import SliderBox
 from hbsolve.limits.sliders import SliderTable, StickIntervals, compute_stick_intervals
-from hbsolve.newton import RELATIVE, BalancePoint, apply_receptance, newton_step
-from hbsolve.solution import TOLERANCE, forces_at, ramp
+from hbsolve.newton import RELATIVE, STALLED, BalancePoint, apply_receptance, imbalance, newton_step
+from hbsolve.solution import TOLERANCE, forces_at, linear_size, ramp
 from hbsolve.steady_state import FEW_STARTS, from_many_starts, steady_state
 from reduction.array_type import Real, Whole
 
@@ -90,7 +90,7 @@ class LimitPoint:
     box: SliderBox
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "scale", float(np.linalg.norm(self.linear)) or 1.0)
+        object.__setattr__(self, "scale", linear_size(self.linear))
 
     scale: float = 0.0
 
@@ -204,7 +204,7 @@ def newton_near(
                 break
             step *= SHORTENED
         x = x + step * dx
-        norm = new
+        norm = new if new <= STALLED * norm else imbalance(R, columns, x, forces.coefficients)
         if iteration % patience == 0:
             most *= hopeless
             if norm > most:

@@ -25,7 +25,7 @@ from hbsolve.limits.perturbation import perturb
 from hbsolve.limits.point import SearchStart
 from hbsolve.limits.population import first_limits, improved_along
 from hbsolve.limits.random_histories import Audit, audit
-from hbsolve.limits.task import Runner, SearchTask
+from hbsolve.limits.task import Runner, SearchTask, frequency_blocks, task_key
 from reduction.array_input import whole_number
 from reduction.array_type import Real
 
@@ -94,9 +94,7 @@ class StagedSearch:
     @property
     def blocks(self) -> list[range]:
         """Indices of the frequencies of each block."""
-        count = len(self.run.angular_frequency)
-        edges = [*range(0, count, self.settings.block), count]
-        return [range(first, last) for first, last in pairwise(edges)]
+        return frequency_blocks(len(self.run.angular_frequency), self.settings.block)
 
     def limits(self) -> tuple[list[Optima], list[dict[int, Audit]], list[dict[LimitKey, Certificate]]]:
         """Optima, audits and certificates of each level."""
@@ -227,7 +225,7 @@ class StagedSearch:
         self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], block: range
     ) -> SearchTask:
         return SearchTask(
-            key=f"{name}; level {level}, frequencies {block.start} to {block.stop - 1}",
+            key=task_key(name, level, block),
             call=call,
             level=self.levels[level],
             arguments=arguments,

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 from fe.blas_threads import on_one_blas_thread
@@ -18,7 +17,7 @@ from hbsolve.limits.response_limits import ascending, collect_limits, starts_by_
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings, StagedSearch
 from hbsolve.limits.shared_histories import SharedStates, share_histories
-from hbsolve.limits.task import Runner, SearchTask, StageProgress
+from hbsolve.limits.task import Runner, SearchTask, StageProgress, frequency_blocks, task_key
 from reduction.array_type import Real
 
 #: Work of a shared history, in that of the local searches of one objective; as measured on a beam with six contacts.
@@ -111,11 +110,10 @@ def _shared(
     """Sampled states of each level, block by block."""
     problem, omega = run.problem, run.angular_frequency
     population = starts_by_level(problem, omega, levels, settings)
-    edges = [*range(0, len(omega), settings.block), len(omega)]
-    blocks = [range(first, last) for first, last in pairwise(edges)]
+    blocks = frequency_blocks(len(omega), settings.block)
     tasks = [
         SearchTask(
-            key=f"shared; level {number}, frequencies {block.start} to {block.stop - 1}",
+            key=task_key("shared", number, block),
             call=share_histories,
             level=float(level),
             arguments=(block, objectives, population[number], settings.sample, (settings.seed, number, block.start, 2)),

@@ -109,9 +109,10 @@ def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> 
     if given is None or np.ndim(given) == 0:
         wide = float(radius.mean()) if given is None else real_number(given, "reach", BalanceError)
         if not wide > 0:
+            default = " (by default mu N / k_t at rest, but no contact has a friction limit there)"
             raise BalanceError(
                 f"reach = {wide:g} m must be positive: it is how far sliders may have been dragged"
-                + (" (by default mu N / k_t at rest, but no contact is pressed there)" if given is None else "")
+                + (default if given is None else "")
             )
         return np.full(len(radius), wide)
     each = np.array(real_array(given, "reach", BalanceError))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 from uuid import uuid4
 
@@ -27,6 +28,16 @@ class SearchTask(NamedTuple):
     call: Callable[..., Any]
     level: float
     arguments: tuple[Any, ...]
+
+
+def frequency_blocks(count: int, size: int) -> list[range]:
+    """Indices of the frequencies of each block."""
+    return [range(first, last) for first, last in pairwise([*range(0, count, size), count])]
+
+
+def task_key(name: str, level: int, block: range) -> str:
+    """Name of a task in a store."""
+    return f"{name}; level {level}, frequencies {block.start} to {block.stop - 1}"
 
 
 #: The problem of the tasks that this process has run: its condensed structures serve all of them.

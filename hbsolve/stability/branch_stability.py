@@ -13,7 +13,8 @@ from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane, tangent
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath, Path, equation
+from hbsolve.continuation.branch_path import path_of
+from hbsolve.continuation.continuation_parameter import equation
 from hbsolve.errors import BalanceError
 from hbsolve.linear_modes import LinearModes, linear_modes
 from hbsolve.solution import recover_state
@@ -22,8 +23,6 @@ from hbsolve.state import SteadyState
 from reduction.array_input import freeze_arrays
 from reduction.array_type import Array, Real, Whole
 
-#: Powers of Omega that a level may follow, and its relative difference from one that is round-off.
-LEVEL_POWERS, SAME_LEVEL = (1, 2), 1e-9
 #: Share of the way between two points to which a bifurcation is located.
 LOCATED = 1e-6
 #: Imaginary part of a multiplier, in shares of its size, below which it counts as real; distance from the unit circle
@@ -235,31 +234,3 @@ def _distance(here: Stability, number: int) -> float:
 
 class _NoState(Exception):
     """No steady state was found between two points."""
-
-
-def path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Real]:
-    """What the branch was continued over, and its value at each point."""
-    frequency, level = branch.angular_frequency, branch.level
-    if not len(frequency):
-        raise BalanceError("the branch has no point")
-    if len(level) > 1 and np.ptp(level) == 0 and np.ptp(frequency) == 0:
-        raise BalanceError("neither frequency nor level changes along the branch: a joint's parameter cannot")
-    grown = _level_power(frequency, level)
-    if grown is not None:
-        scale = float(level[0] / frequency[0] ** grown)
-        return FrequencyPath(balance=balance.at_level(scale), level_power=grown), frequency
-    if np.ptp(level) == 0:
-        return FrequencyPath(balance=balance.at_level(float(level[0]))), frequency
-    if np.ptp(frequency) == 0:
-        return LevelPath(balance=balance, angular_frequency=float(frequency[0])), level
-    raise BalanceError("both frequency and level change along the branch: give one along which one of them does")
-
-
-def _level_power(frequency: Real, level: Real) -> int | None:
-    """P where the level of a branch is that of a `FrequencyPath` that varies with Omega^p; None for any other."""
-    if np.ptp(frequency) == 0 or np.ptp(level) == 0:
-        return None
-    for power in LEVEL_POWERS:
-        if np.allclose(level, level[0] * (frequency / frequency[0]) ** power, rtol=SAME_LEVEL, atol=0):
-            return power
-    return None

@@ -18,13 +18,14 @@ from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane, tangent
 from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.branch_path import path_of
 from hbsolve.continuation.continuation_parameter import LevelPath, Path, equation
 from hbsolve.continuation.response import branch_of, follow_to_end
 from hbsolve.continuation.step import FIRST, Continuation, ContinuationState, Mark
 from hbsolve.errors import BalanceError
 from hbsolve.newton import bordered_step
 from hbsolve.solution import recover_state
-from hbsolve.stability.branch_stability import Bifurcation, BifurcationPoint, path_of
+from hbsolve.stability.branch_stability import Bifurcation, BifurcationPoint
 from hbsolve.state import SteadyState
 from reduction.array_type import Real
 
@@ -77,7 +78,9 @@ def crossing_branches(
         begun = [(_value(path, point.state), point.state), (state.value, first_state)]
         points, state, reason = follow_to_end(continuation, (begun, state))
         states = [each for _, each in points]
-        found.append(branch_of([path.balance] * len(states), states, reason, continuation.stopped_at(state)))
+        found.append(
+            branch_of([path.balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
+        )
     return tuple(found)
 
 

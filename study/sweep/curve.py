@@ -95,11 +95,10 @@ def find_peak(parameter: Values, amplitude: Values, damping: float) -> CurvePeak
     at_end = top in {0, len(amplitude) - 1}
     place, height = float(parameter[top]), float(amplitude[top])
     near = slice(max(top - 1, 0), top + 2)
-    order = np.argsort(parameter[near])
     step = np.diff(parameter[near])
     if not at_end and ((step > 0).all() or (step < 0).all()):
         try:
-            peak = interpolated_peak(parameter[near][order], amplitude[near][order])
+            peak = interpolated_peak(parameter[near], amplitude[near])
             place, height = peak.angular_frequency, peak.amplitude
         except NoPeakError:
             pass  # a corner, whose highest point is the peak

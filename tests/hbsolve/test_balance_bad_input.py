@@ -21,7 +21,7 @@ from hbsolve.continuation.response import begin, branch_of, frequency_response, 
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.energy import energy_balance
-from hbsolve.errors import BalanceError, DampingWarning, ModelError, NoSteadyState
+from hbsolve.errors import BalanceError, DampingWarning, Failure, ModelError, NoSteadyState
 from hbsolve.model_rates import MatrixParameter
 from hbsolve.sensitivity import (
     JointParameter,
@@ -557,26 +557,33 @@ def test_what_is_no_state_is_refused() -> None:
     check(BalanceError, lambda: contact_motion(balance(), coefficients), r"the state is a ndarray: give one that")  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("joint", "slider", "advice"),
-    [
-        (contact(), None, r'; "rub" is pressed before it moves; .* 0: give `slider`, start from'),
-        (contact(preload=0.0, gap=-0.1), [0.0], r'; "rub" is pressed before it moves; .* 0: give'),
-        (contact(), [0.1], r"motion; start from a neighbouring state, or continue a branch to here$"),
-        (contact(preload=0.0), None, r"motion; start from a neighbouring state, or continue a branch to here$"),
-    ],
-)
+@pytest.mark.parametrize("slider", [None, [0.1]])
 def test_where_nothing_converges_the_message_says_what_to_try(
-    joint: FrictionContact, slider: list[float] | None, advice: str, monkeypatch: pytest.MonkeyPatch
+    slider: list[float] | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def stuck(*given: object) -> tuple[object, float, int]:
         return given[3], 1.0, 0
 
     for package in (hbsolve.solution, hbsolve.steady_state):
         monkeypatch.setattr(package, "newton_at", stuck)
+    advice = r"motion; start from a neighbouring state, or continue a branch to here$"
     with pytest.raises(NoSteadyState, match=advice) as caught:
-        steady_state(balance(joints=[joint]), 0.5, slider=slider)
+        steady_state(balance(joints=[contact()]), 0.5, slider=slider)
     assert re.match(r"no steady state was found at 0\.0795775 Hz, level 1: ", str(caught.value))
+
+
+def test_sliders_are_advised_where_those_of_the_static_load_lead_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def only_with_sliders(*given: object) -> tuple[object, float, int]:
+        at_rest = np.array_equal(given[2], made.linear(made.at(0.5), 0.0))
+        return given[3], 0.0 if at_rest or np.any(given[4].value) else 1.0, 0  # type: ignore[attr-defined]
+
+    # The load moves the contact by more than its spring holds: the slider is dragged.
+    made = balance(joints=[contact()], static_load=[5.0, 0.0])
+    for package in (hbsolve.solution, hbsolve.steady_state):
+        monkeypatch.setattr(package, "newton_at", only_with_sliders)
+    with pytest.raises(NoSteadyState, match="give `slider`") as caught:
+        steady_state(made, 0.5)
+    assert caught.value.failure is Failure.SLIDERS_UNSET
 
 
 def test_a_ramp_that_ends_below_the_level_has_no_residual_there(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,8 @@ from hbsolve.continuation.response import frequency_response, level_response
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import Failure, NoSteadyState
 from hbsolve.free_body import is_free
+from hbsolve.limits.objective import OutputHarmonic
+from hbsolve.limits.response_limits import limit_problem
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (
     DampedStop,
@@ -121,3 +123,24 @@ def test_a_held_body_that_shares_a_structure_is_at_rest_where_it_is_pushed() -> 
     balance = HarmonicBalance(system=system, n_harmonic=5)
     shared = balance.on_same_structure(replace(system, joints=[slider.with_values({"limit_force": 2.0})]))
     assert steady_state(shared, 50.0).coefficients[0, 0].real == pytest.approx(98.0 / 1e5, rel=1e-3)
+
+
+def test_a_static_load_above_the_limit_force_has_no_rest() -> None:
+    """Only the springs that centre the body hold it, 1e5 m away; limits have no state to be about."""
+    slider = JenkinsElement(name="j", direction=np.ones(1), tangential_stiffness=1e4, limit_force=1.0)
+    system = JointedSystem(mass=[[1.0]], damping=[[5.0]], stiffness=[[0.0]], joints=[slider], static_load=[2.0],
+                           harmonic_force=[[0], [0.1]])  # fmt: skip
+    balance = HarmonicBalance(system=system, n_harmonic=4)
+    with pytest.raises(NoSteadyState) as refused:
+        steady_state(balance.at_level(0.0), 50.0)
+    assert refused.value.failure is Failure.DRIFT
+    with pytest.raises(NoSteadyState):
+        limit_problem(balance, OutputHarmonic(row=0))
+
+
+def test_a_static_load_below_the_limit_force_is_held() -> None:
+    slider = JenkinsElement(name="j", direction=np.ones(1), tangential_stiffness=1e4, limit_force=1.0)
+    system = JointedSystem(mass=[[1.0]], damping=[[5.0]], stiffness=[[0.0]], joints=[slider], static_load=[0.9],
+                           harmonic_force=[[0], [0.1]])  # fmt: skip
+    state = steady_state(HarmonicBalance(system=system, n_harmonic=4, level=0.0), 50.0)
+    assert state.coefficients[0, 0].real == pytest.approx(0.9 / 1e4)

@@ -9,6 +9,8 @@ from fe.dense_modes import compute_dense_modes
 from hbsolve.condensed import CondensedStructure
 from hbsolve.diagonal_plus_low_rank import MOST, split_diagonal_plus_low_rank
 from hbsolve.dynamic_stiffness import DynamicStiffness
+from hbsolve.errors import ForceError
+from hbsolve.modal_coordinates import ModalCoordinates
 
 Matrix = NDArray[np.float64]
 R, HARMONICS = 40, 4
@@ -115,3 +117,20 @@ def test_a_matrix_of_high_rank_is_not_split() -> None:
     assert split_diagonal_plus_low_rank(np.eye(3 * MOST) + U @ U.T) is None
     full = random.standard_normal((R, R))
     assert split_diagonal_plus_low_rank(full + full.T + 20 * np.eye(R)) is None
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1e9])
+def test_an_undamped_resonance_is_refused_in_any_units(unit: float) -> None:
+    """Coordinates of a basis are those of its own stiffness and mass, which are not 1."""
+    stiffness, mass = unit * np.array([7e3 / 3, 4e4]), unit * np.array([1.3, 1.0])
+    diagonals = np.array([stiffness, mass, [0.0, 3.0 * unit], [0.0, 0.0]])
+    modal = ModalCoordinates(
+        shapes=np.eye(2), diagonals=diagonals, shift=0.0, directions=np.zeros((2, 0)), strength=np.zeros((4, 0))
+    )
+    resonance, force = np.sqrt(stiffness[0] / mass[0]), np.array([[unit, 0.0]], dtype=complex)
+    with pytest.raises(ForceError, match="meets undamped mode 1"):
+        modal.response(np.array([resonance]), force)
+    # A millionth beside it there is none; 1e-6 of the stiffness are left with ten digits.
+    omega = resonance * (1 + 1e-6)
+    found = modal.response(np.array([omega]), force)[0, 0]
+    assert found == pytest.approx(unit / (stiffness[0] - mass[0] * omega**2), rel=1e-8)

@@ -17,7 +17,16 @@ from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import along_an_arc, from_many_starts, rescue, steady_state
-from reduction.jointed_system import CubicSpring, FrictionContact, IwanJoint, JenkinsElement, JointedSystem
+from reduction.jointed_system import (
+    CubicSpring,
+    ElasticStop,
+    FrictionContact,
+    HertzContact,
+    IwanJoint,
+    JenkinsElement,
+    Joint,
+    JointedSystem,
+)
 
 ONE = np.ones(1)
 DAMPING, CUBIC, FORCE = 0.05, 0.2, 0.3
@@ -244,3 +253,55 @@ def test_at_a_level_of_1e12_what_is_left_is_the_structure_that_slips() -> None:
     state = steady_state(HarmonicBalance(system=system, n_harmonic=4, level=1e12), 1.3)
     slipping = np.linalg.solve(stiffness - 1.3**2 * mass + 1.3j * damping, 1e12 * force[1])
     np.testing.assert_allclose(state.coefficients[1], slipping, rtol=1e-8)  # ten times the residual's tolerance
+
+
+def pressed_with_a_cubic_spring(preload: float, cubic: float, force: float) -> HarmonicBalance:
+    """A mass that a preload of 1e4 N/m pushes against 5e4 N/m and a cubic spring, without a static load."""
+    along, normal = np.eye(2)
+    rub = FrictionContact(name="rub", tangents=along, normal=normal, tangential_stiffness=1e4, normal_stiffness=1e4,
+                          friction_coefficient=0.3, preload=preload)  # fmt: skip
+    system = JointedSystem(mass=np.eye(2), damping=2 * np.eye(2), stiffness=np.diag([1e4, 5e4]),
+                           joints=[rub, CubicSpring(name="cubic", direction=normal, stiffness=cubic)],
+                           harmonic_force=[[0, 0], [force, force]])  # fmt: skip
+    return HarmonicBalance(system=system, n_harmonic=4)
+
+
+@pytest.mark.parametrize("force", [1e-5, 1e-7, 1e-9])
+def test_a_tiny_force_beside_a_preload_vibrates_about_the_pressed_place(force: float) -> None:
+    """The preload moves the joint by 1.3 cm, the force by 1e-10 to 1e-14 m: 1e-9 of that is below round-off."""
+    state = steady_state(pressed_with_a_cubic_spring(1000.0, 1e8, force), 100.0)
+    roots = Polynomial([1000.0, 6e4, 0.0, 1e8]).roots()
+    rest = float(roots[np.abs(roots.imag) < 1e-9].real[0])
+    exact = force / (6e4 + 3e8 * rest**2 - 100.0**2 + 2j * 100.0)
+    # Round-off of 1.3 cm is 3e-18 m.
+    assert state.coefficients[0, 1].real == pytest.approx(rest, rel=1e-12)
+    assert abs(state.coefficients[1, 1] - exact) < 3e-18
+    assert state.iterations < 10
+
+
+@pytest.mark.parametrize("force", [1e-6, 1e-8])
+def test_a_tiny_force_between_stops_that_cancel_moves_as_at_a_larger_one(force: float) -> None:
+    """The stops push with 1e5 N each against one another; the mass moves by 2e-13 m and less."""
+
+    def per_force(given: float) -> complex:
+        stops: list[Joint] = [
+            ElasticStop(name="left", direction=ONE, stiffness=1e6, gap=-0.1),
+            ElasticStop(name="right", direction=-ONE, stiffness=3.1e6, gap=-0.1 / 3.1),
+            HertzContact(name="up", direction=ONE, stiffness=1e6, reference=0.1, exponent=1.5, gap=-0.0123),
+            HertzContact(name="down", direction=-ONE, stiffness=1e6, reference=0.1, exponent=1.5, gap=-0.0123),
+        ]
+        system = JointedSystem(mass=[[1.0]], damping=[[1.0]], stiffness=[[1e5]], joints=stops,
+                               harmonic_force=[[0], [given]])  # fmt: skip
+        return complex(steady_state(HarmonicBalance(system=system, n_harmonic=5), 100.0).coefficients[1, 0]) / given
+
+    # Round-off of 1e5 N, 1e-11 N, is 0.1 % of 1e-8 N.
+    assert per_force(force) == pytest.approx(per_force(1e-3), rel=1e-11 / force)
+
+
+def test_a_small_rest_under_a_preload_alone_is_found() -> None:
+    """Newton's method may not end at 1e-9 m where all motions are 1e-11 m."""
+    balance = pressed_with_a_cubic_spring(1e-6, 1e26, 1.0).at_level(0.0)
+    # 1e-6 N + 6e4 N/m u + 1e26 N/m^3 u^3 = 0 with u = 1e-11 m v.
+    roots = Polynomial([1.0, 0.6, 0.0, 0.1]).roots()
+    rest = 1e-11 * float(roots[np.abs(roots.imag) < 1e-9].real[0])
+    assert steady_state(balance, 100.0).coefficients[0, 1].real == pytest.approx(rest, rel=1e-9)

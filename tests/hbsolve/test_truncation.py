@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.response import joint_response
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
 from hbsolve.truncation import truncation
@@ -119,3 +120,16 @@ def test_the_level_of_the_state_counts() -> None:
     state = steady_state(balance.at_level(2.0), 0.8)
     at_level = truncation(balance.at_level(2.0), state)
     np.testing.assert_array_equal(truncation(balance, state).change, at_level.change)
+
+
+def test_the_mean_alone_of_a_static_load_is_exact() -> None:
+    """k u + c u^3 = F, at any number of harmonics and samples."""
+    spring = CubicSpring(name="cubic", direction=np.ones(1), stiffness=1e9)
+    system = JointedSystem(mass=[[1.0]], damping=[[5.0]], stiffness=[[1e4]], joints=[spring], static_load=[50.0])
+    balance = HarmonicBalance(system=system, n_harmonic=1)
+    errors = truncation(balance, steady_state(balance, 50.0))
+    assert max(errors.harmonics, errors.samples) < 1e-8  # ten residuals
+    branch = joint_response(balance, 50.0, "cubic", "stiffness", 1e9, 1e8)
+    u = branch.coefficients[:, 0, 0].real
+    np.testing.assert_allclose(1e4 * u[[0, -1]] + [1e9, 1e8] * u[[0, -1]] ** 3, 50.0, rtol=1e-8)
+    assert branch.truncation_error.max() < 1e-8

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from reduction.available_memory import available_memory
+from reduction.available_memory import SMALL, available_memory, lacking_memory
 
 
 def test_what_is_free_is_the_least_that_the_system_tells(tmp_path: Path) -> None:
@@ -20,3 +21,11 @@ def test_what_is_free_is_the_least_that_the_system_tells(tmp_path: Path) -> None
     (group / "memory.max").write_text("50000\n")
     assert available_memory(tmp_path) == 45000
     assert 1e6 < available_memory() < np.inf or not Path("/proc/meminfo").exists()
+
+
+def test_only_arrays_that_do_not_fit_are_lacking_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("reduction.available_memory.available_memory", lambda: 1e9)
+    assert lacking_memory(9e8) == ""
+    assert lacking_memory(2e9) == "about 2 GB of memory, but 1 GB are free"
+    monkeypatch.setattr("reduction.available_memory.available_memory", lambda: 1.0)
+    assert lacking_memory(SMALL) == ""

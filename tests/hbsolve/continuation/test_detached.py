@@ -1,6 +1,7 @@
 """Isolas of three published systems, and none where there are none."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,13 +11,14 @@ from numpy.polynomial import Polynomial
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.detached import detached_curves
+from hbsolve.continuation.detached import _Search, detached_curves
 from hbsolve.continuation.level_arc import follow_level
 from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.stability.branch_stability import branch_stability
 from hbsolve.state import make_initial_sliders
+from hbsolve.steady_state import steady_state
 from reduction.joint_law.registry import LAWS
 from reduction.jointed_system import CubicSpring, JenkinsElement, Joint, JointedSystem
 from tests.slow import slow
@@ -272,9 +274,9 @@ def test_levels_that_vary_with_frequency_are_those_of_the_curve() -> None:
     np.testing.assert_allclose(isola.level, 0.02 * isola.angular_frequency**2, rtol=1e-12)
 
 
-def test_an_arc_over_the_level_tells_its_folds_and_the_states_between_them() -> None:
+@pytest.mark.parametrize("level", [1.0, -1.0])
+def test_an_arc_over_the_level_tells_its_folds_and_the_states_between_them(level: float) -> None:
     omega, cubic = 1.4, 0.05
-    level = 1.0
     balance = HarmonicBalance(
         system=duffing(CubicSpring(name="hardening", direction=ONE, stiffness=cubic)), n_harmonic=2, level=level
     )
@@ -283,7 +285,7 @@ def test_an_arc_over_the_level_tells_its_folds_and_the_states_between_them() -> 
     square = Polynomial([0, (1 - omega**2) ** 2 + (0.1 * omega) ** 2, 1.5 * cubic * (1 - omega**2), 9 / 16 * cubic**2])
     turns = np.sqrt(square(np.sort(square.deriv().roots().real)))
     # The parabola through three points that lie 40 % of the motion apart.
-    assert [*arc.highest, *arc.lowest] == pytest.approx(turns, rel=0.05)
+    assert [*arc.highest, *arc.lowest] == pytest.approx(level * turns, rel=0.05)
     amplitudes = np.sqrt(np.sort((square - level**2).roots().real))
     assert [abs(state.coefficients[1, 0]) for state in arc.states] == pytest.approx(amplitudes, rel=1e-7)
 
@@ -300,3 +302,28 @@ def test_an_isola_between_the_first_frequencies_is_found_where_folds_come_near_t
     # Without closer looks there is none: it lies between the first frequencies.
     monkeypatch.setattr("hbsolve.continuation.detached.N_HALVED", 0)
     assert detached_curves(balance, branch, 0.5, 1.5) == ()
+
+
+def test_a_negative_level_has_the_isolas_of_the_positive_one() -> None:
+    """The load acts half a period later, and a structure of odd forces moves half a period later."""
+    (isola,) = found("absorber", 0.15)[1]
+    (other,) = found("absorber", -0.15)[1]
+    assert other.stop_reason is StopReason.ISOLA
+    np.testing.assert_allclose(other.angular_frequency, isola.angular_frequency, rtol=1e-6)
+    # Points of both are solved to 1e-9, from other starts; the isola is bent where it is long.
+    np.testing.assert_allclose(other.coefficients[:, 1], -isola.coefficients[:, 1], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("cut", ["upward", "downward"])
+def test_a_curve_that_ends_within_the_range_says_why_at_either_end(cut: str) -> None:
+    hardening = CubicSpring(name="hardening", direction=ONE, stiffness=0.05)
+    balance = HarmonicBalance(system=duffing(hardening), n_harmonic=2)
+    state = steady_state(balance, 1.0)
+    search = _Search(balance, 0.5, 1.5, None, 0, None)
+    whole = search.curve_through(state)
+    assert whole is not None
+    assert whole.stop_reason is StopReason.REACHED
+    setattr(search, cut, replace(getattr(search, cut), most_points=5))
+    short = search.curve_through(state)
+    assert short is not None
+    assert short.stop_reason is StopReason.MOST_POINTS

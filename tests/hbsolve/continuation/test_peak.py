@@ -71,6 +71,13 @@ def test_neighbour_modes_bias_the_peak_as_stated(row: int, column: int) -> None:
     np.testing.assert_allclose(bias, -2 * zeta**2 * rho, rtol=0.02)
 
 
+def test_samples_may_be_in_any_order() -> None:
+    omega = np.array([40.0, 50.0, 60.0, 70.0])
+    rising = interpolated_peak(omega, single(omega))
+    for order in ([3, 2, 1, 0], [2, 0, 3, 1]):
+        assert interpolated_peak(omega[order], single(omega[order])) == rising
+
+
 def test_bands_and_samples_without_a_peak_are_refused() -> None:
     with pytest.raises(NoPeakError, match="no resonance peak between 60 and 90 rad/s: the response is highest at 60"):
         resonance_peak(single, 60.0, 90.0)
@@ -80,6 +87,10 @@ def test_bands_and_samples_without_a_peak_are_refused() -> None:
         interpolated_peak(np.array([1.0, 2.0]), np.array([1.0, 2.0]))
     with pytest.raises(NoPeakError, match="highest at 3 rad/s, an end of the band"):
         interpolated_peak(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0]))
+    with pytest.raises(NoPeakError, match="must be positive and at other frequencies: they are 0 at 1 and 1 at 3"):
+        interpolated_peak(np.array([1.0, 2.0, 3.0]), np.array([0.0, 2.0, 1.0]))
+    with pytest.raises(NoPeakError, match="they are 1 at 2 and 1 at 3"):
+        interpolated_peak(np.array([1.0, 2.0, 2.0, 3.0]), np.array([0.0, 1.0, 2.0, 1.0]))
     with pytest.raises(NoPeakError, match="do not show the height of the peak"):
         interpolated_peak(np.array([1.0, 2.0, 3.0]), np.array([1.0, 1.0 + 1e-9, 0.01]))
 

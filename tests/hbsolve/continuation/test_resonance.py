@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.controlled_response import controlled_response
 from hbsolve.continuation.resonance import resonance, resonance_curve
-from hbsolve.continuation.response import frequency_response
-from hbsolve.errors import NoPeakError
+from hbsolve.continuation.response import frequency_response, level_response
+from hbsolve.errors import BalanceError, NoPeakError
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, ElasticStop, JenkinsElement, Joint, JointedSystem
 
@@ -133,3 +134,48 @@ def test_a_response_without_a_peak_is_refused_after_widening() -> None:
     """Overdamped: the response falls from Omega = 0 on."""
     with pytest.raises(NoPeakError, match="an end of the branch"):
         resonance_curve(oscillator(damping=3.0), [1.0], 0, 0.5, 1.0)
+
+
+def test_the_level_is_that_of_the_branch() -> None:
+    """The branch leans to the peak of three times the force, whatever the level of the balance."""
+    balance = oscillator(CubicSpring(name="cubic", direction=ONE, stiffness=0.2), damping=0.05, force=0.1)
+    branch = frequency_response(balance.at_level(3.0), 0.8, 2.5)
+    peak = resonance(balance, branch, 0)
+    omega, amplitude = duffing_peak(0.05, 0.2, 0.3)
+    # As above: the errors of frequency and residual, enlarged by the lean.
+    np.testing.assert_allclose([peak.state.angular_frequency, peak.amplitude], [omega, amplitude], rtol=1e-7)
+    assert peak.state.level == 3.0
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_the_level_may_follow_a_power_of_the_frequency(power: int) -> None:
+    """|q| = Omega^p / |1 - Omega^2 + i c Omega| is highest where p / Omega is the slope of log |1 - ...|."""
+    damping = 0.3
+    branch = frequency_response(oscillator(damping=damping), 0.5, 2.0, step=0.05, level_power=power)
+    # The level of the balance has no bearing.
+    peak = resonance(oscillator(damping=damping).at_level(7.0), branch, 0)
+    squared = 1.0 if power == 1 else 1 / (1 - damping**2 / 2)
+    height = squared ** (power / 2) / np.sqrt((1 - squared) ** 2 + damping**2 * squared)
+    # Frequency to 1e-9, and the residual.
+    np.testing.assert_allclose([peak.state.angular_frequency, peak.amplitude], [np.sqrt(squared), height], rtol=3e-9)
+    np.testing.assert_allclose(peak.state.level, peak.state.angular_frequency**power, rtol=1e-12)
+
+
+def test_a_slider_on_a_shaken_base_peaks_higher_than_its_neighbours() -> None:
+    """The slope at a level that follows Omega^2 is exact with friction as well."""
+    slider = JenkinsElement(name="slider", direction=ONE, tangential_stiffness=0.5, limit_force=1.0)
+    balance = oscillator(slider, damping=0.01, n_harmonic=6)
+    peak = resonance(balance, frequency_response(balance, 0.8, 1.4, level_power=2), 0)
+    # 0.3 % away the amplitude is 0.3 % lower; nearer, each sample that begins to slip makes a kink of 0.01 %.
+    for share in (-3e-3, 3e-3):
+        omega = peak.state.angular_frequency * (1 + share)
+        assert steady_state(balance.at_level(omega**2), omega, start=peak.state).amplitude(0) < peak.amplitude
+
+
+def test_only_a_branch_over_frequency_has_a_resonance() -> None:
+    balance = oscillator(CubicSpring(name="cubic", direction=ONE, stiffness=0.2), damping=0.05, force=0.1)
+    with pytest.raises(BalanceError, match="the frequency does not change along the branch"):
+        resonance(balance, level_response(balance, 1.0, 0.5, 1.0), 0)
+    controlled = controlled_response(balance, 0, 0.5, 0.8, 1.5)
+    with pytest.raises(BalanceError, match="both frequency and level change"):
+        resonance(balance, controlled, 0)

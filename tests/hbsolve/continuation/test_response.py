@@ -2,7 +2,7 @@
 
 import pickle
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import h5py
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from scipy.special import ellipk
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.branch import load_branch
-from hbsolve.continuation.continuation_parameter import FrequencyPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath
 from hbsolve.continuation.response import begin, follow_to_end, frequency_response, joint_response, level_response, run
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
@@ -438,3 +439,31 @@ def test_a_file_that_is_no_branch_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.nc").write_text("no data")
     with pytest.raises(BalanceError, match=r'notes\.nc" holds no response branch'):
         load_branch(tmp_path / "notes.nc")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BrokenPath(LevelPath):
+    """A force that is half as large again from level 0.5 on: no curve leads across."""
+
+    def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
+        """See `Path`."""
+        return super().at(value if value < 0.5 else 1.5 * value)
+
+
+def test_a_curve_says_where_it_leaps(tmp_path: Path) -> None:
+    slider = JenkinsElement(name="stuck", direction=np.ones(1), tangential_stiffness=1.0, limit_force=1e3)
+    system = JointedSystem(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], joints=[slider], harmonic_force=[[0.0], [1.0]]
+    )
+    balance = HarmonicBalance(system=system, n_harmonic=2)
+    whole = level_response(balance, 1.0, 0.1, 1.0)
+    assert whole.stop_message == "reached the last value"
+    branch = run(Continuation(path=BrokenPath(balance=balance, angular_frequency=1.0), first=0.1, last=1.0))
+    (leap,) = branch.leaps
+    # A stuck slider is a spring; |2 - 1 + 0.1 i| of the force to 1e-9.
+    np.testing.assert_allclose(branch.amplitude(0), branch.level / abs(1 + 0.1j), rtol=1e-8)
+    assert branch.level[leap - 1] < 0.5
+    assert branch.level[leap] >= 0.75
+    assert f"Hz, level {branch.level[leap]:.6g}, and leaps" in branch.stop_message
+    branch.save(tmp_path / "branch.nc")
+    assert load_branch(tmp_path / "branch.nc").leaps == branch.leaps

@@ -19,7 +19,7 @@ from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits, load_limits
 from hbsolve.limits.search import LimitSettings
-from reduction.jointed_system import JointedSystem
+from reduction.jointed_system import FrictionContact, JointedSystem
 from tests.slow import slow
 
 OMEGA = 2 * np.pi * 284.0 * np.linspace(0.95, 1.0, 6)
@@ -216,6 +216,16 @@ def test_bad_curves_are_refused(balance: HarmonicBalance, change: dict[str, Any]
     given = {"angular_frequency": [10.0], "levels": [1.0]} | change
     with pytest.raises(BalanceError, match=says):
         response_limits(problem, **given)
+
+
+def test_a_pressed_contact_without_friction_gives_no_reach() -> None:
+    tangent, normal = np.eye(2)
+    smooth = FrictionContact(name="smooth", tangents=tangent, normal=normal, tangential_stiffness=1e4,
+                             normal_stiffness=1e4, friction_coefficient=0.0, preload=10.0)  # fmt: skip
+    system = JointedSystem(mass=np.eye(2), damping=2 * np.eye(2), stiffness=1e4 * np.eye(2), joints=[smooth],
+                           static_load=[0.0, 10.0], harmonic_force=[[0, 0], [1.0, 0]])  # fmt: skip
+    with pytest.raises(BalanceError, match=r"reach = 0 m must be positive.*friction limit"):
+        limit_problem(HarmonicBalance(system=system, n_harmonic=3), OutputHarmonic(row=0))
 
 
 def test_bad_problems_are_refused(balance: HarmonicBalance) -> None:
