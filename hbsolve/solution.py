@@ -177,8 +177,21 @@ def recover_state(
     iterations: int,
     recovery: Recovery | None = None,
 ) -> SteadyState:
-    """A solution with the full response recovered."""
+    """A solution with the full response recovered.
+
+    Raises
+    ------
+    NoSteadyState
+        The state of a joint does not repeat every period, as one that ratchets.
+    """
     forces = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE)
+    if forces.unsettled.any():
+        name = balance.system.joints[int(forces.unsettled.argmax())].name
+        raise NoSteadyState(
+            f"at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, the state of joint "
+            f'"{name}" does not repeat every period',
+            Failure.MEMORY,
+        )
     return SteadyState(
         angular_frequency=condensed.angular_frequency,
         level=balance.level,

@@ -219,7 +219,10 @@ class Continuation:
             return Advance(None, replace(state, value=result.value, stop_reason=StopReason.TURNED_BACK))
         if result.at.balance.structure.is_centred and _drifts(t, metric):
             return Advance(None, replace(state, value=result.value, stop_reason=StopReason.DRIFTED))
-        point = _point(result.at, result.motion, sliders, result.iterations)
+        try:
+            point = _point(result.at, result.motion, sliders, result.iterations)
+        except NoSteadyState:
+            return Advance(None, replace(state, value=result.value, stop_reason=StopReason.UNSETTLED))
         n_point = state.n_point + 1
         if self._closed(state, result, t, step, metric):
             return Advance(point, replace(state, value=result.value, n_point=n_point, stop_reason=StopReason.CLOSED))

@@ -19,6 +19,7 @@ class StopReason(Enum):
         "by side, as with large friction coefficients; take smaller ones"
     )
     DRIFTED = f"a body that joints alone hold drifts: {Failure.DRIFT.value}"
+    UNSETTLED = f"the state of a joint does not repeat every period: {Failure.MEMORY.value}"
     FAILED = "the corrections fail even for the smallest step: continue from another state, or with more harmonics"
 
     def sentence(self, where: str = "") -> str:
@@ -45,5 +46,6 @@ _OLDER_SENTENCES = {
     StopReason.MOST_POINTS: "reached ",
     StopReason.FOLDED: "folds again",
     StopReason.DRIFTED: "a body that joints",
+    StopReason.UNSETTLED: "the state of a joint",
     StopReason.FAILED: "the corrections fail",
 }

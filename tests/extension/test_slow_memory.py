@@ -7,7 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import Failure, NoSteadyState
 from hbsolve.joint_law.registry import PARAMETERS
+from hbsolve.solution import recover_state
+from hbsolve.state import make_initial_sliders
 from hbsolve.steady_state import steady_state
 from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import BoucWenJoint, JointedSystem
@@ -121,6 +124,14 @@ def test_derivatives_of_a_slow_cycle_equal_differences(laws: dict[str, type[Join
         )
     if joint.n_slider == 3:
         assert (exact.slider[2] == begin[2]).all()  # a slider that sticks stays, beside a state that fades
+
+
+def test_a_ratchet_has_no_steady_state(laws: dict[str, type[Joint]]) -> None:
+    balance = HarmonicBalance(system=oscillator(build(laws["ratchet"]), 3.0, 0.0), n_harmonic=4, n_sample=256)
+    x, sliders = np.full((1, 7), 1e-4), make_initial_sliders(balance, None)
+    with pytest.raises(NoSteadyState, match=r'"joint" does not repeat every period') as refused:
+        recover_state(balance, balance.at(90.0), x, sliders, 0.0, 0)
+    assert refused.value.failure is Failure.MEMORY
 
 
 @pytest.mark.parametrize(("kind", "unsettled"), [("ratchet", 1), ("own hysteresis", 0)])

@@ -404,8 +404,8 @@ def test_a_stop_reason_is_stored_by_its_name_and_read_from_older_sentences(tmp_p
         data.attrs["stop_reason"] = text
     assert load_branch(file).stop_reason is StopReason.TURNED_BACK
     assert re.match(r"turned back.*, at 0\.2 Hz: ", load_branch(file).stop_message)
-    # Older files have no isolas, do not count folds, and know no drift.
-    newer = {StopReason.ISOLA, StopReason.FOLDED, StopReason.DRIFTED}
+    # Older files have no isolas, do not count folds, and know neither drift nor states that do not repeat.
+    newer = {StopReason.ISOLA, StopReason.FOLDED, StopReason.DRIFTED, StopReason.UNSETTLED}
     assert {StopReason.read(older) for older in OLDER} == set(StopReason) - newer
     with pytest.raises(BalanceError, match=r"weary.*FAILED"):
         StopReason.read("weary")
