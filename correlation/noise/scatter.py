@@ -133,10 +133,8 @@ def estimate_scatter(
     together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
-    margin = np.sqrt(compute_margin(FREEDOM))
-    bias = _bias(features, y, margin * noise * _root_of_readings(observed, features))
-    modes = np.column_stack([shared, budget, bias])
-    return Scatter(Whitening(deviation=deviation, modes=modes), covariances, noise)
+    bias = _bias(features, y, np.sqrt(compute_margin(FREEDOM)) * _noise_of_reading(observed, features, noise))
+    return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget, bias])), covariances, noise)
 
 
 class Scatter(NamedTuple):
@@ -162,7 +160,7 @@ def _without_repeats(
     _require_noise(observed, features, noise)
     deviation = np.sqrt(noise**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1))
     usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL_JITTER, jitter, strict=False)]
-    bias = _bias(features, features.of_values(observed.mean), noise * _root_of_readings(observed, features))
+    bias = _bias(features, features.of_values(observed.mean), _noise_of_reading(observed, features, noise))
     shared = [size * block for size, block in zip(USUAL_JITTER, jitter, strict=False)]
     return Scatter(
         Whitening(deviation=deviation, modes=np.column_stack([*shared, history, budget, bias])), usual, noise
@@ -195,9 +193,9 @@ def _bias(features: FeatureVector, value: Variance, of_one_reading: Variance) ->
     return np.where(group[:, None] == np.unique(group[moduli]), np.nan_to_num(bias)[:, None], 0.0)
 
 
-def _root_of_readings(observed: Observation, features: FeatureVector) -> Variance:
-    """Noise of one reading over that of a repeat, which is the mean of several, shape (m,) [-]."""
-    return np.asarray(np.sqrt(observed.n_reading)[features.row])
+def _noise_of_reading(observed: Observation, features: FeatureVector, noise: Variance) -> Variance:
+    """Noise of one reading by that of a repeat, which is the mean of several, shape (m,)."""
+    return np.asarray(noise * np.sqrt(observed.n_reading)[features.row])
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
