@@ -68,4 +68,4 @@ def test_the_numbers_of_the_tutorial_are_those_of_its_commands(tmp_path: Path) -
         for line in block.splitlines():
             assert DIGITS.sub("", line.strip()) in DIGITS.sub("", said), line
     # What the page says in numbers: the strength and the error with it.
-    assert "mass at tip (115.3 +- 50 mg) is missing: the held-out error falls from 3.13 to 1.06 %" in said
+    assert "mass at tip (115.3 +- 43 mg) is missing: the held-out error falls from 3.13 to 1.06 %" in said
