@@ -5,10 +5,10 @@ from collections.abc import Iterator, Mapping
 from study.page.plain_page import render_plain_page
 from study.page.section import PageSection
 from study.page.table import Table
+from study.paper.automatic_diagnosis import by_name
 from study.paper.criteria import COVERAGE, STATIC_NORMAL
 from study.paper.findings import list_findings
 from study.paper.interval import Interval
-from study.paper.own_way import by_name
 from study.paper.pictures import FORCE_FIGURE, RESPONSE_FIGURE
 from study.paper.replay import Replay
 from study.paper.sections import (
@@ -134,7 +134,7 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
     )
     yield _truth(result)
     yield interval_section(hand, result.truth)
-    yield own_way_section(result, find_pictures("ways"))
+    yield automatic_section(result, find_pictures("ways"))
     yield PageSection(title="What differs from the paper, and why", text=DIFFERENT)
 
 
@@ -156,7 +156,7 @@ CAPTION |= {
 }
 
 
-def own_way_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
+def automatic_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
     """What the program finds by itself beside the truth and the by-hand way."""
     path = [
         [str(number), item.sentence, show_known(item.held_before, ".1%"), show_known(item.held_after, ".1%")]
@@ -178,7 +178,7 @@ def own_way_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSectio
         rows.append([label, f"{factor * true:.4g}", *cells])
     others = f" It ends with {' and '.join(result.own.others)} besides." if result.own.others else ""
     return PageSection(
-        title="The program's own way",
+        title="Automatic diagnosis",
         text=[
             "stickslip diagnose --auto, from iteration 1 and with nothing told: each round fits the calibration "
             "parameters with every effect at every place, and adds the one that held-out data ask for. Errors are "
@@ -187,7 +187,7 @@ def own_way_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSectio
         ],
         tables=[
             Table(head=["round", "verdict", "held-out error before", "after"], rows=path, words=2),
-            Table(head=["parameter", "truth", "by hand", "own way"], rows=rows),
+            Table(head=["parameter", "truth", "by hand", "automatic"], rows=rows),
         ],
         pictures=pictures,
     )

@@ -55,7 +55,7 @@ def _ways(result: Replay) -> ParameterIntervals:
     start, last = result.hand.nonlinear.iterations[0].parameters, result.hand.last.parameters
     found = {
         "by hand": ({item.name: item for item in result.hand.intervals}, last),
-        "own way": ({item.name: item for item in result.own.values}, start),
+        "automatic": ({item.name: item for item in result.own.values}, start),
     }
     panels = []
     for name, (label, factor) in SHOWN.items():

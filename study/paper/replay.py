@@ -10,13 +10,13 @@ from casefile.table import load_case
 from correlation.family.frequencies import choose_frequencies
 from pipeline.progress import SilentProgress
 from study.kind.registry import OpenCase, open_case
+from study.paper.automatic_diagnosis import AutomaticDiagnosis, diagnose_automatically
 from study.paper.by_hand import ByHand, calibrate_by_hand
 from study.paper.campaign import Reference, make_reference
 from study.paper.case import PaperCase
 from study.paper.first_guess import FirstGuess, guess_first
 from study.paper.limits import MeasuredFamilies
 from study.paper.model import PaperModel
-from study.paper.own_way import OwnWay, find_own_way
 from study.paper.parameters import RigParameters, meshed
 from study.paper.plan import make_paper_plan
 from study.paper.sensitivity import Sensitivity, compute_sensitivities
@@ -64,7 +64,7 @@ class Replay:
     reference: Reference
     guess: FirstGuess
     hand: ByHand
-    own: OwnWay
+    own: AutomaticDiagnosis
     sensitivity: Sensitivity
     truth: Mapping[str, float]
     model: PaperModel
@@ -97,7 +97,7 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     guess = guess_first(reference)
     hand = calibrate_by_hand(make_paper_plan(case), model, guess.mu, run)
     sensitivity = _sensitivities(model, hand.last.parameters, hand.measured, run)
-    own = find_own_way(model, hand.nonlinear.iterations[0].parameters, reference.campaign, folder, run)
+    own = diagnose_automatically(model, hand.nonlinear.iterations[0].parameters, reference.campaign, folder, run)
     truth = json.loads((folder / FILE).read_text(encoding="utf-8"))["parameters"]
     return Replay(
         case=case, reference=reference, guess=guess, hand=hand, own=own, sensitivity=sensitivity, truth=truth,

@@ -45,7 +45,7 @@ def make_document(report: Report) -> dict[str, Any]:
         "first_guess": asdict(result.guess),
         **make_hand_document(result.hand),
         "findings": [asdict(item) for item in list_findings(result)],
-        "own_way": {
+        "automatic": {
             "rounds": [asdict(item) for item in result.own.rounds],
             "parameters": [asdict(item) for item in result.own.values],
             "others": list(result.own.others),
@@ -74,5 +74,5 @@ def format_report(report: Report) -> str:
         for item, row in zip(result.hand.nonlinear.iterations, result.case.nonlinear, strict=True)
     ]
     lines += ["", *(f"  {item.verdict:14} {item.claim}" for item in list_findings(result))]
-    lines += ["", "  own way", *(f"  {item.sentence}" for item in result.own.rounds)]
+    lines += ["", "  automatic", *(f"  {item.sentence}" for item in result.own.rounds)]
     return "\n".join([*lines, "", f"page: {report.files[-1]}"])

@@ -330,7 +330,7 @@ def parameter_intervals() -> ParameterIntervals:
     panels = [
         IntervalPanel(
             label=label, truth=truth,
-            ways={"by hand": (1.1, 0.9, 1.3), "own way": (1.02, 0.97, 1.07), "drawn": (1.2, 1.2, 1.2)},
+            ways={"by hand": (1.1, 0.9, 1.3), "automatic": (1.02, 0.97, 1.07), "drawn": (1.2, 1.2, 1.2)},
         )
         for label, truth in (("kt [N/um]", 1.0), ("mu [-]", 1.05), ("left shift [mm]", None))
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""The program's own way beside the by-hand way: `diagnose --auto` from iteration 1, with nothing told."""
+"""Automatic diagnosis beside the calibration by hand: `diagnose --auto` from iteration 1, with nothing told."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class OwnRound:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class OwnWay:
+class AutomaticDiagnosis:
     """What the program found by itself.
 
     Parameters
@@ -55,7 +55,7 @@ class OwnWay:
     values
         Parameters of the rig with their intervals.
     others
-        Effects that are no parameter of the by-hand way, with their strengths in words.
+        Effects that are no parameter of the calibration by hand, with their strengths in words.
     """
 
     case: Path
@@ -64,7 +64,9 @@ class OwnWay:
     others: tuple[str, ...]
 
 
-def find_own_way(model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext) -> OwnWay:
+def diagnose_automatically(
+    model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext
+) -> AutomaticDiagnosis:
     """Diagnose iteration 1, add what is missing, and diagnose again, until nothing is.
 
     Parameters
@@ -83,7 +85,7 @@ def find_own_way(model: PaperModel, start: RigParameters, campaign: Campaign, fo
     What was found; of a campaign that cannot be diagnosed a round that says why.
     """
     assert run.output is not None
-    file = run.output / "own_way" / "iteration_1.toml"
+    file = run.output / "automatic" / "iteration_1.toml"
     file.parent.mkdir(exist_ok=True)
     # The rounds are in the store: the case is edited anew from where it began.
     history_file(file).unlink(missing_ok=True)
@@ -93,9 +95,9 @@ def find_own_way(model: PaperModel, start: RigParameters, campaign: Campaign, fo
     except CampaignError as error:
         # A campaign that is too small for a diagnosis, such as that of a quick run, has its by-hand way all the same.
         refused = OwnRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
-        return OwnWay(case=file, rounds=(refused,), values=(), others=())
+        return AutomaticDiagnosis(case=file, rounds=(refused,), values=(), others=())
     values, others = read_values(rounds[-1], start)
-    return OwnWay(case=file, rounds=tuple(map(_told, rounds)), values=values, others=others)
+    return AutomaticDiagnosis(case=file, rounds=tuple(map(_told, rounds)), values=values, others=others)
 
 
 def write_case(model: PaperModel, parameters: RigParameters) -> str:

@@ -9,7 +9,7 @@ import pytest
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from study.paper.own_way import read_values
+from study.paper.automatic_diagnosis import read_values
 from study.paper.parameters import RigParameters
 
 START = RigParameters(kt=4e6, kn=8e6, mu=0.6, damping=2e-3, shift_left=1e-3)
