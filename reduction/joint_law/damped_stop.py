@@ -64,7 +64,7 @@ class DampedStop(DirectedJoint):
     can_slip = False
     one_sided = True
     n_slider = 0
-    stuck_stiffness = (0.0,)  # nothing says that it is closed
+    stuck_stiffness = (0.0,)  # it may be open at rest
 
     stiffness: float
     damping: float

@@ -42,7 +42,7 @@ class ElasticStop(DirectedJoint):
     can_slip = False
     one_sided = True
     n_slider = 0
-    stuck_stiffness = (0.0,)  # nothing says that it is closed
+    stuck_stiffness = (0.0,)  # it may be open at rest
     nlvib = ("unilateralSpring", {"stiffness": "stiffness", "gap": "gap"})
 
     stiffness: float

@@ -75,7 +75,7 @@ class FrictionContact(PressedJoint):
     )
     typical_displacement = 3e-5
     options = (LawOption(name="friction", choices=("uncoupled", "coulomb"), meaning="how two tangents share mu N"),)
-    places = {"normal": True, "tangent": True, "second_tangent": False}  # noqa: RUF012  # read alone
+    places = {"normal": True, "tangent": True, "second_tangent": False}  # noqa: RUF012  # never modified
     series_springs = True
 
     tangents: Float[Real, "tangent r"]

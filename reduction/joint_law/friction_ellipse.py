@@ -74,7 +74,7 @@ class FrictionEllipse(PressedJoint):
         ),
     )
     typical_displacement = 3e-5
-    places = {"normal": True, "tangent": True, "second_tangent": True}  # noqa: RUF012  # read alone
+    places = {"normal": True, "tangent": True, "second_tangent": True}  # noqa: RUF012  # never modified
     series_springs = True
     n_slider = 2
 

@@ -40,7 +40,7 @@ class Play(DirectedJoint):
     typical_displacement = 2e-5
     can_slip = False
     n_slider = 0
-    stuck_stiffness = (0.0,)  # nothing says that it is closed
+    stuck_stiffness = (0.0,)  # it may be open at rest
 
     stiffness: float
     gap: float
