@@ -13,6 +13,7 @@ from correlation.model import LineSensor, Model, Sensor
 from correlation.model_solver import Tangent
 from correlation.noise.free_mode import FreeModes, Rows
 from correlation.noise.latin_hypercube import latin_hypercube
+from correlation.noise.symmetric_root import symmetric_root
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.model_rates import MatrixParameter, ModelParameter
@@ -262,14 +263,9 @@ def make_history_modes(
 
 
 def draw_normal(covariance: Float[NDArray[np.float64], "q q"], count: int, seed: int) -> Modes:
-    """Random numbers of mean zero, shape (count, q), by the symmetric root of their covariance.
-
-    Any other root has columns whose signs, and whose order if they are alike, are those of round-off: another machine
-    would draw other numbers.
-    """
-    size, directions = np.linalg.eigh(covariance)
-    root = (directions * np.sqrt(np.maximum(size, 0.0))) @ directions.T
-    return np.asarray(np.random.default_rng([seed, 1]).standard_normal((count, len(covariance))) @ root)
+    """Random numbers of mean zero, shape (count, q)."""
+    drawn = np.random.default_rng([seed, 1]).standard_normal((count, len(covariance)))
+    return np.asarray(drawn @ symmetric_root(covariance))
 
 
 def count_contact_sliders(model: Model) -> int:
