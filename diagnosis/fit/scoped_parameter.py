@@ -75,13 +75,10 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
         The model has nothing of that name, or it is zero, or cannot be scaled by itself or at all.
     """
     owner, _, key = name.rpartition(".")
-    if owner in model.lines:
-        _require_key(name, key, OF_LINE)
-        contacts = find_contacts(model, owner)
-        size = max(abs(float(getattr(contact, key))) for contact in contacts)
-        lower, upper = (_furthest(contacts, key, bound) for bound in JOINT_BOUNDS)
-    elif joints := find_joints(model, owner):
-        _require_key(name, key, [parameter.name for parameter in joints[0].parameters])
+    joints: Sequence[Joint] = find_contacts(model, owner) or find_joints(model, owner)
+    if joints:
+        is_line = owner in model.lines
+        _require_key(name, key, OF_LINE if is_line else [parameter.name for parameter in joints[0].parameters])
         size = max(abs(value) for joint in joints for value in _scaled(joint, key, 1.0).values())
         lower, upper = (_furthest(joints, key, bound) for bound in JOINT_BOUNDS)
     elif owner in {part.name for part in model.parts}:
