@@ -131,7 +131,7 @@ class LinearStructure:
         own = source._recovery.get(frequency)
         if self.base is None or own is None:
             return own
-        return own._replace(static=self.balance.structure.static_motion)
+        return own._replace(static=self._static_motion)
 
     def contact(self, frequency: float) -> Complex[Array, "harmonic r d"]:
         """Displacements at a frequency under a unit force along each joint direction [m/N]."""
@@ -154,7 +154,7 @@ class LinearStructure:
     def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
         """Readings of sensors with these rows over the displacement, shape (s, r)."""
         source, key = self.base or self, (rows.tobytes(), frequencies)
-        static = self.balance.structure.static_motion @ rows.T
+        static = self._static_motion @ rows.T
         if not frequencies:
             empty = np.zeros((0, *static.shape), dtype=np.complex128)
             return Reading(static, empty, empty[..., None], np.zeros(0))
@@ -201,8 +201,12 @@ class LinearStructure:
         """Frequencies that have been condensed so far [Hz]."""
         return tuple((self.base or self)._condensed)
 
-    @property
+    @cached_property
     def _static(self) -> Complex[Array, "harmonic d"]:
         """Motion of the joint directions under the static load, shape (H + 1, d) [m]."""
-        structure = self.balance.structure
-        return np.asarray(structure.static_motion @ structure.directions.T)
+        return np.asarray(self._static_motion @ self.balance.structure.directions.T)
+
+    @cached_property
+    def _static_motion(self) -> Complex[Array, "harmonic r"]:
+        """The same of all degrees of freedom, shape (H + 1, r) [m]."""
+        return self.balance.structure.static_motion

@@ -157,8 +157,8 @@ class ModelSolver:
         starts = [motion for motion in motions if motion.shape == shape]
         if starts:
             track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, MAX_ITERATION)
-            if np.isfinite(track.norm[0]):
-                return self.state(level, frequency, track, 0)
+            if (state := self.states(level, [frequency], track)[0]) is not None:
+                return state
         recovery = self.linear.recovery(frequency)
         try:
             return solve_at(balance, condensed, None, sliders, recovery)
@@ -175,7 +175,7 @@ class ModelSolver:
         """The steady state that a few iterations of Newton's method find from a guess; None if they do not converge."""
         condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
         track = follow_one(balance, condensed, slider, guess.motion, TOLERANCE, STEP_ITERATION)
-        return self.state(level, frequency, track, 0, recover_once=True) if np.isfinite(track.norm[0]) else None
+        return self.states(level, [frequency], track, recover_once=True)[0]
 
     def follow(
         self,
@@ -268,24 +268,40 @@ class ModelSolver:
             track.initial_slider[number], track.periodic_slider[number] = state.initial_slider, state.periodic_slider
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
-    def state(
-        self, level: float, frequency: float, track: Track, number: int, *, recover_once: bool = False
-    ) -> SteadyState:
-        """A state of a track with its full response; `recover_once` if few others at its frequency are needed."""
-        force, condensed = self.forced(level, frequency), self.at(frequency)
-        balance = self._at_level(force)
-        recovery = None if recover_once and not balance.is_dense else self.linear.recovery(frequency)
-        return SteadyState(
-            angular_frequency=condensed.angular_frequency,
-            level=force,
-            displacement=complex_from_real(track.motion[number]),
-            coefficients=balance.response(condensed, track.force[number], recovery),
-            initial_slider=track.initial_slider[number].copy(),
-            multiplier=False,
-            periodic_slider=track.periodic_slider[number].copy(),
-            residual_norm=float(track.norm[number]),
-            iterations=int(track.iterations[number]),
-        )
+    def states(
+        self, level: float, frequencies: Sequence[float], track: Track, *, recover_once: bool = False
+    ) -> list[SteadyState | None]:
+        """States of a track with their full responses; None where there is none.
+
+        Parameters
+        ----------
+        level, frequencies, track
+            As `follow` takes and returns them.
+        recover_once
+            Whether few other states at these frequencies are needed.
+        """
+        recover = self.balance.is_dense or not recover_once
+        if recover:
+            self.linear.recover(frequencies)
+        displacement, joint_force = complex_from_real(track.motion), complex_from_real(track.force)
+        initial, periodic = track.initial_slider.copy(), track.periodic_slider.copy()
+        states: list[SteadyState | None] = [None] * len(frequencies)
+        for number in np.flatnonzero(np.isfinite(track.norm)).tolist():
+            frequency = frequencies[number]
+            force, condensed = self.forced(level, frequency), self.at(frequency)
+            recovery = self.linear.recovery(frequency) if recover else None
+            states[number] = SteadyState(
+                angular_frequency=condensed.angular_frequency,
+                level=force,
+                displacement=displacement[number],
+                coefficients=self._at_level(force).respond(condensed, joint_force[number], recovery),
+                initial_slider=initial[number],
+                multiplier=False,
+                periodic_slider=periodic[number],
+                residual_norm=float(track.norm[number]),
+                iterations=int(track.iterations[number]),
+            )
+        return states
 
     def read_track(
         self, level: float, frequencies: Sequence[float], track: Track

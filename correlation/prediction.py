@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from correlation.model import Model
 from correlation.model_solver import ModelSolver, Tangent
 from correlation.row_table import RowTable
-from correlation.sweep_path import SweepPath, has_wide_steps, is_same
+from correlation.sweep_path import SweepPath, find_wide_steps, is_same
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.solution import TOLERANCE
@@ -162,10 +162,10 @@ class Predictor:
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         by_sweep, jumps = self._empty(), list[SweepJump]()
         for one in self._solve_levels(model, before, TOLERANCE, from_guess=False):
-            jumps += self._put_on_branches(one)
-            one.solver.linear.recover(one.frequencies)
-            for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
-                if (state := one.state(number)) is not None:
+            found, left = self._put_on_branches(one)
+            jumps += left
+            for state, frequency, sweep in zip(found, one.frequencies, one.sweep, strict=True):
+                if state is not None:
                     states[sweep][(one.free, one.level, frequency)] = state
             self._read(one, by_sweep)
         return Prediction(
@@ -190,24 +190,27 @@ class Predictor:
             self._read(one, by_sweep)
         return self._value(by_sweep)
 
-    def _put_on_branches(self, one: "_LevelStates") -> list[SweepJump]:
-        """Replace states of a level by those of the branch that each sweep is on; its jumps."""
+    def _put_on_branches(self, one: "_LevelStates") -> tuple[list[SteadyState | None], list[SweepJump]]:
+        """States of a level, of which those of another branch than that of their sweep are replaced; its jumps."""
+        states, jumps = one.solver.states(one.level, one.frequencies, one.track), list[SweepJump]()
         swept = bool(self.sweeps) and not one.free
-        if not swept or not has_wide_steps(one.solver, one.level, one.frequencies, one.sweep, one.track):
-            return []
-        path, jumps = SweepPath(solver=one.solver, level=one.level), list[SweepJump]()
-        sweep = np.array(one.sweep)
+        wide = find_wide_steps(one.solver, one.level, one.frequencies, one.track) & (np.diff(one.sweep) == 0)
+        if not swept or not wide.any():
+            return states, jumps
+        path, sweep = SweepPath(solver=one.solver, level=one.level), np.array(one.sweep)
         for number, direction in enumerate(self.sweeps):
             own = np.flatnonzero(sweep == number)
-            found = [one.state(state) for state in own.tolist()]
-            states, points = path.follow([one.frequencies[state] for state in own], found)
-            other = [place for place, pair in enumerate(zip(found, states, strict=True)) if not is_same(*pair)]
-            one.solver.write(one.level, one.track, own[other], [states[place] for place in other])
+            found = [states[place] for place in own]
+            on_path, points = path.follow([one.frequencies[place] for place in own], found, wide[own[:-1]])
+            other = [place for place, pair in enumerate(zip(found, on_path, strict=True)) if not is_same(*pair)]
+            one.solver.write(one.level, one.track, own[other], [on_path[place] for place in other])
+            for place in other:
+                states[own[place]] = on_path[place]
             jumps += [
                 SweepJump(one.free, one.level, sweep=direction, frequency=point.frequency, falls=point.falls)
                 for point in points
             ]
-        return jumps
+        return states, jumps
 
     def _empty(self) -> Complex[NDArray[np.complex128], "S k"]:
         return np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
@@ -361,12 +364,6 @@ class _LevelStates(NamedTuple):
     rows: list[NDArray[np.int64]]
     """Rows of the points that each state is read at."""
     track: Track
-
-    def state(self, number: int) -> SteadyState | None:
-        """A state with its full response; None where there is none."""
-        if not np.isfinite(self.track.norm[number]):
-            return None
-        return self.solver.state(self.level, self.frequencies[number], self.track, number)
 
 
 def _alike(state: SteadyState, other: SteadyState) -> bool:

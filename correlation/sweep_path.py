@@ -58,7 +58,10 @@ class SweepPath:
         self._sliders = self.solver.slider
 
     def follow(
-        self, frequencies: Sequence[float], found: Sequence[SteadyState | None]
+        self,
+        frequencies: Sequence[float],
+        found: Sequence[SteadyState | None],
+        wide: Bool[NDArray[np.bool_], " s"],
     ) -> tuple[list[SteadyState | None], list[JumpPoint]]:
         """Steady states along one sweep, in its order, and the points where it jumps.
 
@@ -69,6 +72,8 @@ class SweepPath:
         found
             States by one Newton solution per step, each from the one before; they are taken where the path leads
             through them.
+        wide
+            Whether each step between these is wide, as `find_wide_steps` says.
         """
         states: list[SteadyState | None] = [None] * len(frequencies)
         jumps: list[JumpPoint] = []
@@ -81,9 +86,11 @@ class SweepPath:
             if first is not None and self._follows_first_sweep(here, before, frequency, first):
                 state: SteadyState | None = first
             else:
-                state, jump = self._next(
-                    here, before, frequency, known if self._leads_through(here, at, known) else None
-                )
+                leads = self._leads_through(here, at, known)
+                if leads and here is not None and not wide[number - 1]:
+                    state, jump = known, None
+                else:
+                    state, jump = self._next(here, before, frequency, known if leads else None)
                 if jump is not None:
                     jumps.append(jump)
                     self._jumps.add(frozenset((frequency, before)))
@@ -157,25 +164,23 @@ class SweepPath:
         return bool(_are_wide(motion, linear)[0])
 
 
-def has_wide_steps(
-    solver: ModelSolver, level: float, frequencies: Sequence[float], sweep: Sequence[int], track: Track
-) -> bool:
-    """Whether a sweep makes wide steps, in which a branch may have ended.
+def find_wide_steps(
+    solver: ModelSolver, level: float, frequencies: Sequence[float], track: Track
+) -> Bool[NDArray[np.bool_], " s"]:
+    """Whether each step between two states of n is wide, so that a branch may have ended in it, shape (n - 1,).
 
     Parameters
     ----------
     solver, level, frequencies, track
         As `ModelSolver.follow` takes and returns them.
-    sweep
-        Number of the sweep of each state.
     """
     if not track.motion.size:
-        return False
+        return np.zeros(max(len(frequencies) - 1, 0), dtype=bool)
     linear = np.array(
         [solver.forced(level, frequency) * solver.at(frequency).dynamic[1:] for frequency in frequencies], dtype=complex
     )
     motion = complex_from_real(track.motion)[:, 1:]
-    return bool((_are_wide(motion, linear) & (np.diff(sweep) == 0)).any())
+    return _are_wide(motion, linear)
 
 
 def _are_wide(

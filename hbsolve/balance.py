@@ -296,12 +296,16 @@ class HarmonicBalance:
         recovery
             Recovery of the structure at this Omega, where it serves several states; computed by default.
         """
+        return self.respond(condensed, complex_from_real(g), recovery)
+
+    def respond(self, condensed: Condensed, g: Coefficients, recovery: Recovery | None = None) -> Coefficients:
+        """As `response`, to complex coefficients of the joint forces, shape (H + 1, d) [N]."""
         structure = self.structure
         if recovery is None:
-            force = structure.static + self.level * structure.dynamic - complex_from_real(g) @ structure.directions
+            force = structure.static + self.level * structure.dynamic - g @ structure.directions
             q = structure.displacement(condensed, force)
         else:
-            pushed = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
+            pushed = (recovery.contact @ g[..., None])[..., 0]
             q = recovery.static + self.level * recovery.dynamic - pushed
         q[0] = q[0].real
         return q
