@@ -82,6 +82,8 @@ class Model:
         Descriptions of the degrees of freedom; unknown by default.
     lines
         Contacts of each line, in order along it, by their names.
+    joint_groups
+        Names of the other joints of each component, by its name: one joint, or one at each node of a lap.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
     load_cells
@@ -114,7 +116,8 @@ class Model:
     Raises
     ------
     ModelDefinitionError
-        A row, part or table of another size than the structure, a line without its contacts, two sensors of one name,
+        A row, part or table of another size than the structure, a line or group without its joints, two sensors of one
+        name,
         a group of preloads that is empty, names none, or shares one with another.
     """
 
@@ -123,6 +126,7 @@ class Model:
     parts: tuple[Part, ...] = ()
     dofs: tuple[Dof, ...] = ()
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    joint_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
     load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
@@ -144,6 +148,8 @@ class Model:
         if not self.dofs:
             object.__setattr__(self, "dofs", (Dof(),) * r)
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
+        groups = {group: tuple(names) for group, names in self.joint_groups.items()}
+        object.__setattr__(self, "joint_groups", groups)
         object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
         object.__setattr__(self, "load_cells", dict(self.load_cells))
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
@@ -181,6 +187,12 @@ class Model:
                     raise ModelDefinitionError(
                         f'line "{line}" has no contact "{member}": the system has {", ".join(contacts)}'
                     )
+        joints = {joint.name for joint in self.system.joints}
+        for group, members in self.joint_groups.items():
+            if not members or not joints.issuperset(members):
+                raise ModelDefinitionError(
+                    f'group "{group}" of joints {", ".join(members)}: the system has {", ".join(joints)}'
+                )
         for name, weight in self.dead_weights.items():
             if not weight.row.any() or not weight.lines:
                 raise ModelDefinitionError(

@@ -223,7 +223,8 @@ def diagnose(
     """
     report = report or (lambda _step, _share: None)
     base = _with_basis(base)
-    names = {each.effect.name for each in added}
+    # What is fitted already is no candidate: an added effect, or a parameter of a joint that the case accepts.
+    names = {each.effect.name for each in added} | {each.name for each in calibration}
     catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
     report("calibration", 0.0)

@@ -4,7 +4,6 @@ Their names are those of the case, such as "wall.friction_coefficient" or "lap.l
 are common to all contacts, they are calibrated only where a case accepts them.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,18 +12,14 @@ import numpy as np
 from correlation.model import LoadCell, Model
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.candidate.effect import EffectError
+from diagnosis.candidate.joint_parameter import find_factor_bounds, find_joints, find_size, scale_joints
 from diagnosis.effect.density import Density
 from diagnosis.fit.calibration_parameter import BOUNDS, CalibrationParameter, make_factor
-from reduction.errors import JointError
 from reduction.joint_law.registry import Joint
 
 #: Numbers of a line and of a part that may be calibrated.
 OF_LINE = ("tangential_stiffness", "normal_stiffness", "friction_coefficient")
 OF_PART = ("E", "density")
-#: Bounds of a factor on a number of a joint: joints are known to an order of magnitude.
-JOINT_BOUNDS = (0.1, 10.0)
-#: Relative accuracy of the factor beyond which a law refuses its number.
-CLOSE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,8 +42,8 @@ class ScopedParameter(CalibrationParameter):
         (factor,) = values
         if self.owner in model.lines:
             return scale_contacts(model, {self.owner: factor}, self.key)
-        if joints := find_joints(model, self.owner):
-            return model.with_joints({joint.name: _scaled(joint, self.key, factor) for joint in joints})
+        if self.owner in model.joint_groups:
+            return scale_joints(model, self.owner, self.key, factor)
         if self.key == "density":
             return Density(name=self.name, part=self.owner).apply(model, values)
         (part,) = (part for part in model.parts if part.name == self.owner)
@@ -79,15 +74,14 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
     if joints:
         is_line = owner in model.lines
         _require_key(name, key, OF_LINE if is_line else [parameter.name for parameter in joints[0].parameters])
-        size = max(abs(value) for joint in joints for value in _scaled(joint, key, 1.0).values())
-        lower, upper = (_furthest(joints, key, bound) for bound in JOINT_BOUNDS)
+        size = find_size(joints, key)
+        lower, upper = find_factor_bounds(joints, key)
     elif owner in {part.name for part in model.parts}:
         _require_key(name, key, OF_PART)
         size = _part_size(model, owner, key)
         lower, upper = BOUNDS["E"]
     else:
-        joint_names = [joint.name for joint in _joints_of_no_line(model)]
-        owners = [*model.lines, *joint_names, *(part.name for part in model.parts)]
+        owners = [*model.lines, *model.joint_groups, *(part.name for part in model.parts)]
         raise EffectError(f'"{name}" is of no line, joint or part: there are {", ".join(owners)}')
     if not size:
         raise EffectError(f'"{name}" is zero in the case, and a factor leaves it so: leave it out, or give it a value')
@@ -97,43 +91,9 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
     )  # fmt: skip
 
 
-def find_joints(model: Model, name: str) -> list[Joint]:
-    """Joints of a table `[[joint]]`, which are several where its place has several nodes; none of a line."""
-    pattern = re.compile(rf"{re.escape(name)}( \d+)?")
-    return [joint for joint in _joints_of_no_line(model) if pattern.fullmatch(joint.name)]
-
-
-def _joints_of_no_line(model: Model) -> list[Joint]:
-    of_lines = {member for members in model.lines.values() for member in members}
-    return [joint for joint in model.system.joints if joint.name not in of_lines]
-
-
 def _require_key(name: str, key: str, known: Sequence[str]) -> None:
     if key not in known:
         raise EffectError(f'"{name}" is no number that can be calibrated there: give one of {", ".join(known)}')
-
-
-def _scaled(joint: Joint, key: str, factor: float) -> dict[str, float]:
-    (parameter,) = (item for item in joint.parameters if item.name == key)
-    return dict(zip(parameter.names(joint), (factor * value for value in parameter.values(joint)), strict=True))
-
-
-def _furthest(joints: Sequence[Joint], key: str, bound: float) -> float:
-    """The factor nearest to a bound with which all joints are what their laws take."""
-
-    def takes(factor: float) -> bool:
-        try:
-            for joint in joints:
-                joint.with_values(_scaled(joint, key, factor))
-        except JointError:
-            return False
-        return True
-
-    taken, refused = (bound, bound) if takes(bound) else (1.0, bound)
-    while abs(refused / taken - 1) > CLOSE:
-        middle = np.sqrt(taken * refused)
-        taken, refused = (middle, refused) if takes(middle) else (taken, middle)
-    return float(taken)
 
 
 def _part_size(model: Model, part: str, key: str) -> float:

@@ -42,8 +42,10 @@ class BoucWenJoint(HystereticJoint):
     kind = "bouc_wen"
     parameters = (
         *HYSTERESIS,
-        LawParameter(name="exponent", unit="-", meaning="n, sharpness of the knee", typical=2.0, lower=1.0),
-        LawParameter(name="shape", unit="-", meaning="beta", typical=0.7, lower=0.5, default=0.5),
+        LawParameter(
+            name="exponent", unit="-", meaning="n, sharpness of the knee", typical=2.0, lower=1.0, is_form=True
+        ),
+        LawParameter(name="shape", unit="-", meaning="beta", typical=0.7, lower=0.5, default=0.5, is_form=True),
     )
     typical_displacement = 3e-5
 

@@ -45,8 +45,10 @@ class HertzContact(DirectedJoint):
     kind = "hertz"
     parameters = (
         LawParameter(name="stiffness", unit="N/m", meaning="f / u at the reference", typical=1e6, positive=True),
-        LawParameter(name="reference", unit="m", meaning="indentation", typical=1e-5, positive=True),
-        LawParameter(name="exponent", unit="-", meaning="of the indentation", typical=1.5, lower=1.0, default=1.5),
+        LawParameter(name="reference", unit="m", meaning="indentation", typical=1e-5, positive=True, is_form=True),
+        LawParameter(
+            name="exponent", unit="-", meaning="of the indentation", typical=1.5, lower=1.0, default=1.5, is_form=True
+        ),
         LawParameter(name="gap", unit="m", meaning="negative for an indentation at rest", typical=-5e-6, default=0.0),
     )
     typical_displacement = 2e-5

@@ -60,8 +60,8 @@ class IwanJoint(DirectedJoint):
     parameters = (
         LawParameter(name="tangential_stiffness", unit="N/m", meaning="K_T", typical=1e6, positive=True),
         LawParameter(name="limit_force", unit="N", meaning="F_S", typical=10.0, positive=True),
-        LawParameter(name="exponent", unit="-", meaning="chi of the density", typical=-0.4, lower=-0.99),
-        LawParameter(name="ratio", unit="-", meaning="beta, of the last slider", typical=0.5, lower=0.0),
+        LawParameter(name="exponent", unit="-", meaning="chi of the density", typical=-0.4, lower=-0.99, is_form=True),
+        LawParameter(name="ratio", unit="-", meaning="beta, of the last slider", typical=0.5, lower=0.0, is_form=True),
     )
     typical_displacement = 2e-5
     n_slider = CELLS + 1

@@ -37,8 +37,8 @@ class PowerSpring(DirectedJoint):
     kind = "power"
     parameters = (
         LawParameter(name="stiffness", unit="N/m", meaning="f / u at the reference, of either sign", typical=4e5),
-        LawParameter(name="reference", unit="m", meaning="displacement", typical=2e-5, positive=True),
-        LawParameter(name="exponent", unit="-", meaning="of the displacement", typical=2.5, lower=1.0),
+        LawParameter(name="reference", unit="m", meaning="displacement", typical=2e-5, positive=True, is_form=True),
+        LawParameter(name="exponent", unit="-", meaning="of the displacement", typical=2.5, lower=1.0, is_form=True),
     )
     typical_displacement = 2e-5
     n_slider = 0

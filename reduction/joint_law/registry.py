@@ -56,6 +56,8 @@ class LawParameter:
         None where it must be given.
     is_list
         It is a list of such numbers, at least one; its field is a tuple.
+    is_form
+        It gives the law its form, as an exponent does, and not its size.
     """
 
     name: str
@@ -67,6 +69,7 @@ class LawParameter:
     plausible: Plausible | None = None
     default: float | None = None
     is_list: bool = False
+    is_form: bool = False
 
     def names(self, joint: "Joint") -> tuple[str, ...]:
         """Its name, or that of each number of a list, such as "limit_force[0]"."""

@@ -47,8 +47,15 @@ class StructuralDamper(DirectedJoint):
     parameters = (
         LawParameter(name="stiffness", unit="N/m", meaning="of the damped spring", typical=4e5, positive=True),
         LawParameter(name="loss_factor", unit="-", meaning="at the reference", typical=0.05, lower=0.0),
-        LawParameter(name="reference", unit="m", meaning="amplitude", typical=2e-5, positive=True),
-        LawParameter(name="exponent", unit="-", meaning="of the amplitude in the loss factor", typical=0.5, lower=0.0),
+        LawParameter(name="reference", unit="m", meaning="amplitude", typical=2e-5, positive=True, is_form=True),
+        LawParameter(
+            name="exponent",
+            unit="-",
+            meaning="of the amplitude in the loss factor",
+            typical=0.5,
+            lower=0.0,
+            is_form=True,
+        ),
         LawParameter(name="velocity", unit="m/s", meaning="at 76 % of the force", typical=0.005, positive=True),
     )
     typical_displacement = 2e-5

@@ -40,7 +40,9 @@ class ValanisJoint(HystereticJoint):
     kind = "valanis"
     parameters = (
         *HYSTERESIS,
-        LawParameter(name="kappa", unit="-", meaning="sharpness of the knee, below 1", typical=0.6, lower=0.0),
+        LawParameter(
+            name="kappa", unit="-", meaning="sharpness of the knee, below 1", typical=0.6, lower=0.0, is_form=True
+        ),
     )
     typical_displacement = 3e-5
 

@@ -53,9 +53,12 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             lines[line.name] = tuple(contact.name for contact in contacts)
             if line.balanced_preload:
                 static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
-    for number in range(len(case.joint)):
+    groups = {joint.name: (joint.name,) for joint in joints if not any(joint.name in names for names in lines.values())}
+    for number, table in enumerate(case.joint):
         with mistakes.at("joint", number):
-            joints += make_joints(case, number, finder)
+            made = make_joints(case, number, finder)
+            joints += made
+            groups[table.name] = tuple(joint.name for joint in made)
     harmonic = _loads(case, structure, finder, static, mistakes)
     base, level_power = (None, 0) if mistakes.problems else _base(case, structure, mistakes)
     if base is not None:
@@ -87,6 +90,7 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             parts=structure.parts,
             dofs=structure.dofs,
             lines=lines,
+            joint_groups=groups,
             places=finder.places,
             load_cells=structure.load_cells,
             dead_weights=weights,

@@ -8,7 +8,8 @@ import pytest
 from correlation.model import Part
 from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import EffectError
-from diagnosis.fit.scoped_parameter import find_joints, make_scoped_parameter
+from diagnosis.candidate.joint_parameter import find_joints
+from diagnosis.fit.scoped_parameter import make_scoped_parameter
 from reduction.jointed_system import IwanJoint, JenkinsChain, ValanisJoint
 from study.case.setup import read_case
 from study.shipped_cases import BEAM
@@ -21,7 +22,8 @@ BOLT = ValanisJoint(
     name="bolt", direction=ROW, tangential_stiffness=1e3, slip_stiffness=200.0, limit_force=2.0, kappa=0.8
 )
 JOINTS = [CHAIN, BOLT, *(IwanJoint(name=f"lap {number}", **IWAN) for number in range(2))]
-WITH_JOINTS = MODEL.with_system(joints=[*MODEL.system.joints, *JOINTS])
+GROUPS = {"chain": ("chain",), "bolt": ("bolt",), "lap": ("lap 0", "lap 1")}
+WITH_JOINTS = replace(MODEL.with_system(joints=[*MODEL.system.joints, *JOINTS]), joint_groups=GROUPS)
 
 
 def test_the_friction_of_one_line() -> None:

@@ -1,0 +1,79 @@
+"""One parameter of a joint's law differs from that of the case: a bolt is tighter, a lap rubs on less area.
+
+The law keeps its form: exponents and other numbers of its form stay.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.joint_parameter import find_factor_bounds, find_joints, find_size, scale_joints
+from diagnosis.candidate.scale import Scale
+from diagnosis.effect import EFFECTS, EffectKind
+
+KIND = "joint parameter"
+TYPICAL = 1.1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointParameter:
+    """Scales one parameter of the joints of a group; its name is that of the calibration parameter that does so too.
+
+    Parameters
+    ----------
+    group
+        One of `Model.joint_groups`.
+    key
+        Parameter of the law.
+    """
+
+    name: str
+    group: str
+    key: str
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = (
+        "A joint is stiffer, slips at another force or damps more than in the case: bolt force, wear, real area."
+    )
+    signature: str = (
+        "Of a stiffness: resonances are off at all levels; of a limit force: slip begins at another level, and "
+        "frequency and damping change with the level as if all levels were a factor off."
+    )
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """The parameter times the ratio."""
+        (ratio,) = values
+        return scale_joints(model, self.group, self.key, ratio)
+
+
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
+    """Each parameter of each group of joints that does not give the law its form."""
+    del size
+    if not model.joint_groups:
+        return [Untestable(name=KIND, reason="the model has no joints beside its contact lines")]
+    found: list[Effect | Untestable] = []
+    for group in model.joint_groups:
+        joints = find_joints(model, group)
+        for parameter in joints[0].parameters if joints else ():
+            name = f"{group}.{parameter.name}"
+            if parameter.is_form:
+                continue
+            if not find_size(joints, parameter.name):
+                found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+                continue
+            lower, upper = find_factor_bounds(joints, parameter.name)
+            ratio = EffectParameter(
+                name="ratio", unit="-", lower=lower, upper=upper, typical=min(TYPICAL, upper), vanishes=1.0
+            )
+            found.append(JointParameter(name=name, group=group, key=parameter.name, parameters=(ratio,)))
+    return found
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="joints beside contact lines", physics=JointParameter.physics,
+        signature=JointParameter.signature, parameters={"ratio": ("-",)}, candidates=candidates, order=13,
+        is_rugged=True,
+    )
+)  # fmt: skip
