@@ -83,7 +83,8 @@ class Model:
     lines
         Contacts of each line, in order along it, by their names.
     joint_groups
-        Names of the other joints of each component, by its name: one joint, or one at each node of a lap.
+        Names of the other joints of each component, by its name: one joint, or one at each node of a lap. The system of
+        a test may lack them.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
     load_cells
@@ -116,8 +117,7 @@ class Model:
     Raises
     ------
     ModelDefinitionError
-        A row, part or table of another size than the structure, a line or group without its joints, two sensors of one
-        name,
+        A row, part or table of another size than the structure, a line without its contacts, two sensors of one name,
         a group of preloads that is empty, names none, or shares one with another.
     """
 
@@ -187,12 +187,6 @@ class Model:
                     raise ModelDefinitionError(
                         f'line "{line}" has no contact "{member}": the system has {", ".join(contacts)}'
                     )
-        joints = {joint.name for joint in self.system.joints}
-        for group, members in self.joint_groups.items():
-            if not members or not joints.issuperset(members):
-                raise ModelDefinitionError(
-                    f'group "{group}" of joints {", ".join(members)}: the system has {", ".join(joints)}'
-                )
         for name, weight in self.dead_weights.items():
             if not weight.row.any() or not weight.lines:
                 raise ModelDefinitionError(

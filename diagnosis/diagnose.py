@@ -8,6 +8,7 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
+from correlation.noise.error_size import ErrorSize
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
@@ -314,12 +315,14 @@ def _list_starts(
 ) -> Starts:
     """Starts under response control; and far ones where something is missing that no effect near the fit explains.
 
-    An unknown force explains much then, or calibration parameters that are far from their priors have taken it up.
-    Thresholds of the linear theory decide whatever was simulated: stored fits hold for all thresholds.
+    An unknown force explains much then, or what is missing has become model error of an unusual size, or calibration
+    parameters that are far from their priors have taken it up. Thresholds of the linear theory decide whatever was
+    simulated: stored fits hold for all thresholds.
     """
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
     is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / KNOWN)
-    if not is_missing and not screening.fit.is_beyond_priors(BY_CHANCE):
+    is_usual = screening.model_error_size.is_within(ErrorSize.usual(screening.budget.model))
+    if is_usual and not is_missing and not screening.fit.is_beyond_priors(BY_CHANCE):
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 

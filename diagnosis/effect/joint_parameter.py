@@ -55,7 +55,10 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     found: list[Effect | Untestable] = []
     for group in model.joint_groups:
         joints = find_joints(model, group)
-        for parameter in joints[0].parameters if joints else ():
+        if not joints:
+            found.append(Untestable(name=f"{KIND} of {group}", reason="the model has no joint of this name"))
+            continue
+        for parameter in joints[0].parameters:
             name = f"{group}.{parameter.name}"
             if parameter.is_form:
                 continue
@@ -72,7 +75,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 EFFECTS.register(
     EffectKind(
-        name=KIND, acts_on="joints beside contact lines", physics=JointParameter.physics,
+        name=KIND, acts_on="joints of no line", physics=JointParameter.physics,
         signature=JointParameter.signature, parameters={"ratio": ("-",)}, candidates=candidates, order=13,
         is_rugged=True,
     )

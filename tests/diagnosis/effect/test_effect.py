@@ -20,7 +20,7 @@ from diagnosis.screening import screen
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.elastic_support import ElasticBody, ElasticSupport
-from reduction.jointed_system import CubicSpring, QuadraticDamper
+from reduction.jointed_system import CubicSpring, JenkinsElement, QuadraticDamper
 from tests.slow import slow
 
 LEVEL = 30.0  # N; slips and nearly lifts off
@@ -28,7 +28,7 @@ LEVEL = 30.0  # N; slips and nearly lifts off
 
 @pytest.fixture(scope="module")
 def bench(bench: Model) -> Model:
-    """The bench with a stand on a clamp, a laser that may lean, and a weight on a wire that presses its left line."""
+    """The bench with a lap, a stand on a clamp, a laser that may lean, and a weight on a wire on its left line."""
     n = bench.system.n_dof
     vertical, across = (bench.places[name] for name in ("slot z", "tip x"))
     wire = Wire(force=2.0, shift=0.0, inclination=0.1, horizontal=across, vertical=vertical, moment=20 * across)
@@ -41,8 +41,10 @@ def bench(bench: Model) -> Model:
     )  # fmt: skip
     clamp = ElasticBody(mass=stand.mass, stiffness=stand.stiffness, support=support, compliance=0.0)
     laser = Sensor.laser("laser", {"tip": Head(along=bench.places["tip z"], across=across)})
+    lap = JenkinsElement(name="lap", direction=bench.places["slot z"], tangential_stiffness=3e3, limit_force=2.0)
     return replace(
-        bench, sensors=(*bench.sensors, laser), dead_weights={"weight": DeadWeight.on_wire(wire, ("left",))},
+        bench.with_system(joints=[*bench.system.joints, lap]), joint_groups={"lap": ("lap",)},
+        sensors=(*bench.sensors, laser), dead_weights={"weight": DeadWeight.on_wire(wire, ("left",))},
         elastic_bodies={"stand": clamp},
     )  # fmt: skip
 

@@ -65,7 +65,7 @@ def test_a_factor_stays_within_the_bounds_of_the_law(name: str, lower: float, up
 
 @pytest.mark.parametrize("kappa", [1 - 1e-15, 1 - 4e-7])
 def test_a_number_at_an_end_of_its_law_is_calibrated_away_from_it(kappa: float) -> None:
-    model = MODEL.with_system(joints=[*MODEL.system.joints, replace(BOLT, kappa=kappa)])
+    model = WITH_JOINTS.with_joints({"bolt": {"kappa": kappa}})
     (factor,) = make_scoped_parameter(model, "bolt.kappa", 0.1).parameters
     assert (factor.upper, factor.typical) == (pytest.approx(1.0, abs=1e-6), 0.9)
 
