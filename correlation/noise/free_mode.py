@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from correlation.model import Model
 from correlation.model_solver import Tangent
 from hbsolve.model_rates import MatrixParameter, ModelParameter
+from reduction.jointed_system import JointedSystem
 
 #: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers
 #: like a spring, and an error e of its frequency changes the reading by less than 2 e / 8 of its small share [-].
@@ -97,6 +98,23 @@ class FreeModes:
             _tangent(2 * omega**2 * np.outer(row, row))
             for omega, row in zip(self.frequency[: self.n_reached], self.weighted, strict=False)
         ]
+
+    def damping_errors(self, system: JointedSystem) -> list[Tangent]:
+        """A relative error of the damping of each mode that is reached, viscous and structural alike.
+
+        Damping that is common to all modes, as in proportion to the matrices, is a habit of models and not of
+        structures.
+        """
+        damping, loss = system.damping, system.structural_damping
+        found = []
+        for shape, row in zip(self.shapes[: self.n_reached], self.weighted, strict=False):
+            along = np.outer(row, row)
+            lost = None if loss is None else shape @ loss @ shape * along
+            rate = ModelParameter(
+                matrices=MatrixParameter(damping=shape @ damping @ shape * along, structural_damping=lost)
+            )
+            found.append(Tangent(jointed=rate, free=rate, gain={}))
+        return found
 
     def shape_errors(self, motions: Motions, kinds: Sequence[Rows]) -> list[Tangent]:
         """Errors that mix the modes that are reached with all others: those that change readings most.

@@ -37,6 +37,8 @@ class Budget:
     frequency
         Standard deviation of the relative error of natural frequencies: of each mode by itself, and of either
         configuration [-]. Mode shapes err with them, see `correlation.noise.free_mode`.
+    damping
+        ... of the relative error of the damping of each mode, beside a factor that is common to all [-].
     compliance
         ... of the relative error of each contact line's stiffness, normal and tangential [-].
     shares
@@ -53,6 +55,7 @@ class Budget:
     """
 
     frequency: float = 2e-4
+    damping: float = 0.0
     compliance: float = 0.01
     shares: float = 0.05
     refined: Sequence[Model] = ()

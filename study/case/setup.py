@@ -188,6 +188,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
         calibration_parameters=known,
         budget=Budget(
             frequency=error.frequency,
+            damping=_choose_damping_error(error),
             compliance=error.compliance,
             shares=error.shares,
             refined=refined,
@@ -203,6 +204,13 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
             apply_all(model, known, setup.calibrated, added[: number + 1])
     mistakes.raise_if_any()
     return setup
+
+
+def _choose_damping_error(error: NumericalErrorTable) -> float:
+    """Error of the damping of each mode; measurements that another model made have none unless the case says so."""
+    if error.damping is not None:
+        return error.damping
+    return DAMPING_ERROR if error.model else 0.0
 
 
 def _list_parameters(

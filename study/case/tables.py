@@ -106,6 +106,7 @@ class NumericalErrorTable(CaseModel):
     """Standard deviations of what discretisation changes, and finer cases of the same structure."""
 
     frequency: NotNegative = 2e-4
+    damping: NotNegative | None = None
     compliance: NotNegative = 0.01
     model: NotNegative = 1e-3
     shares: NotNegative = 0.05

@@ -64,7 +64,10 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
         "numerical_error": [
             *(
                 float(f"{getattr(setup.budget, name):.4g}")
-                for name in ("frequency", "compliance", "shares", *(["model"] if setup.budget.model else []))
+                for name in (
+                    *("frequency", "compliance", "shares"),
+                    *(each for each in ("model", "damping") if getattr(setup.budget, each)),
+                )
             ),
             [[finer.system.n_dof, len(finer.system.joints), finer.n_harmonic] for finer in setup.budget.refined],
         ],
