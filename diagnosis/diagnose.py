@@ -12,8 +12,8 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import BY_CHANCE, AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
-from diagnosis.decision.likelihood_ratio import KNOWN
 from diagnosis.decision.rules import Criteria, judge
+from diagnosis.decision.stand_in import MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import AddedEffect
@@ -317,7 +317,7 @@ def _list_starts(
     Thresholds of the linear theory decide whatever was simulated: stored fits hold for all thresholds.
     """
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
-    is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / KNOWN)
+    is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / MIN_SHARE_KNOWN)
     if not is_missing and not screening.fit.is_beyond_priors(BY_CHANCE):
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]

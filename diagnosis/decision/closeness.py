@@ -109,7 +109,7 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
     return None if farthest is None or abs(farthest.nearest / farthest.measured - 1) <= FAR else farthest
 
 
-def list_held_back(fit: Fit) -> tuple[str, ...]:
+def list_beyond_priors(fit: Fit) -> tuple[str, ...]:
     """Parameters that a fit moves beyond their priors, such as "kt x 1.5" or "shift of lid = 0.002 m".
 
     They are at a bound; or all of them together are further away than chance leaves them, and these the furthest.
@@ -130,11 +130,11 @@ def list_held_back(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def tell_held_back(held_back: Sequence[str]) -> str:
+def describe_beyond_priors(beyond_priors: Sequence[str]) -> str:
     """Parameters beyond their priors in a sentence."""
     return (
-        f"The model differs by more than its priors allow, in {' and '.join(held_back)}, and no known effect explains "
-        "what that leaves. While that holds, nothing tells whether something else is missing."
+        f"The model differs by more than its priors allow, in {' and '.join(beyond_priors)}, and no known effect "
+        "explains what that leaves. While that holds, nothing tells whether something else is missing."
     )
 
 

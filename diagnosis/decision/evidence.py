@@ -11,6 +11,8 @@ from diagnosis.threshold.detection_threshold import Thresholds
 
 #: Held-out error that is large [-].
 LARGE = 0.1
+#: Probability that one of the effects that are named is the true one, if one of those that pass is.
+CREDIBLE = 0.95
 #: Change of -2 ln p by which held-out data refute an effect, or confirm it: odds of one in twenty.
 DECISIVE = 2 * np.log(20)
 

@@ -12,7 +12,6 @@ from correlation.model import Model
 from correlation.noise.error_size import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.scale import measure_scale
-from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis, ProgressFractions, Report, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
@@ -173,9 +172,8 @@ def _judge(
 ) -> Verdict:
     """Verdict of the test; clear indications that no effect explains make it "unknown"."""
     # Errors are in standard deviations, so that of noise is one.
-    finding, effects = apply_test(
-        FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications), refits
-    )
+    test = FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications)
+    finding, effects = test.decide(refits)
     clear = [each for each in indications if each.is_clear]
     off = arrangement.find_worst_frequency((*effects, baseline)[0].fit)
     if off is not None and abs(off[1]) > FAR[0]:

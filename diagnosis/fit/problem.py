@@ -126,6 +126,11 @@ class Refit:
         return "nothing" if self.effect is None else self.effect.name
 
     @property
+    def place(self) -> str:
+        """Place of the effect; empty for one that acts at none."""
+        return self.name.partition(" at ")[2]
+
+    @property
     def label(self) -> str:
         """Name of the effect, or of both that were fitted together."""
         return self.name if self.beside is None else f"{self.name} and {self.beside.name}"

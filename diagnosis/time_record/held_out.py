@@ -17,7 +17,6 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
@@ -49,6 +48,16 @@ class HeldOutTest:
 
     baseline: Refit
     floor: PerRecord
+
+    def decide(self, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
+        """Finding, and the effects that it names, from refits in order, best first."""
+        passed = [refit for refit in refits if self.passes(refit)]
+        if not passed:
+            return (Finding.UNKNOWN if self.is_unexplained() else Finding.NOTHING), []
+        if not self.explains(passed[0]):
+            return Finding.UNKNOWN, []
+        chosen = self.choose(passed)
+        return (Finding.AMBIGUOUS if len(chosen) > 1 else Finding.MISSING), chosen
 
     @property
     def noise(self) -> float:
@@ -107,7 +116,7 @@ def judge_records(
         Names of "N" and "m" in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
     test = HeldOutTest(baseline=baseline, floor=floor)
-    finding, effects = apply_test(test, refits)
+    finding, effects = test.decide(refits)
     tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]

@@ -1,6 +1,6 @@
 """The report of a diagnosis: text with the verdict in three lines and details below, and a JSON document."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import isfinite, isnan
 from pathlib import Path
 from textwrap import wrap
@@ -8,7 +8,8 @@ from typing import Any
 
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.verdict import Finding, describe_held_out_change
+from diagnosis.decision.verdict import Finding
+from diagnosis.decision.wording import describe_held_out_change
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
 from diagnosis.localisation import Place
@@ -26,6 +27,7 @@ from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import list_stages
 from study.diagnose.table import (
     Row,
+    format_fitted_strength,
     format_interval,
     format_number,
     format_strength,
@@ -85,7 +87,7 @@ LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/cas
 #: The next step where measurements look wrong.
 CORRECT = "check the measurements that look wrong, correct them in the files or the manifest, and diagnose again"
 #: The next step where a prior holds a calibration parameter back.
-HELD_BACK = (
+BEYOND_PRIORS = (
     "correct in the case what these parameters scale, or raise their deviations in [accepted]; then diagnose again"
 )
 #: The next step where held-out data or its interval do not confirm the only effect that is named.
@@ -122,36 +124,17 @@ def format_headline(result: Round) -> str:
 def _name_effects(result: Round) -> str:
     """The verdict itself."""
     verdict = result.diagnosis.verdict
-    order = [item.effect.name for item in verdict.effects if item.effect is not None]
-    named = [row for row in list_rows(result) if row.effect.name in order]
-    if not named or verdict.finding not in {Finding.MISSING, Finding.AMBIGUOUS}:
+    if not verdict.effects:
         return verdict.sentence
-    chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
-    listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
-    further = verdict.further
-    missing = "is missing" if further is None else f"and {_tell(further)} are missing"
-    fall = describe_error_fall(
-        *map(summarise_errors, (result.uncalibrated, result.diagnosis.baseline, verdict.effects[0]))
-    )
-    if verdict.finding is Finding.MISSING:
-        return f"{listed} {missing}: {fall}."
-    if len(named) == 1:
-        return f"{listed} {missing}, or {verdict.alternative}: {fall}.{verdict.other_laws}"
-    missing = "is missing" if further is None else f"is missing, and beside it {_tell(further)}"
-    return f"{listed} {missing}, and these tests cannot tell which: {fall}.{verdict.other_laws}"
+    names = [each.name for each in verdict.effects]
+    chance = dict(zip(names, verdict.probabilities, strict=False)) if len(names) > 1 else {}
 
+    def describe(refit: Refit) -> str:
+        probability = f", probability {plain(100 * chance[refit.name])} %" if refit.name in chance else ""
+        return f"{format_fitted_strength(refit)}{probability}"
 
-def _tell(refit: Refit) -> str:
-    """An effect with its strength."""
-    assert refit.effect is not None
-    return f"{refit.name} ({format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])})"
-
-
-def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
-    """Strength of a named effect, and its probability if there are others."""
-    yield row.in_words
-    if row.effect.name in chance:
-        yield f"probability {plain(100 * chance[row.effect.name])} %"
+    fits = result.uncalibrated, result.diagnosis.baseline, verdict.effects[0]
+    return verdict.name_effects(describe, describe_error_fall(*map(summarise_errors, fits)), "tests")
 
 
 def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
@@ -179,8 +162,8 @@ def choose_advice(result: Round) -> str:
     best, verdict = result.best, result.diagnosis.verdict
     if result.wrong:
         return CORRECT
-    if verdict.held_back:
-        return HELD_BACK
+    if verdict.beyond_priors:
+        return BEYOND_PRIORS
     if result.next_step.sentence and verdict.finding is Finding.AMBIGUOUS:
         effect = verdict.effects[0].name
         return MEASURE.format(measure=result.next_step.sentence, effect=effect)

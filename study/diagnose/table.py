@@ -134,6 +134,12 @@ def format_interval(value: float, deviation: float, parameter: EffectParameter) 
     return f"{number} +- {format_number(half, 2)} {unit}".rstrip()
 
 
+def format_fitted_strength(refit: Refit) -> str:
+    """Strength of a fitted effect with its interval."""
+    assert refit.effect is not None
+    return format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])
+
+
 def format_strength(value: float, parameter: EffectParameter, count: int = 3) -> str:
     """A strength with a few digits; "none" if it is infinite."""
     if not np.isfinite(value):

@@ -40,7 +40,7 @@ def test_an_error_that_falls_everywhere_names_its_effect() -> None:
     verdict = judged(refit("mass at tip", 0.25 * BEFORE.blocks))
     assert verdict.finding is Finding.MISSING
     assert verdict.sentence == (
-        "mass at tip (0.0123 kg +- 0.00098) is missing; the held-out error falls from "
+        "mass at tip (0.0123 kg +- 0.00098) is missing: the held-out error falls from "
         f"{100 * BEFORE.held_out_error:.3g} to {50 * BEFORE.held_out_error:.3g} % in arrow."
     )
 

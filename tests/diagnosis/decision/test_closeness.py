@@ -10,7 +10,7 @@ import pytest
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
-from diagnosis.decision.closeness import ABOVE, BY_CHANCE, FAR, find_absent_peak, find_far_resonance, list_held_back
+from diagnosis.decision.closeness import ABOVE, BY_CHANCE, FAR, find_absent_peak, find_far_resonance, list_beyond_priors
 from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
@@ -87,11 +87,11 @@ def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(smal
     unknowns = Unknowns.from_effects(small, [(first, first.deviation)], [last])
     values = unknowns.vanishing
     fit: Any = SimpleNamespace(unknowns=unknowns, values=values, is_beyond_priors=lambda _: False)
-    assert list_held_back(fit) == ()
+    assert list_beyond_priors(fit) == ()
     values[1] = unknowns.bounds[1][1]  # a strength that no prior holds
-    assert list_held_back(fit) == ()
+    assert list_beyond_priors(fit) == ()
     values[0] = unknowns.bounds[0][1]
-    assert list_held_back(fit) == (f"{first.name} x {values[0]:.4g}",)
+    assert list_beyond_priors(fit) == (f"{first.name} x {values[0]:.4g}",)
 
 
 def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model) -> None:
@@ -100,20 +100,20 @@ def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model)
     fit: Any = SimpleNamespace(
         unknowns=unknowns, values=np.array([unknowns.bounds[0][1]]), is_beyond_priors=lambda _: False
     )
-    assert list_held_back(fit) == ("shift of lid = 0.0025 m",)
+    assert list_beyond_priors(fit) == ("shift of lid = 0.0025 m",)
 
 
 def test_parameters_that_are_together_beyond_their_priors_are_held_back_the_furthest_of_them(small: Model) -> None:
     parameters = list_calibration_parameters(small)
     unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in parameters], [])
-    for pull, held_back in ((1.0, 0), (2.5, len(parameters)), (1.9, 1)):
+    for pull, beyond_priors in ((1.0, 0), (2.5, len(parameters)), (1.9, 1)):
         pulls = np.full(len(parameters), pull)
-        pulls[0] = max(pull, 3.0) if held_back else pull
+        pulls[0] = max(pull, 3.0) if beyond_priors else pull
         values = unknowns.vanishing + pulls * unknowns.prior
         fit = Fit(
             unknowns=unknowns, values=values, covariance=np.eye(len(values)), chi2=0.0, model=small, prediction=None,
             residual=np.zeros(len(values)), jacobian=np.eye(len(values)),
         )  # fmt: skip
         # Of five parameters 5 is what chance expects; 18 is exceeded by 0.27 %.
-        assert fit.is_beyond_priors(BY_CHANCE) == bool(held_back)
-        assert len(list_held_back(fit)) == held_back
+        assert fit.is_beyond_priors(BY_CHANCE) == bool(beyond_priors)
+        assert len(list_beyond_priors(fit)) == beyond_priors
