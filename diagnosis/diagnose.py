@@ -115,6 +115,39 @@ class Diagnosis(Generic[P]):
     thresholds: Thresholds = NO_THRESHOLDS
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CalibratedModel:
+    """A calibrated model beside its measurements, before any effect is screened.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements beside the model, with the fit of the calibration parameters and the added effects.
+    screening
+        Arrangement by which effects are screened and fitted.
+    catalogue
+        Candidates, and effects that cannot be tested.
+    far
+        A measured resonance that is far from those of the model, or a predicted one that is absent, if there is one.
+    starts
+        Effects with values from which their fits may begin as well.
+    progress
+        Fractions of the round that are done when its parts begin.
+    """
+
+    arrangement: Arrangement
+    screening: Arrangement
+    catalogue: Catalogue
+    far: FarResonance | AbsentPeak | None
+    starts: Starts
+    progress: ProgressFractions
+
+    @property
+    def effects(self) -> Sequence[Effect]:
+        """Effects to screen: none in a model that is another structure."""
+        return self.catalogue.candidates if self.far is None else ()
+
+
 class EffectChoice(NamedTuple):
     """Choice of the effects that are fitted."""
 
@@ -154,12 +187,7 @@ def screen_and_refit(
     Scores, best first; the test of the model without a further effect; the refits.
     """
     lost, choice = is_lost(problem), choice or EffectChoice()
-    report("screening", progress.screening)
-
-    def report_screening(done: int, total: int) -> None:
-        report("screening", progress.between("screening", "fits", done / total))
-
-    scores = run_step("scores", lambda: screen(problem, effects, report_screening))
+    scores = screen_effects(problem, effects, run_step, report, progress)
     baseline = run_step("held-out error", lambda: baseline_fit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
@@ -175,6 +203,52 @@ def screen_and_refit(
         report(f"test of {score.effect.name}", progress.between("tests", "covariances", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
     return scores, baseline, refits
+
+
+def screen_effects(
+    problem: Problem, effects: Sequence[Effect], run_step: RunStep, report: Report, progress: ProgressFractions
+) -> list[Score]:
+    """Scores of effects, best first; parameters as of `screen_and_refit`."""
+    report("screening", progress.screening)
+
+    def report_screening(done: int, total: int) -> None:
+        report("screening", progress.between("screening", "fits", done / total))
+
+    return run_step("scores", lambda: screen(problem, effects, report_screening))
+
+
+@on_one_blas_thread
+def calibrate_model(
+    campaign: Campaign,
+    base: Model,
+    calibration: Sequence[CalibrationParameter],
+    budget: Budget,
+    *,
+    added: Sequence[AddedEffect],
+    without: Collection[str],
+    extra: Sequence[Extra],
+    run_step: RunStep,
+    report: Report,
+) -> CalibratedModel:
+    """Calibrate a model, the first part of a diagnosis; parameters as of `diagnose`."""
+    base = _with_basis(base)
+    names = {each.effect.name for each in added}
+    catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
+    catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
+    report("calibration", 0.0)
+    find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
+    arrangement = run_step(
+        "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
+    )
+    screening = _choose_screening(arrangement, run_step)
+    progress = LONG_PROGRESS if is_lost(screening) else USUAL_PROGRESS
+    far = _find_far(arrangement)
+    report("response control", progress.screening / 2)
+    effects = catalogue.candidates if far is None else ()
+    arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
+    return CalibratedModel(
+        arrangement=arrangement, screening=screening, catalogue=catalogue, far=far, starts=starts, progress=progress
+    )
 
 
 @on_one_blas_thread
@@ -222,41 +296,33 @@ def diagnose(
         An unknown kind of effect, or an invalid effect of the user's own.
     """
     report = report or (lambda _step, _share: None)
-    base = _with_basis(base)
-    names = {each.effect.name for each in added}
-    catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
-    catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
-    report("calibration", 0.0)
-    find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
-    arrangement = run_step(
-        "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
+    found = calibrate_model(
+        campaign, base, calibration, budget, added=added, without=without, extra=extra, run_step=run_step, report=report
     )
-    screening = _choose_screening(arrangement, run_step)
-    progress = LONG_PROGRESS if is_lost(screening) else USUAL_PROGRESS
-    far = _find_far(arrangement)
-    effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
-    report("response control", progress.screening / 2)
-    arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
+    arrangement, screening, progress = found.arrangement, found.screening, found.progress
     report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
-    list_starts = partial(_list_starts, screening, starts, places)
+    list_starts = partial(_list_starts, screening, found.starts, places)
     choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
-    scores, baseline, refits = screen_and_refit(screening, effects, run_step, report, progress, choice)
+    scores, baseline, refits = screen_and_refit(screening, found.effects, run_step, report, progress, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", progress.covariances)
     baseline = baseline if screening is arrangement else baseline_fit(arrangement)
+    find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
     finalists = refit_each_by_own_covariance(screening, refits, partial(own, screening.train), run_step)
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", progress.explanation)
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, refit_by_own_covariance=own)
+    criteria = Criteria(
+        catalogue=found.catalogue, scores=scores, thresholds=thresholds, far=found.far, refit_by_own_covariance=own
+    )
     finalists, verdict = judge(without_effect, finalists, places, criteria, run_step)
     report("intervals", progress.intervals)
     baseline, refits, verdict = _widen(campaign, without_effect, finalists, verdict, run_step)
     report("done", 1.0)
     return Diagnosis(
-        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), baseline=baseline, refits=tuple(refits),
-        places=tuple(places), thresholds=thresholds, verdict=verdict,
+        arrangement=arrangement, catalogue=found.catalogue, scores=tuple(scores), baseline=baseline,
+        refits=tuple(refits), places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
 
 
