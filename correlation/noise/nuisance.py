@@ -120,11 +120,11 @@ def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequenc
     # Each state is linearised once for all of them.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
     changes = errors.size * slopes
-    later = [*changes[:, errors.whole :].T, *(nominal.changes(finer) for finer in refined)]
+    later = [*changes[:, errors.n_shared :].T, *(nominal.changes(finer) for finer in refined)]
     by_level = [split_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
     return NuisanceModes(
         jitter=[*(modes[:, [number]] for number in range(N_COMMON)), *([modes[:, N_COMMON:]] if groups else [])],
-        budget=np.column_stack([changes[:, : errors.whole], *by_level]),
+        budget=np.column_stack([changes[:, : errors.n_shared], *by_level]),
     )
 
 
@@ -143,8 +143,8 @@ class ErrorTangents(NamedTuple):
 
     tangents: list[Tangent]
     size: Float[NDArray[np.float64], " n"]
-    whole: int
-    """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
+    n_shared: int
+    """Number of the first ones, each of which is one error at all levels; the others are independent at each level."""
 
 
 def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, highest: float) -> ErrorTangents:
@@ -170,7 +170,7 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     return ErrorTangents(
         [*structure, *contacts.tangents],
         np.concatenate([np.full(len(structure), budget.frequency), contacts.size]),
-        len(structure) + contacts.whole,
+        len(structure) + contacts.n_shared,
     )
 
 
@@ -215,8 +215,8 @@ def make_history_modes(
     reference: ModelFeatures,
     n_draw: int,
     seed: int,
-    pressed: Float[NDArray[np.float64], "q q"] | None = None,
-    by_preload: Modes | None = None,
+    preload_covariance: Float[NDArray[np.float64], "q q"] | None = None,
+    preload_modes: Modes | None = None,
 ) -> Modes:
     """Modes of friction histories, at one standard deviation, shape (m, h).
 
@@ -225,9 +225,9 @@ def make_history_modes(
     each level separately. The difference between the mean of the draws and the prediction without a history is one more
     mode. The draws fill the space evenly: a few random ones would leave directions without any change.
 
-    If preloads differ as well, a contact that slips under one history sticks under another: with the covariance
-    `pressed` of the preload groups, shape (q, q), each draw has preloads of its own, and their first-order change is
-    subtracted again, since jitter contains it: `by_preload`, shape (m, q), which is derived if it is not given.
+    If preloads differ as well, a contact that slips under one history sticks under another: with `preload_covariance`
+    of the preload groups, shape (q, q), each draw has preloads of its own, and their first-order change is subtracted
+    again, since jitter contains it: `preload_modes`, shape (m, q), which are derived if they are not given.
     """
     predictor, features, model, prediction = reference
     points = features.points
@@ -238,10 +238,10 @@ def make_history_modes(
     kept = points.where(~points.free)
     nominal = features.of_values(prediction.value)
     amounts = np.zeros((n_draw, len(model.preload_groups)))
-    if pressed is not None:
-        amounts = draw_normal(pressed, n_draw, seed)
-    if pressed is not None and by_preload is None:
-        by_preload = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
+    if preload_covariance is not None:
+        amounts = draw_normal(preload_covariance, n_draw, seed)
+    if preload_covariance is not None and preload_modes is None:
+        preload_modes = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
     changes, followed = [], replace(predictor, points=kept)
     histories = latin_hypercube(n_draw, count_contact_sliders(model), seed)
     for history, amount in zip(histories, amounts, strict=True):
@@ -251,7 +251,7 @@ def make_history_modes(
                 moved = moved.with_preload_ratio(name, 1 + by)
         value = np.array(prediction.value)
         value[jointed] = replace(followed, slider=sliders_after_history(moved, history)).vary(moved, prediction)
-        changes.append(features.of_values(value) - nominal - (0.0 if by_preload is None else by_preload @ amount))
+        changes.append(features.of_values(value) - nominal - (0.0 if preload_modes is None else preload_modes @ amount))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)
     modes = []

@@ -142,8 +142,8 @@ def make_comparisons(
     coarse = nominal.coarse()
     seen = scatters(make_history_modes(coarse, min(n_draw, FEW), SEED))
     if n_draw > FEW:
-        pressed, by_preload = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
-        seen = scatters(make_history_modes(coarse, n_draw, SEED, pressed, by_preload))
+        covariance, modes = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
+        seen = scatters(make_history_modes(coarse, n_draw, SEED, covariance, modes))
     free = together.features.points.free[together.features.row]
     remainders = [compute_remainder(coarse, shift) for shift in _shifts(coarse.model, repeats, seen[0])]
     # The free structure is linear.

@@ -103,14 +103,15 @@ def plan_errors(
     errors = make_error_tangents(model, prediction, budget, highest_frequency(points))
     lasting = predictor.derivatives(model, prediction, errors.tangents) * errors.size
     apart = [
-        np.where((points.level == level)[:, None], lasting[:, errors.whole :], 0.0) for level in np.unique(points.level)
+        np.where((points.level == level)[:, None], lasting[:, errors.n_shared :], 0.0)
+        for level in np.unique(points.level)
     ]
     plain = ModelFeatures(predictor, _take_coefficients(points), model, prediction).coarse()
     return PlannedErrors(
         noise=noise.deviation(points, prediction.value),
         jitter=differs,
         history=_to_changes(plain.features, make_history_modes(plain, DRAWS, SEED)),
-        lasting=np.column_stack([lasting[:, : errors.whole], *apart]),
+        lasting=np.column_stack([lasting[:, : errors.n_shared], *apart]),
     )
 
 

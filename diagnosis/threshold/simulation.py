@@ -176,9 +176,9 @@ class Simulation:
         errors = make_error_tangents(fit.model, prediction, arrangement.budget, highest)
         rates = self._predictor.derivatives(fit.model, prediction, errors.tangents)
         slopes = self._features.slopes(prediction.value, rates) * errors.size
-        apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]
+        apart = [*slopes[:, errors.n_shared :].T, *self._finer_changes()]
         # A state that one of the models lacks has no error of this kind.
-        return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
+        return np.nan_to_num(slopes[:, : errors.n_shared]), np.nan_to_num(
             np.array(apart).reshape(len(apart), len(slopes)).T
         )
 

@@ -58,7 +58,7 @@ class Bench:
     @property
     def n_mode(self) -> int:
         highest = highest_frequency(self.features.points)
-        return make_error_tangents(self.model, self.prediction, Budget(), highest).whole - N_LINE
+        return make_error_tangents(self.model, self.prediction, Budget(), highest).n_shared - N_LINE
 
     @property
     def jitter(self) -> list[np.ndarray]:
