@@ -11,7 +11,13 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.closeness import BY_CHANCE, AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
+from diagnosis.decision.closeness import (
+    CHANCE_BEYOND_PRIORS,
+    AbsentPeak,
+    FarResonance,
+    find_absent_peak,
+    find_far_resonance,
+)
 from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.stand_in import MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Verdict
@@ -29,7 +35,7 @@ from diagnosis.fit.refit import (
     baseline_fit,
     choose_finalists,
     fit_from_starts,
-    is_lost,
+    is_poor_fit,
     quick_fit,
     refit,
     shortlist,
@@ -186,12 +192,13 @@ def screen_and_refit(
     -------
     Scores, best first; the test of the model without a further effect; the refits.
     """
-    lost, choice = is_lost(problem), choice or EffectChoice()
+    choice = choice or EffectChoice()
     scores = screen_effects(problem, effects, run_step, report, progress)
     baseline = run_step("held-out error", lambda: baseline_fit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
-    fits, chosen = [], [by_name[each.effect.name] for each in shortlist(ranked, problem.effort, lost=lost)]
+    listed = shortlist(ranked, problem.effort, is_poor=is_poor_fit(problem))
+    fits, chosen = [], [by_name[each.effect.name] for each in listed]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
@@ -241,7 +248,7 @@ def calibrate_model(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     screening = _choose_screening(arrangement, run_step)
-    progress = LONG_PROGRESS if is_lost(screening) else USUAL_PROGRESS
+    progress = LONG_PROGRESS if is_poor_fit(screening) else USUAL_PROGRESS
     far = _find_far(arrangement)
     report("response control", progress.screening / 2)
     effects = catalogue.candidates if far is None else ()
@@ -362,8 +369,8 @@ def _widen(
 def _begin(
     arrangement: Arrangement, screening: Arrangement, effects: Sequence[Effect], run_step: RunStep
 ) -> tuple[Arrangement, Arrangement, Starts]:
-    """Arrangement, the one by which effects are screened, and more starts of their fits where the model is lost."""
-    if not effects or not is_lost(screening):
+    """Arrangement, the one by which effects are screened, and more starts of their fits where it fits poorly."""
+    if not effects or not is_poor_fit(screening):
         return arrangement, screening, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
     arrangement = run_step("branches", partial(_downweight_other_branch, arrangement, starts))
@@ -384,7 +391,7 @@ def _list_starts(
     """
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
     is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / MIN_SHARE_KNOWN)
-    if not is_missing and not screening.fit.is_beyond_priors(BY_CHANCE):
+    if not is_missing and not screening.fit.is_beyond_priors(CHANCE_BEYOND_PRIORS):
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 

@@ -38,7 +38,7 @@ NOTHING = ModelParameter()
 #: Exponents of the amplitude that each place is fitted with.
 EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
 #: Least standard deviation of an exponent that they give, so far apart.
-COARSE = 0.3
+MIN_EXPONENT_DEVIATION = 0.3
 #: Phases that are nearer are of one kind: half of what a spring and a dashpot are apart [deg].
 SAME_KIND = 45.0
 #: A force counts for the phase if it is so many standard deviations large.
@@ -293,7 +293,7 @@ def _best(found: Sequence[Place]) -> Place:
     if bend <= 0:
         return best
     within = EXPONENTS[number] + (gains[number + 1] - gains[number - 1]) / (2 * bend)
-    sure, other = min(bend / 2, 1 / COARSE**2), 1 / best.exponent_deviation**2
+    sure, other = min(bend / 2, 1 / MIN_EXPONENT_DEVIATION**2), 1 / best.exponent_deviation**2
     return replace(
         best,
         exponent=float((sure * within + other * best.exponent) / (sure + other)),

@@ -9,7 +9,7 @@ from diagnosis.decision.fits import Fits
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.stand_in import MAX_SHARE_LEFT
 from diagnosis.fit.finalist import Finalist
-from diagnosis.fit.problem import UNEXPLAINED, Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.threshold.detection_threshold import Thresholds
 
 
@@ -62,7 +62,7 @@ def find_pair_that_passes(fits: Fits) -> FoundPair:
     if first is None or fits.find_better_law(first) is not None:
         return FoundPair()
     further = fits.explain_residual(first).refit
-    if further is None or further.reduced_chi2_by_noise > UNEXPLAINED:
+    if further is None or further.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
         return FoundPair()
     found = find_pair(fits, first, further)
     if found.pair is None:

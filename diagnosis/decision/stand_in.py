@@ -8,13 +8,14 @@ is the known one that is nearest.
 
 from diagnosis.decision.fits import Fits
 from diagnosis.decision.residual_explanation import ResidualExplanation
-from diagnosis.fit.problem import UNEXPLAINED, Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.unknown_force import compute_excess_gain
 
-#: Share of the gain of an effect that others may gain beyond the threshold, and of the error that it may leave [-].
+#: Share of the gain of an effect that others may gain beyond the threshold, and of the error that it may leave.
+#: Set on development seeds [-].
 MAX_SHARE_LEFT = 0.15
 #: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
-#: well: it is then the next effect to be named [-].
+#: well: it is then the next effect to be named. Set on development seeds [-].
 MIN_SHARE_KNOWN = 0.5
 
 
@@ -24,7 +25,7 @@ def find_cause_beside(fits: Fits, refit: Refit) -> ResidualExplanation | None:
     force = residual.places[0] if residual.places else None
     unknown = 0.0 if force is None else compute_excess_gain(force) - thresholds.misfit
     is_known = force is None or residual.known_effect_gain >= MIN_SHARE_KNOWN * force.gain
-    if unknown > 0 and not is_known and refit.reduced_chi2_by_noise > UNEXPLAINED and _is_linear(fits, refit):
+    if unknown > 0 and not is_known and refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2 and _is_linear(fits, refit):
         return residual
     beyond = max(residual.gain - thresholds.gain, unknown)
     leaves_much = beyond > MAX_SHARE_LEFT * refit.gain and not _explains_nearly_all(refit, fits.baseline)
@@ -46,4 +47,4 @@ def _explains_nearly_all(refit: Refit, baseline: Refit) -> bool:
     Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
     """
     was, left = baseline.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
-    return was > UNEXPLAINED and left - 1 < MAX_SHARE_LEFT**2 * (was - left)
+    return was > UNEXPLAINED_CHI2 and left - 1 < MAX_SHARE_LEFT**2 * (was - left)

@@ -4,7 +4,7 @@ import numpy as np
 
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.residual_explanation import ResidualExplanation
-from diagnosis.fit.problem import UNEXPLAINED, Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import compute_excess_gain
 from geometry.plain_number import plain
@@ -34,7 +34,7 @@ def describe_stand_in(name: str, residual: ResidualExplanation, thresholds: Thre
 def describe_held_out_error(baseline: Refit) -> str:
     """A large error of the held-out data, beside that of the training data."""
     held_out, others = (f"{plain(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
-    if baseline.reduced_chi2_by_noise > UNEXPLAINED:
+    if baseline.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
         return (
             f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
             f"held-out data and by {others} on the others."

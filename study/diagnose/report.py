@@ -18,7 +18,7 @@ from geometry.plain_number import percent, plain
 from study.alike import name_wrong_places
 from study.compare.report import side_by_side
 from study.console import WIDTH
-from study.diagnose.doubt import CLEARLY_WORSE, list_doubts
+from study.diagnose.doubt import HARMFUL_ERROR_RATIO, list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
 from study.diagnose.missing_law import format_law
 from study.diagnose.next_test import format_next_tests
@@ -139,7 +139,7 @@ def _name_effects(result: Round) -> str:
 
 def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
     """Change of the held-out error by an effect, from the model as drawn where calibration alone has gone astray."""
-    is_astray = before.held_out > CLEARLY_WORSE * drawn.held_out
+    is_astray = before.held_out > HARMFUL_ERROR_RATIO * drawn.held_out
     if is_astray and drawn.held_out > after.held_out:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
         return f"the held-out error falls from {error} % as drawn to {then} %"

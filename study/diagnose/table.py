@@ -22,7 +22,7 @@ from study.diagnose.round import Round, summarise_errors
 #: Cosine of two effects' changes above which a table marks them as alike; a verdict names them above 0.99.
 MARKED_ALIKE = 0.95
 #: Where half an interval is so many times a value, no digit of the value counts [-].
-UNTOLD = 100.0
+MAX_HALF_INTERVAL = 100.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,7 +123,7 @@ def format_number(value: float, count: int) -> str:
 
 def format_interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g"."""
-    if np.isfinite(deviation) and TWO_SIDED_95 * deviation > UNTOLD * abs(value):
+    if np.isfinite(deviation) and TWO_SIDED_95 * deviation > MAX_HALF_INTERVAL * abs(value):
         size, unit = split_unit(TWO_SIDED_95 * deviation, parameter)
         return f"0 +- {format_number(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
     size, unit = split_unit(value, parameter)

@@ -10,7 +10,14 @@ import pytest
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
-from diagnosis.decision.closeness import ABOVE, BY_CHANCE, FAR, find_absent_peak, find_far_resonance, list_beyond_priors
+from diagnosis.decision.closeness import (
+    CHANCE_BEYOND_PRIORS,
+    MAX_RESONANCE_ERROR,
+    MIN_PEAK_OVER_MEASURED,
+    find_absent_peak,
+    find_far_resonance,
+    list_beyond_priors,
+)
 from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
@@ -62,7 +69,7 @@ def test_contacts_may_lower_a_resonance_to_that_without_them(observed: Observati
 
 def test_a_band_without_a_peak_tells_nothing(observed: Observation, small: Model) -> None:
     flat: Any = replace(observed, repeat=np.ones_like(observed.repeat))
-    assert find_far_resonance(flat, scaled(small, (1 - 3 * FAR) ** 2)) is None
+    assert find_far_resonance(flat, scaled(small, (1 - 3 * MAX_RESONANCE_ERROR) ** 2)) is None
 
 
 def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -> None:
@@ -70,7 +77,7 @@ def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -
     points = observed.points
     falling = (points.frequency.min() / points.frequency) ** 20 * points.force
     beyond: Any = replace(observed, repeat=np.broadcast_to(falling[:, None], observed.repeat.shape).astype(complex))
-    peak = observed.value * 1e3 * ABOVE / np.abs(observed.value).max() * np.abs(beyond.value).max()
+    peak = observed.value * 1e3 * MIN_PEAK_OVER_MEASURED / np.abs(observed.value).max() * np.abs(beyond.value).max()
     found = find_absent_peak(beyond, peak)
     assert found is not None
     assert points.frequency.min() < found.predicted < points.frequency.max()
@@ -115,5 +122,5 @@ def test_parameters_that_are_together_beyond_their_priors_are_held_back_the_furt
             residual=np.zeros(len(values)), jacobian=np.eye(len(values)),
         )  # fmt: skip
         # Of five parameters 5 is what chance expects; 18 is exceeded by 0.27 %.
-        assert fit.is_beyond_priors(BY_CHANCE) == bool(beyond_priors)
+        assert fit.is_beyond_priors(CHANCE_BEYOND_PRIORS) == bool(beyond_priors)
         assert len(list_beyond_priors(fit)) == beyond_priors
