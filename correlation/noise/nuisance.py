@@ -12,7 +12,7 @@ from correlation.feature.vector import FeatureVector
 from correlation.model import LineSensor, Model, Sensor
 from correlation.model_solver import Tangent
 from correlation.noise.free_mode import FreeModes, Rows
-from correlation.noise.latin_hypercube import latin_hypercube
+from correlation.noise.latin_hypercube import draw_latin_hypercube
 from correlation.noise.symmetric_root import symmetric_root
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
@@ -114,7 +114,9 @@ class NuisanceModes(NamedTuple):
 def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> NuisanceModes:
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
     groups = nominal.model.preload_groups
-    errors = make_error_tangents(nominal.model, nominal.prediction, budget, highest_frequency(nominal.features.points))
+    errors = make_error_tangents(
+        nominal.model, nominal.prediction, budget, find_highest_frequency(nominal.features.points)
+    )
     common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
     jitter = [*common, *(_preload_tangent(nominal.model, group) for group in groups)]
     # Each state is linearised once for all of them.
@@ -200,7 +202,7 @@ def make_contact_errors(model: Model, budget: Budget) -> ErrorTangents:
     return ErrorTangents([*softer, *patterns], size, len(softer))
 
 
-def highest_frequency(points: Points) -> float:
+def find_highest_frequency(points: Points) -> float:
     """Highest frequency of the readings, harmonics included [Hz]."""
     return float((points.frequency * np.maximum(points.harmonic, 1)).max())
 
@@ -243,14 +245,14 @@ def make_history_modes(
     if preload_covariance is not None and preload_modes is None:
         preload_modes = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
     changes, followed = [], replace(predictor, points=kept)
-    histories = latin_hypercube(n_draw, count_contact_sliders(model), seed)
+    histories = draw_latin_hypercube(n_draw, count_contact_sliders(model), seed)
     for history, amount in zip(histories, amounts, strict=True):
         moved = model
         for group, by in zip(model.preload_groups, amount, strict=True):
             for name in group if by else ():
                 moved = moved.with_preload_ratio(name, 1 + by)
         value = np.array(prediction.value)
-        value[jointed] = replace(followed, slider=sliders_after_history(moved, history)).vary(moved, prediction)
+        value[jointed] = replace(followed, slider=make_slider_start(moved, history)).vary(moved, prediction)
         changes.append(features.of_values(value) - nominal - (0.0 if preload_modes is None else preload_modes @ amount))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)
@@ -273,7 +275,7 @@ def count_contact_sliders(model: Model) -> int:
     return sum(contact.n_slider for contact in friction_contacts(model.system.joints))
 
 
-def sliders_after_history(
+def make_slider_start(
     model: Model, history: Float[NDArray[np.float64], " sliders"]
 ) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
     """Slider positions after a history: static forces within `HISTORY` of the limits at rest.
@@ -342,7 +344,7 @@ def _share_patterns(model: Model) -> list[Tangent]:
         for names in model.lines.values():
             contacts = [model.contact(name) for name in names]
             values = np.array([getattr(contact, field) for contact in contacts])
-            for contact, rate in zip(contacts, values * parabolic_share(values), strict=True):
+            for contact, rate in zip(contacts, values * compute_parabolic_share(values), strict=True):
                 rates[contact.name, field] = float(rate)
                 if field == "preload":
                     static += rate * contact.normal
@@ -351,7 +353,7 @@ def _share_patterns(model: Model) -> list[Tangent]:
     return found
 
 
-def parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def compute_parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts.
 
     Zero too where some weights are zero or pull while others press.

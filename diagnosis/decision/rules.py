@@ -31,7 +31,7 @@ from diagnosis.decision.law_of_force import FittedLaw, find_alternatives
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.pair_search import FoundPair, find_pair, find_pair_that_passes
 from diagnosis.decision.stand_in import find_cause_beside
-from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
+from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_strengths
 from diagnosis.decision.wording import describe_held_out_error, describe_law, describe_stand_in
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
@@ -126,7 +126,7 @@ def decide(
     """
     nothing = Verdict(
         finding=Finding.NOTHING, effects=[], baseline=baseline, threshold=by.thresholds.gain,
-        detectable=smallest_detectable(by.scores, by.thresholds.gain),
+        detectable=compute_detectable_strengths(by.scores, by.thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in by.scores},
         model_error_size=model_error_size,
     )  # fmt: skip

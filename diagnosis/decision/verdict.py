@@ -12,7 +12,7 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.pair import Pair
-from diagnosis.decision.wording import describe_fall
+from diagnosis.decision.wording import describe_held_out_fall
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
@@ -193,18 +193,18 @@ class Verdict(Tabular):
         return f"The smallest detectable strengths are: {strengths}." if strengths else ""
 
     def _fall(self, refit: Refit) -> str:
-        return describe_fall(self.baseline, refit)
+        return describe_held_out_fall(self.baseline, refit)
 
     def _format_strength(self, refit: Refit) -> str:
         assert refit.effect is not None
         unit = self.units.get(refit.name, refit.effect.parameters[0].unit)
         half = TWO_SIDED_95 * refit.deviation
         unit = "" if unit == "-" else f" {unit}"
-        count = min(worth(refit.strength, half), MOST_DIGITS)
+        count = min(count_digits(refit.strength, half), MOST_DIGITS)
         return f"{refit.strength:.{count}g}{unit} +- {half:.2g}"
 
 
-def smallest_detectable(scores: Sequence[Score], threshold: float) -> dict[str, float]:
+def compute_detectable_strengths(scores: Sequence[Score], threshold: float) -> dict[str, float]:
     """Strength of each candidate, from its vanishing value, at which its expected gain is the threshold, by name.
 
     Infinite where that lies beyond the bounds of the effect: at no strength that it may have.
@@ -219,7 +219,7 @@ def _within(parameter: EffectParameter, strength: float) -> float:
     return strength if strength <= reach else np.inf
 
 
-def worth(value: float, half: float) -> int:
+def count_digits(value: float, half: float) -> int:
     """Significant digits of a value with half its interval: down to the second digit of the half, at least four."""
     if not (np.isfinite([value, half]).all() and value and half > 0):
         return 4

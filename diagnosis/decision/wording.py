@@ -12,7 +12,7 @@ from geometry.plain_number import plain
 
 def describe_law(refit: Refit, law: FittedLaw, baseline: Refit) -> str:
     """An unknown force at the place of an effect, with its law."""
-    falls = describe_fall(baseline, law.refit)
+    falls = describe_held_out_fall(baseline, law.refit)
     return (
         f"Something is missing, and it is none of the known effects: near {refit.place}, {law.words}, by which "
         f"{falls}. Nearest is {refit.name}."
@@ -45,7 +45,7 @@ def describe_held_out_error(baseline: Refit) -> str:
     )
 
 
-def describe_fall(before: Refit, after: Refit) -> str:
+def describe_held_out_fall(before: Refit, after: Refit) -> str:
     """Change of the held-out error by an effect, in words; of each record where there are records."""
     if not after.held_out_names:
         chi2 = before.held_out_reduced_chi2_by_noise, after.held_out_reduced_chi2_by_noise

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from correlation.model import Model
 from correlation.noise.error_patterns import compute_moduli
 from correlation.noise.free_mode import FreeModes
-from correlation.noise.nuisance import Budget, ModelFeatures, highest_frequency
+from correlation.noise.nuisance import Budget, ModelFeatures, find_highest_frequency
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import MOST_PULLED, CalibrationParameter
 from diagnosis.fit.weighting import Measured
@@ -88,7 +88,7 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
         return ()
     prediction = measured.predictor.predict(model)
     nominal = ModelFeatures(measured.predictor.share(model), measured.features, model, prediction)
-    tangents = FreeModes.below(model, highest_frequency(measured.observed.points)).frequency_errors()
+    tangents = FreeModes.below(model, find_highest_frequency(measured.observed.points)).frequency_errors()
     features = measured.features
     size = compute_moduli(features, features.of_values(prediction.value))
     change = budget.frequency * np.abs(nominal.slopes(tangents)) / np.where(size > 0, size, np.inf)[:, None]

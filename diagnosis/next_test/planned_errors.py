@@ -13,7 +13,7 @@ from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
-    highest_frequency,
+    find_highest_frequency,
     make_error_tangents,
     make_history_modes,
 )
@@ -100,7 +100,7 @@ def plan_errors(
     points = predictor.points
     unknowns = Unknowns.from_effects(model, jitter, ())
     differs = differentiate_readings(predictor, unknowns, unknowns.vanishing, model, prediction) * unknowns.prior
-    errors = make_error_tangents(model, prediction, budget, highest_frequency(points))
+    errors = make_error_tangents(model, prediction, budget, find_highest_frequency(points))
     lasting = predictor.derivatives(model, prediction, errors.tangents) * errors.size
     apart = [
         np.where((points.level == level)[:, None], lasting[:, errors.n_shared :], 0.0)

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
+from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_strengths
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
 from geometry.plain_number import plain
@@ -125,13 +125,13 @@ def judge_records(
     # Squared error by an effect that is removed, in the units of its screening.
     enough = (DETECTABLE_ERROR * baseline.held_out_error) ** 2 * baseline.fit.n_number if seen else 0.0
     return Verdict(
-        finding=finding, effects=effects, baseline=baseline, detectable=smallest_detectable(seen, enough),
-        units={name: named_unit(unit, units or {}) for name, unit in given.items()},
+        finding=finding, effects=effects, baseline=baseline, detectable=compute_detectable_strengths(seen, enough),
+        units={name: rename_unit(unit, units or {}) for name, unit in given.items()},
         reason=_reason(finding, test, refits),
     )  # fmt: skip
 
 
-def named_unit(unit: str, names: Mapping[str, str]) -> str:
+def rename_unit(unit: str, names: Mapping[str, str]) -> str:
     """Unit of SI with other names for "N" and "m"."""
     if names:
         unit = re.sub(r"\bkg\b", "N s^2/m", unit)

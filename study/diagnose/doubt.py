@@ -29,7 +29,7 @@ def list_doubts(result: Round) -> list[str]:
         *_harm(result),
         *_left(result),
         *_jumps(result),
-        *_strayed(result),
+        *_pulled(result),
         *_model_error(result),
         *result.remarks,
     ]
@@ -79,8 +79,11 @@ def _jumps(result: Round) -> Iterator[str]:
         )
 
 
-def _strayed(result: Round) -> Iterator[str]:
-    """Calibration parameters at a bound, or far from where their priors put them."""
+def _pulled(result: Round) -> Iterator[str]:
+    """Calibration parameters at a bound, or far from where their priors put them, each by itself.
+
+    Whether all of them together are beyond their priors is a rule of the verdict, see `list_beyond_priors`.
+    """
     fit = (result.best or result.diagnosis.baseline).fit
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters

@@ -31,8 +31,8 @@ from study.diagnose.table import (
     format_interval,
     format_number,
     format_strength,
-    frequency_shifts,
     list_factors,
+    list_frequency_shifts,
     list_rows,
     list_sensor_gains,
     list_strengths,
@@ -41,12 +41,12 @@ from study.diagnose.table import (
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
 #: Where the case has values of an earlier fit.
-ANEW = (
+REFITTED_NOTE = (
     "Every diagnosis fits all of these values anew. The values of the case are in brackets; they stay in the file "
     'until the next stickslip add. "As drawn" is the structure without them, "as the case says" with the values in '
     "brackets."
 )
-SETTLED = (
+HELD_OUT_NOTE = (
     "The held-out error is computed after preload, frequency offset and force of each held-out repeat have been "
     "fitted within their measured scatter. It is weighted by the covariance of its round, so that the same values may "
     "have another error in another round."
@@ -75,25 +75,27 @@ TAG = {
 TAG_ONE = "An effect may be missing"
 TAG_TWO = {Finding.MISSING: "Two effects are missing", Finding.AMBIGUOUS: "Two effects may be missing"}
 #: The next step where two effects are missing.
-BOTH = (
+ADVICE_TWO = (
     'stickslip add "{effect}" writes the first into the case, and a second diagnosis finds the other; --auto does both'
 )
 #: File of a recovered law.
 LAW_FILE = "recovered_law.py"
 #: The next step where an unknown force has a place.
-PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
+ADVICE_PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
-LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
+ADVICE_LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
 #: The next step where measurements look wrong.
-CORRECT = "check the measurements that look wrong, correct them in the files or the manifest, and diagnose again"
+ADVICE_WRONG_DATA = (
+    "check the measurements that look wrong, correct them in the files or the manifest, and diagnose again"
+)
 #: The next step where a prior holds a calibration parameter back.
-BEYOND_PRIORS = (
+ADVICE_PRIORS = (
     "correct in the case what these parameters scale, or raise their deviations in [accepted]; then diagnose again"
 )
 #: The next step where held-out data or its interval do not confirm the only effect that is named.
-UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
+ADVICE_UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
 #: The next step where a test separates what is left.
-MEASURE = '{measure}; or add one of them: stickslip add "{effect}"'
+ADVICE_TEST = '{measure}; or add one of them: stickslip add "{effect}"'
 
 
 def format_report(result: Round) -> str:
@@ -161,23 +163,23 @@ def choose_advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
     if result.wrong:
-        return CORRECT
+        return ADVICE_WRONG_DATA
     if verdict.beyond_priors:
-        return BEYOND_PRIORS
+        return ADVICE_PRIORS
     if result.next_step.sentence and verdict.finding is Finding.AMBIGUOUS:
         effect = verdict.effects[0].name
-        return MEASURE.format(measure=result.next_step.sentence, effect=effect)
+        return ADVICE_TEST.format(measure=result.next_step.sentence, effect=effect)
     if result.next_step.sentence and verdict.finding in {Finding.UNKNOWN, Finding.NOT_TESTABLE}:
         return result.next_step.sentence
     if verdict.finding is Finding.UNKNOWN and verdict.laws:
-        return LAW
+        return ADVICE_LAW
     if verdict.place is not None:
-        return PLACE
+        return ADVICE_PLACE
     effect = best.effect.name if best is not None and best.effect is not None else ""
     if verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1 and not verdict.laws:
-        return UNCONFIRMED.format(effect=effect)
+        return ADVICE_UNCONFIRMED.format(effect=effect)
     if verdict.finding is Finding.MISSING and verdict.further is not None:
-        return BOTH.format(effect=effect)
+        return ADVICE_TWO.format(effect=effect)
     return ADVICE[verdict.finding].format(effect=effect)
 
 
@@ -229,7 +231,7 @@ def make_document(result: Round) -> dict[str, Any]:
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
             for name, (factor, deviation) in list_factors(result.setup, diagnosis.baseline).items()
         },
-        "frequency_shifts": frequency_shifts(result.setup, diagnosis.baseline),
+        "frequency_shifts": list_frequency_shifts(result.setup, diagnosis.baseline),
         "gains": {
             name: _estimate(*numbers, "gain")
             for name, numbers in list_sensor_gains(result.setup, diagnosis.baseline).items()
@@ -363,8 +365,9 @@ def _fitted(result: Round) -> Iterator[str]:
         yield f"Calibrated with {result.best.label}: {named}"
     if found := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, baseline).items()]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
-    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, baseline).items()]:
-        yield f"Errors of the mesh that the fit found: {', '.join(shifts)}"
+    if shifts := list_frequency_shifts(result.setup, baseline):
+        listed = ", ".join(f"{name} {100 * shift:+.2g} %" for name, shift in shifts.items())
+        yield f"Errors of the mesh that the fit found: {listed}"
     for (effect, strength, deviation), was in zip(
         list_strengths(result.setup, baseline), result.setup.added, strict=True
     ):
@@ -372,13 +375,13 @@ def _fitted(result: Round) -> Iterator[str]:
         now = format_interval(strength, deviation, parameter)
         yield f"Added: {effect.name}, {now} (case: {format_interval(float(was.values[0]), 0.0, parameter)})"
     if in_case or result.setup.added:
-        yield from wrap(ANEW, WIDTH, initial_indent="  ", subsequent_indent="  ")
+        yield from wrap(REFITTED_NOTE, WIDTH, initial_indent="  ", subsequent_indent="  ")
     steps = [(stage.name, summarise_errors(stage.refit)) for stage in list_stages(result)]
     width = max(len(name) for name, _ in steps)
     for name, values in steps:
         yield f"  {name:<{width}}  {describe_errors(values)}"
     if in_case or result.setup.added:
-        yield from wrap(SETTLED, WIDTH, initial_indent="  ", subsequent_indent="  ")
+        yield from wrap(HELD_OUT_NOTE, WIDTH, initial_indent="  ", subsequent_indent="  ")
 
 
 def _name_factors(result: Round, refit: Refit) -> str:
@@ -411,15 +414,15 @@ def _candidates(result: Round) -> Iterator[str]:
         yield "  the two that are missing together: what each does beside the other, and the held-out error of both"
     if result.diagnosis.verdict.finding in {Finding.NOTHING, Finding.NOT_TESTABLE}:
         yield ""
-        told = {
+        listed_by_title = {
             "Smallest strengths that these tests would have detected:": [
                 f"{row.effect.name} {row.detectable_in_words}" for row in listed if isfinite(row.detectable)
             ],
             "These tests detect at no strength:": [row.effect.name for row in listed if not isfinite(row.detectable)],
         }
-        for words, names in told.items():
+        for title, names in listed_by_title.items():
             if names:
-                yield words
+                yield title
                 yield from wrap(
                     "; ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
                 )

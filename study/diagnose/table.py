@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import Effect, EffectParameter
-from diagnosis.decision.verdict import worth
+from diagnosis.decision.verdict import count_digits
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.mode_correction import FrequencyCorrection
 from diagnosis.fit.problem import Refit
@@ -128,7 +128,7 @@ def format_interval(value: float, deviation: float, parameter: EffectParameter) 
         return f"0 +- {format_number(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
     size, unit = split_unit(value, parameter)
     half = TWO_SIDED_95 * deviation / size
-    number = format_number(value / size, worth(value / size, half))
+    number = format_number(value / size, count_digits(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{number} {unit}".rstrip()
     return f"{number} +- {format_number(half, 2)} {unit}".rstrip()
@@ -159,7 +159,7 @@ def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, floa
     return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}
 
 
-def frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
+def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
     """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
     fitted = _calibrated(setup, refit)
     return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
