@@ -26,9 +26,9 @@ from study.compare.section.section import Section
 from study.compare.sentence import Summary
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import add
+from study.diagnose.advice import ADVICE
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
-from study.diagnose.report import ADVICE
 from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.table import format_fitted_strength, write_up
 from study.json_value import plain

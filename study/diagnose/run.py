@@ -19,8 +19,9 @@ from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
+from study.diagnose.document import make_document
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
-from study.diagnose.report import format_headline, format_report, make_document
+from study.diagnose.report import format_headline, format_report
 from study.diagnose.round import Round, Steps, diagnose_case, summarise_errors
 from study.diagnose.table import write_up
 from study.json_value import plain
