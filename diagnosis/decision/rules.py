@@ -152,14 +152,14 @@ def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
     if pair is not None:  # rule 4
         return replace(_name_effects(nothing, fits, [], pair), finding=Finding.AMBIGUOUS)
     if _is_force_missing(fits):  # rule 5
-        return _find_unknown(nothing, fits, place=fits.places[0])
+        return _decide_unknown(nothing, fits, place=fits.places[0])
     found = _find_law_that_generalises(fits)
     if found is not None:  # rule 6
         return _name_law(nothing, fits, *found)
     if fits.beyond_priors:  # rule 7
-        return _find_unknown(nothing, fits)
+        return _decide_unknown(nothing, fits)
     if errs_on_held_out(fits.baseline):  # rule 8
-        return _find_unknown(nothing, fits, reason=describe_held_out_error(fits.baseline))
+        return _decide_unknown(nothing, fits, reason=describe_held_out_error(fits.baseline))
     return nothing
 
 
@@ -178,8 +178,8 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
     if left is None or pair is not None:  # rules 11, 12, and 14 to 16
         return _name_effects(nothing, fits, passed, pair)
     if _is_force_missing(fits):  # rule 13
-        return _find_unknown(nothing, fits, place=fits.places[0], nearest=best)
-    return _find_unknown(nothing, fits, reason=describe_stand_in(best.name, left, fits.thresholds))
+        return _decide_unknown(nothing, fits, place=fits.places[0], nearest=best)
+    return _decide_unknown(nothing, fits, reason=describe_stand_in(best.name, left, fits.thresholds))
 
 
 def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: Pair | None) -> Verdict:
@@ -196,9 +196,10 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
     """
     ranked = passed if pair is None else [each.refit for each in pair.ranked]
     probabilities = compute_probabilities(ranked).tolist()
-    count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))
+    count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))  # rule 14
     best, alone = ranked[0], fits.finalists[ranked[0].name].refit
-    laws = find_alternatives(fits.fit_other_laws(alone), DECISIVE)
+    laws = find_alternatives(fits.fit_other_laws(alone), DECISIVE)  # rule 11
+    # Rule 15 but for the interval of the strength, which is known later: see `Verdict.with_fits`.
     is_sure = count == 1 and not laws and is_confirmed(best, alone, pair, fits.baseline)
     return replace(
         nothing, finding=Finding.MISSING if is_sure else Finding.AMBIGUOUS, effects=ranked[:count],
@@ -210,10 +211,10 @@ def _name_law(nothing: Verdict, fits: Fits, refit: Refit, law: FittedLaw) -> Ver
     """An unknown force that has a law in place of that of an effect."""
     place = next((each for each in fits.places if each.name == refit.place), None)
     reason = describe_law(refit, law, fits.baseline)
-    return _find_unknown(nothing, fits, place=place, nearest=refit, laws=[law], reason=reason)
+    return _decide_unknown(nothing, fits, place=place, nearest=refit, laws=[law], reason=reason)
 
 
-def _find_unknown(nothing: Verdict, fits: Fits, **known: Any) -> Verdict:
+def _decide_unknown(nothing: Verdict, fits: Fits, **known: Any) -> Verdict:
     """Something unknown is missing; where parameters are beyond their priors, all that is known are these."""
     if fits.beyond_priors:
         known = {"beyond_priors": fits.beyond_priors, "reason": describe_beyond_priors(fits.beyond_priors)}
