@@ -19,7 +19,7 @@ from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
-from diagnosis.time_record.held_out import MAX_EXCESS_LEFT, MIN_MEAN_VOTE, HeldOutTest
+from diagnosis.time_record.held_out import MAX_EXCESS_LEFT, MIN_STANDARD_ERRORS, HeldOutTest
 
 #: As timed on ring-downs and loops.
 PROGRESS = ProgressFractions(screening=0.3, fits=0.5, tests=0.9, covariances=1.0, explanation=1.0, intervals=1.0)
@@ -148,7 +148,7 @@ class FeatureTest(HeldOutTest):
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""
         fall = before.n_held_out * (before.held_out_reduced_chi2 - after.held_out_reduced_chi2)
-        return fall > MIN_MEAN_VOTE**2 * max(1.0, after.held_out_reduced_chi2)
+        return fall > MIN_STANDARD_ERRORS**2 * max(1.0, after.held_out_reduced_chi2)
 
     def explains(self, refit: Refit) -> bool:
         """Whether little of the error is left, and of every clear indication."""

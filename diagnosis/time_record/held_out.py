@@ -3,7 +3,7 @@
 The residual of a record is coloured, and mostly the model's own error, so that a nominal test would accept any effect.
 The excess of the held-out error over the noise must therefore fall to `MAX_EXCESS_RATIO`, throughout these records:
 each of their blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and after, and the mean vote must
-be above zero by `MIN_MEAN_VOTE` times its standard error.
+be above zero by `MIN_STANDARD_ERRORS` times its standard error.
 
 Where the noise is known there is a second condition: an effect that leaves more than `MAX_EXCESS_LEFT` of the excess,
 above the noise, stands in for another, as a linear spring does for a cubic one at a single level.
@@ -31,7 +31,7 @@ ZERO_ERROR = 1e-6
 #: Largest share of the excess held-out error that a named effect may leave, where the noise is known.
 MAX_EXCESS_LEFT = 0.5
 #: Least mean vote of the blocks in standard errors; below it two effects cannot be distinguished.
-MIN_MEAN_VOTE = 4.0
+MIN_STANDARD_ERRORS = 4.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -160,4 +160,4 @@ def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArra
     if not np.isfinite(after).all():
         return False
     votes = (before - after) / np.maximum(before + after, np.finfo(float).tiny)
-    return bool(votes.mean() > MIN_MEAN_VOTE * votes.std(ddof=1) / np.sqrt(len(votes)))
+    return bool(votes.mean() > MIN_STANDARD_ERRORS * votes.std(ddof=1) / np.sqrt(len(votes)))
