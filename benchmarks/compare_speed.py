@@ -33,7 +33,7 @@ from benchmarks.random_systems import log_uniform, random_springs
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.model import LineSensor, Model, Sensor
-from correlation.noise.nuisance import count_contact_sliders, sliders_after_history
+from correlation.noise.nuisance import count_contact_sliders, make_slider_start
 from correlation.prediction import Points, Predictor
 from fe.dense_modes import compute_dense_modes
 from reduction.file.npz import write_npz
@@ -165,7 +165,7 @@ def write_measurements(model: Model, names: Sequence[str], folder: Path, seed: i
             by = PRELOAD_JITTER * random.standard_normal()
             for name in group:
                 moved = moved.with_preload_ratio(name, 1 + by)
-        start = sliders_after_history(moved, random.random(count_contact_sliders(model)))
+        start = make_slider_start(moved, random.random(count_contact_sliders(model)))
         before = Predictor(points=points, slider=start, sweeps=(1, -1)).predict(moved, before)
         for way, value in zip((1, -1), before.by_sweep, strict=True):
             noise = random.standard_normal((len(rows), 2)) @ [1.0, 1j] / np.sqrt(2)

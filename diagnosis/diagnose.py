@@ -12,9 +12,15 @@ from correlation.noise.error_size import ErrorSize
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.closeness import BY_CHANCE, AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
-from diagnosis.decision.likelihood_ratio import KNOWN
+from diagnosis.decision.closeness import (
+    CHANCE_BEYOND_PRIORS,
+    AbsentPeak,
+    FarResonance,
+    find_absent_peak,
+    find_far_resonance,
+)
 from diagnosis.decision.rules import Criteria, judge
+from diagnosis.decision.stand_in import MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import AddedEffect
@@ -30,7 +36,7 @@ from diagnosis.fit.refit import (
     baseline_fit,
     choose_finalists,
     fit_from_starts,
-    is_lost,
+    is_poor_fit,
     quick_fit,
     refit,
     shortlist,
@@ -116,6 +122,39 @@ class Diagnosis(Generic[P]):
     thresholds: Thresholds = NO_THRESHOLDS
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CalibratedModel:
+    """A calibrated model beside its measurements, before any effect is screened.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements beside the model, with the fit of the calibration parameters and the added effects.
+    screening
+        Arrangement by which effects are screened and fitted.
+    catalogue
+        Candidates, and effects that cannot be tested.
+    far
+        A measured resonance that is far from those of the model, or a predicted one that is absent, if there is one.
+    starts
+        Effects with values from which their fits may begin as well.
+    progress
+        Fractions of the round that are done when its parts begin.
+    """
+
+    arrangement: Arrangement
+    screening: Arrangement
+    catalogue: Catalogue
+    far: FarResonance | AbsentPeak | None
+    starts: Starts
+    progress: ProgressFractions
+
+    @property
+    def effects(self) -> Sequence[Effect]:
+        """Effects to screen: none in a model that is another structure."""
+        return self.catalogue.candidates if self.far is None else ()
+
+
 class EffectChoice(NamedTuple):
     """Choice of the effects that are fitted."""
 
@@ -154,17 +193,13 @@ def screen_and_refit(
     -------
     Scores, best first; the test of the model without a further effect; the refits.
     """
-    lost, choice = is_lost(problem), choice or EffectChoice()
-    report("screening", progress.screening)
-
-    def report_screening(done: int, total: int) -> None:
-        report("screening", progress.between("screening", "fits", done / total))
-
-    scores = run_step("scores", lambda: screen(problem, effects, report_screening))
+    choice = choice or EffectChoice()
+    scores = screen_effects(problem, effects, run_step, report, progress)
     baseline = run_step("held-out error", lambda: baseline_fit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
-    fits, chosen = [], [by_name[each.effect.name] for each in shortlist(ranked, problem.effort, lost=lost)]
+    listed = shortlist(ranked, problem.effort, is_poor=is_poor_fit(problem))
+    fits, chosen = [], [by_name[each.effect.name] for each in listed]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
@@ -176,6 +211,53 @@ def screen_and_refit(
         report(f"test of {score.effect.name}", progress.between("tests", "covariances", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
     return scores, baseline, refits
+
+
+def screen_effects(
+    problem: Problem, effects: Sequence[Effect], run_step: RunStep, report: Report, progress: ProgressFractions
+) -> list[Score]:
+    """Scores of effects, best first; parameters as of `screen_and_refit`."""
+    report("screening", progress.screening)
+
+    def report_screening(done: int, total: int) -> None:
+        report("screening", progress.between("screening", "fits", done / total))
+
+    return run_step("scores", lambda: screen(problem, effects, report_screening))
+
+
+@on_one_blas_thread
+def calibrate_model(
+    campaign: Campaign,
+    base: Model,
+    calibration: Sequence[CalibrationParameter],
+    budget: Budget,
+    *,
+    added: Sequence[AddedEffect],
+    without: Collection[str],
+    extra: Sequence[Extra],
+    run_step: RunStep,
+    report: Report,
+) -> CalibratedModel:
+    """Calibrate a model, the first part of a diagnosis; parameters as of `diagnose`."""
+    base = _with_basis(base)
+    # What is fitted already is no candidate: an added effect, or a parameter of a joint that the case accepts.
+    names = {each.effect.name for each in added} | {each.name for each in calibration}
+    catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
+    catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
+    report("calibration", 0.0)
+    find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
+    arrangement = run_step(
+        "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
+    )
+    screening = _choose_screening(arrangement, run_step)
+    progress = LONG_PROGRESS if is_poor_fit(screening) else USUAL_PROGRESS
+    far = _find_far(arrangement)
+    report("response control", progress.screening / 2)
+    effects = catalogue.candidates if far is None else ()
+    arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
+    return CalibratedModel(
+        arrangement=arrangement, screening=screening, catalogue=catalogue, far=far, starts=starts, progress=progress
+    )
 
 
 @on_one_blas_thread
@@ -223,42 +305,33 @@ def diagnose(
         An unknown kind of effect, or an invalid effect of the user's own.
     """
     report = report or (lambda _step, _share: None)
-    base = _with_basis(base)
-    # What is fitted already is no candidate: an added effect, or a parameter of a joint that the case accepts.
-    names = {each.effect.name for each in added} | {each.name for each in calibration}
-    catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
-    catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
-    report("calibration", 0.0)
-    find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
-    arrangement = run_step(
-        "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
+    found = calibrate_model(
+        campaign, base, calibration, budget, added=added, without=without, extra=extra, run_step=run_step, report=report
     )
-    screening = _choose_screening(arrangement, run_step)
-    progress = LONG_PROGRESS if is_lost(screening) else USUAL_PROGRESS
-    far = _find_far(arrangement)
-    effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
-    report("response control", progress.screening / 2)
-    arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
+    arrangement, screening, progress = found.arrangement, found.screening, found.progress
     report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
-    list_starts = partial(_list_starts, screening, starts, places)
+    list_starts = partial(_list_starts, screening, found.starts, places)
     choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
-    scores, baseline, refits = screen_and_refit(screening, effects, run_step, report, progress, choice)
+    scores, baseline, refits = screen_and_refit(screening, found.effects, run_step, report, progress, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", progress.covariances)
     baseline = baseline if screening is arrangement else baseline_fit(arrangement)
+    find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
     finalists = refit_each_by_own_covariance(screening, refits, partial(own, screening.train), run_step)
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", progress.explanation)
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, refit_by_own_covariance=own)
+    criteria = Criteria(
+        catalogue=found.catalogue, scores=scores, thresholds=thresholds, far=found.far, refit_by_own_covariance=own
+    )
     finalists, verdict = judge(without_effect, finalists, places, criteria, run_step)
     report("intervals", progress.intervals)
     baseline, refits, verdict = _widen(campaign, without_effect, finalists, verdict, run_step)
     report("done", 1.0)
     return Diagnosis(
-        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), baseline=baseline, refits=tuple(refits),
-        places=tuple(places), thresholds=thresholds, verdict=verdict,
+        arrangement=arrangement, catalogue=found.catalogue, scores=tuple(scores), baseline=baseline,
+        refits=tuple(refits), places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
 
 
@@ -298,8 +371,8 @@ def _widen(
 def _begin(
     arrangement: Arrangement, screening: Arrangement, effects: Sequence[Effect], run_step: RunStep
 ) -> tuple[Arrangement, Arrangement, Starts]:
-    """Arrangement, the one by which effects are screened, and more starts of their fits where the model is lost."""
-    if not effects or not is_lost(screening):
+    """Arrangement, the one by which effects are screened, and more starts of their fits where it fits poorly."""
+    if not effects or not is_poor_fit(screening):
         return arrangement, screening, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
     arrangement = run_step("branches", partial(_downweight_other_branch, arrangement, starts))
@@ -320,9 +393,9 @@ def _list_starts(
     simulated: stored fits hold for all thresholds.
     """
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
-    is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / KNOWN)
+    is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / MIN_SHARE_KNOWN)
     is_usual = screening.model_error_size.is_within(ErrorSize.usual(screening.budget.model))
-    if is_usual and not is_missing and not screening.fit.is_beyond_priors(BY_CHANCE):
+    if is_usual and not is_missing and not screening.fit.is_beyond_priors(CHANCE_BEYOND_PRIORS):
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 

@@ -38,7 +38,7 @@ NOTHING = ModelParameter()
 #: Exponents of the amplitude that each place is fitted with.
 EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
 #: Least standard deviation of an exponent that they give, so far apart.
-COARSE = 0.3
+MIN_EXPONENT_DEVIATION = 0.3
 #: Phases that are nearer are of one kind: half of what a spring and a dashpot are apart [deg].
 SAME_KIND = 45.0
 #: A force counts for the phase if it is so many standard deviations large.
@@ -114,53 +114,63 @@ def localise(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Place
     weights
         Covariances of `list_weights`.
     """
-    fit = arrangement.fit
-    points, rows = arrangement.train.features.points, fit.model.places
-    tangents = [each for row in rows.values() for free in (False, True) for each in _tangents(fit.model, row, free)]
+    fit, points = arrangement.fit, arrangement.train.features.points
+    rows, frees = fit.model.places, (False, True)
+    tangents = [each for row in rows.values() for free in frees for each in _make_tangents(fit.model, row, free)]
     # Each state is linearised once for all of them.
     of_all = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
     by_place = of_all.reshape(len(points), len(rows), 2, 4)
-    places = []
-    for number, (name, row) in enumerate(rows.items()):
-        for free in (False, True):
-            slopes = by_place[:, number, int(free)]
-            solved = {level for is_free, level, _ in fit.prediction.states if is_free == free}
-            levels = np.array([level for level in np.unique(points.level[points.free == free]) if level in solved])
-            if not len(levels):
-                continue
-            motion = _motion(arrangement, row, free)
-            largest = [_largest(arrangement, row, free, float(level)) for level in levels]
-            with_third = bool((points.harmonic[points.free == free] == 3).any())
-            found = []
-            # The force follows the amplitude at each frequency, which determines the exponent better than the levels.
-            for exponent in EXPONENTS:
-                changes = _changes(arrangement, free, levels, largest, slopes, motion, exponent)
-                chosen = changes if with_third else changes[:, : 2 * len(levels)]
-                amplitude = np.array([each for each, _ in largest])
-                by_weights = [_place(name, free, levels, amplitude, chosen, each) for each in weights]
-                found.append(_agreed(by_weights))
-            places.append(replace(_best(found), units=choose_units(fit.model, row)))
+    fitted = [
+        _fit_place(arrangement, weights, name, free, by_place[:, number, int(free)])
+        for number, name in enumerate(rows)
+        for free in frees
+    ]
+    places = [place for place in fitted if place is not None]
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
 
 
-def find_common_phase(force: NDArray[np.complex128], sure: NDArray[np.float64]) -> float | None:
+def _fit_place(
+    arrangement: Arrangement, weights: Sequence[Weights], name: str, free: bool, slopes: NDArray[np.complex128]
+) -> Place | None:
+    """An unknown force at a place in one configuration; None where the model has no state.
+
+    The force follows the amplitude at each frequency, which determines the exponent better than the levels.
+    """
+    fit, points = arrangement.fit, arrangement.train.features.points
+    row, solved = fit.model.places[name], {level for is_free, level, _ in fit.prediction.states if is_free == free}
+    levels = np.array([level for level in np.unique(points.level[points.free == free]) if level in solved])
+    if not len(levels):
+        return None
+    motion = _compute_motion(arrangement, row, free)
+    largest = [_find_largest(arrangement, row, free, float(level)) for level in levels]
+    amplitude = np.array([each for each, _ in largest])
+    with_third = bool((points.harmonic[points.free == free] == 3).any())
+    found = []
+    for exponent in EXPONENTS:
+        changes = _compute_changes(arrangement, free, levels, largest, slopes, motion, exponent)
+        chosen = changes if with_third else changes[:, : 2 * len(levels)]
+        found.append(_choose_weights([_fit_force(name, free, levels, amplitude, chosen, each) for each in weights]))
+    return replace(_combine_exponents(found), units=choose_units(fit.model, row))
+
+
+def find_common_phase(force: NDArray[np.complex128], certainty: NDArray[np.float64]) -> float | None:
     """Common phase of the forces of all levels that are clear of noise [deg]; None where they turn with the level.
 
     Parameters
     ----------
     force
         Of each level, shape (l,) [N].
-    sure
+    certainty
         Its size in standard deviations, shape (l,).
     """
-    clear = force[sure >= min(CLEAR, float(sure.max()))]
+    clear = force[certainty >= min(CLEAR, float(certainty.max()))]
     whole = clear.sum()
     if np.abs(whole) < np.cos(np.radians(SAME_KIND)) * np.abs(clear).sum():
         return None
     return float(np.degrees(np.angle(whole)))
 
 
-def _agreed(by_weights: Sequence[Place]) -> Place:
+def _choose_weights(by_weights: Sequence[Place]) -> Place:
     """The place by the covariance that suits it best; without a phase where that depends on the model error."""
     best = max(by_weights, key=lambda place: place.gain)
     phases = [place.phase for place in by_weights]
@@ -171,7 +181,7 @@ def _agreed(by_weights: Sequence[Place]) -> Place:
     return best
 
 
-def _changes(
+def _compute_changes(
     arrangement: Arrangement,
     free: bool,
     levels: NDArray[np.float64],
@@ -207,7 +217,7 @@ def _changes(
     return np.concatenate(columns, axis=1)
 
 
-def _tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[Tangent]:
+def _make_tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[Tangent]:
     """Tangents of the real part of kappa, of a dashpot for its imaginary part, and of both parts of lambda."""
     outer, third = np.outer(row, row), np.zeros((2, model.n_harmonic, len(row)), dtype=np.complex128)
     if model.n_harmonic > 3:
@@ -220,7 +230,7 @@ def _tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[Tangen
     return [Tangent(jointed=NOTHING if free else rate, free=rate if free else NOTHING, gain={}) for rate in rates]
 
 
-def _motion(arrangement: Arrangement, row: NDArray[np.float64], free: bool) -> NDArray[np.complex128]:
+def _compute_motion(arrangement: Arrangement, row: NDArray[np.float64], free: bool) -> NDArray[np.complex128]:
     """Fundamental of a row at each point of a configuration; 1 where there is no state, shape (k,) [m]."""
     prediction, points = arrangement.fit.prediction, arrangement.train.features.points
     keys = zip(points.free, points.level, points.frequency, strict=True)
@@ -234,14 +244,14 @@ def _motion(arrangement: Arrangement, row: NDArray[np.float64], free: bool) -> N
     )
 
 
-def _largest(arrangement: Arrangement, row: NDArray[np.float64], free: bool, level: float) -> tuple[float, float]:
+def _find_largest(arrangement: Arrangement, row: NDArray[np.float64], free: bool, level: float) -> tuple[float, float]:
     """Largest amplitude of a row at a level [m], and where [rad/s]."""
     states = arrangement.fit.prediction.states
     there = [state for (is_free, at, _), state in states.items() if is_free == free and at == level]
     return max((state.amplitude(row), state.angular_frequency) for state in there)
 
 
-def _place(
+def _fit_force(
     name: str,
     free: bool,
     levels: NDArray[np.float64],
@@ -261,7 +271,7 @@ def _place(
     third[: len(forces) - n] = forces[n:]
     # Both say how a force grows with the amplitude, and what phase it has.
     sizes = [(np.abs(forces[:n]), spread[:n]), (np.abs(third), spread[n:])]
-    slopes = [_exponent(amplitude, size, deviation) for size, deviation in sizes if len(deviation)]
+    slopes = [_fit_exponent(amplitude, size, deviation) for size, deviation in sizes if len(deviation)]
     exponent, exponent_deviation = min(slopes, key=lambda pair: pair[1])
     return Place(
         name=name,
@@ -281,7 +291,7 @@ def _place(
     )
 
 
-def _best(found: Sequence[Place]) -> Place:
+def _combine_exponents(found: Sequence[Place]) -> Place:
     """Place with the exponent of the largest gain, combined with the exponent of the growth from level to level."""
     gains = np.array([place.gain for place in found])
     number = int(np.argmax(gains))
@@ -293,7 +303,7 @@ def _best(found: Sequence[Place]) -> Place:
     if bend <= 0:
         return best
     within = EXPONENTS[number] + (gains[number + 1] - gains[number - 1]) / (2 * bend)
-    sure, other = min(bend / 2, 1 / COARSE**2), 1 / best.exponent_deviation**2
+    sure, other = min(bend / 2, 1 / MIN_EXPONENT_DEVIATION**2), 1 / best.exponent_deviation**2
     return replace(
         best,
         exponent=float((sure * within + other * best.exponent) / (sure + other)),
@@ -301,7 +311,7 @@ def _best(found: Sequence[Place]) -> Place:
     )
 
 
-def _exponent(
+def _fit_exponent(
     amplitude: NDArray[np.float64], size: NDArray[np.float64], deviation: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Slope of the logarithm of a force over that of the amplitude, weighted by how well each force is known."""

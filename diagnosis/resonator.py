@@ -29,9 +29,9 @@ NOTHING = ModelParameter()
 #: Damping ratios that are tried [-].
 DAMPING = (0.005, 0.02, 0.08)
 #: Natural frequencies that are tried reach so far beyond the tested ones [-].
-BEYOND = 0.1
+BAND_MARGIN = 0.1
 #: Difference of gains up to which places cannot be told apart: odds of one in twenty.
-CLOSE = 2 * np.log(20)
+SAME_GAIN = 2 * np.log(20)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,13 +117,13 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[Weights]) -> lis
 
 def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[Resonator, ...]:
     """Those at other places of the same configuration that gain as much, but for odds of one in twenty."""
-    near = sorted((each for each in found if abs(each.gain - resonator.gain) < CLOSE), key=lambda each: -each.gain)
+    near = sorted((each for each in found if abs(each.gain - resonator.gain) < SAME_GAIN), key=lambda each: -each.gain)
     return tuple(each for each in near if each.configuration == resonator.configuration and each.name != resonator.name)
 
 
 def list_tunings(frequency: Float[NDArray[np.float64], " k"]) -> list[tuple[float, float]]:
     """Natural frequencies [Hz] and damping ratios [-] that are tried for tests at some frequencies [Hz]."""
-    low, high = np.log(frequency.min() * (1 - BEYOND)), np.log(frequency.max() * (1 + BEYOND))
+    low, high = np.log(frequency.min() * (1 - BAND_MARGIN)), np.log(frequency.max() * (1 + BAND_MARGIN))
     return [
         (float(np.exp(each)), damping)
         for damping in DAMPING

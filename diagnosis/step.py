@@ -1,7 +1,7 @@
 """Steps of a long computation: each runs by its name, so that a store can take its result and go on after a stop."""
 
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 T = TypeVar("T")
 
@@ -17,3 +17,16 @@ class RunStep(Protocol):
 def compute_step(name: str, make: Callable[[], T]) -> T:  # noqa: ARG001  # the signature of RunStep
     """Compute a step, and store nothing."""
     return make()
+
+
+def remember_steps(run_step: RunStep) -> RunStep:
+    """The same steps, of which each runs once."""
+    results: dict[str, Any] = {}
+
+    def find(name: str, make: Callable[[], T]) -> T:
+        if name not in results:
+            results[name] = run_step(name, make)
+        found: T = results[name]
+        return found
+
+    return find

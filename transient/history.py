@@ -80,8 +80,3 @@ def follow(
             stepper.advance(level + (segment.level - level) * share, load + (segment.load - load) * share)
         state, level, load = stepper.state, segment.level, segment.load
     return state
-
-
-def frequency_sweep(angular_frequencies: Sequence[float], n_period: int, level: float = 1.0) -> list[Segment]:
-    """Segments that dwell n_period periods at each angular frequency [rad/s]; the level is reached in the first one."""
-    return [Segment(n_period=n_period, angular_frequency=float(w), level=level) for w in angular_frequencies]

@@ -107,14 +107,6 @@ class Whitening:
             left = left - basis @ (shrink[:, None] * (basis.T @ left))
         return np.asarray(self.deviation[:, None] * (scaled - left))
 
-    def sample(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:
-        """A random difference with this covariance, normally distributed."""
-        drawn = self.deviation * generator.standard_normal(len(self.deviation))
-        for errors in (self.modes, self.parts):
-            if errors is not None:
-                drawn += errors @ generator.standard_normal(errors.shape[1])
-        return drawn
-
 
 def _beside(
     scale: Float[NDArray[np.float64], " m"], differences: Float[NDArray[np.float64], "m ..."]

@@ -28,7 +28,7 @@ Sizes = Float[NDArray[np.float64], " 3"]
 
 #: Fall of -2 ln p by all sizes together from which on there is an error: of four sizes whose true value is zero, chance
 #: does so in 15 % (half a chi-square of one degree of freedom each), and less often by their priors.
-NOTICED = 4.0
+MIN_GAIN = 4.0
 #: A size below this share of what is usual is none, and the least that is tried [-].
 SMALL, LEAST = 0.05, 0.01
 #: First sizes that are tried, in units of what is usual.
@@ -61,7 +61,7 @@ def estimate_error_size(
     """
     density = Density(whitening, patterns, usual, difference)
     reading, found, least = _search_readings(density, usual.reading)
-    if least > density(NO_ERROR) - NOTICED:
+    if least > density(NO_ERROR) - MIN_GAIN:
         return NO_ERROR
     frequency, damping, shape = found.tolist()
     sizes = np.array([frequency, damping, reading, shape])

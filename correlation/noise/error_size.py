@@ -8,9 +8,10 @@ from geometry.plain_number import plain
 
 #: Usual errors of frequencies and of damping, over those of readings: at a peak of a quality factor of 50 both then
 #: change readings by twenty times as much as far from it [-].
-USUAL = (0.2, 20.0)
-#: Sizes beyond which a model is another structure: what frequencies and damping are off by is then no small change.
-FAR = (0.02, 0.5, 0.1, 0.2)
+USUAL_RATIOS = (0.2, 20.0)
+#: Largest sizes of the errors of a sound model, of frequencies, damping, readings and shapes: beyond, it is another
+#: structure, and what frequencies and damping are off by is no small change. Set on development seeds [-].
+MAX_ERROR_SIZES = (0.02, 0.5, 0.1, 0.2)
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class ErrorSize:
     @property
     def is_far(self) -> bool:
         """Whether a model with such errors is too far from its measurements for what is missing to be told."""
-        return any(mine > far for mine, far in zip(astuple(self), FAR, strict=True))
+        return any(mine > far for mine, far in zip(astuple(self), MAX_ERROR_SIZES, strict=True))
 
     @property
     def words(self) -> str:
@@ -50,7 +51,9 @@ class ErrorSize:
     @classmethod
     def usual(cls, reading: float) -> "ErrorSize":
         """Usual errors of a model whose readings err by so much far from resonances [-]."""
-        return cls(frequency=USUAL[0] * reading, damping=USUAL[1] * reading, reading=reading, shape=reading)
+        return cls(
+            frequency=USUAL_RATIOS[0] * reading, damping=USUAL_RATIOS[1] * reading, reading=reading, shape=reading
+        )
 
     def is_within(self, other: "ErrorSize") -> bool:
         """Whether no size exceeds that of another."""

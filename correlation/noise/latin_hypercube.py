@@ -24,7 +24,7 @@ Design = Float[NDArray[np.float64], "n d"]
 PATIENCE = 100
 
 
-def latin_hypercube(n: int, d: int, seed: int) -> Design:
+def draw_latin_hypercube(n: int, d: int, seed: int) -> Design:
     """Random points in a unit cube, each in a step of its own of every direction, shape (n, d).
 
     Parameters

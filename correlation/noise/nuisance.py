@@ -12,7 +12,7 @@ from correlation.feature.vector import FeatureVector
 from correlation.model import LineSensor, Model, Sensor
 from correlation.model_solver import Tangent
 from correlation.noise.free_mode import FreeModes, Rows
-from correlation.noise.latin_hypercube import latin_hypercube
+from correlation.noise.latin_hypercube import draw_latin_hypercube
 from correlation.noise.symmetric_root import symmetric_root
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
@@ -117,17 +117,19 @@ class NuisanceModes(NamedTuple):
 def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> NuisanceModes:
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
     groups = nominal.model.preload_groups
-    errors = make_error_tangents(nominal.model, nominal.prediction, budget, highest_frequency(nominal.features.points))
+    errors = make_error_tangents(
+        nominal.model, nominal.prediction, budget, find_highest_frequency(nominal.features.points)
+    )
     common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
     jitter = [*common, *(_preload_tangent(nominal.model, group) for group in groups)]
     # Each state is linearised once for all of them.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
     changes = errors.size * slopes
-    later = [*changes[:, errors.whole :].T, *(nominal.changes(finer) for finer in refined)]
+    later = [*changes[:, errors.n_shared :].T, *(nominal.changes(finer) for finer in refined)]
     by_level = [split_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
     return NuisanceModes(
         jitter=[*(modes[:, [number]] for number in range(N_COMMON)), *([modes[:, N_COMMON:]] if groups else [])],
-        budget=np.column_stack([changes[:, : errors.whole], *by_level]),
+        budget=np.column_stack([changes[:, : errors.n_shared], *by_level]),
     )
 
 
@@ -146,8 +148,8 @@ class ErrorTangents(NamedTuple):
 
     tangents: list[Tangent]
     size: Float[NDArray[np.float64], " n"]
-    whole: int
-    """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
+    n_shared: int
+    """Number of the first ones, each of which is one error at all levels; the others are independent at each level."""
 
 
 def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, highest: float) -> ErrorTangents:
@@ -173,7 +175,7 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     return ErrorTangents(
         [*structure, *contacts.tangents],
         np.concatenate([np.full(len(structure), budget.frequency), contacts.size]),
-        len(structure) + contacts.whole,
+        len(structure) + contacts.n_shared,
     )
 
 
@@ -203,7 +205,7 @@ def make_contact_errors(model: Model, budget: Budget) -> ErrorTangents:
     return ErrorTangents([*softer, *patterns], size, len(softer))
 
 
-def highest_frequency(points: Points) -> float:
+def find_highest_frequency(points: Points) -> float:
     """Highest frequency of the readings, harmonics included [Hz]."""
     return float((points.frequency * np.maximum(points.harmonic, 1)).max())
 
@@ -218,8 +220,8 @@ def make_history_modes(
     reference: ModelFeatures,
     n_draw: int,
     seed: int,
-    pressed: Float[NDArray[np.float64], "q q"] | None = None,
-    by_preload: Modes | None = None,
+    preload_covariance: Float[NDArray[np.float64], "q q"] | None = None,
+    preload_modes: Modes | None = None,
 ) -> Modes:
     """Modes of friction histories, at one standard deviation, shape (m, h).
 
@@ -228,9 +230,9 @@ def make_history_modes(
     each level separately. The difference between the mean of the draws and the prediction without a history is one more
     mode. The draws fill the space evenly: a few random ones would leave directions without any change.
 
-    If preloads differ as well, a contact that slips under one history sticks under another: with the covariance
-    `pressed` of the preload groups, shape (q, q), each draw has preloads of its own, and their first-order change is
-    subtracted again, since jitter contains it: `by_preload`, shape (m, q), which is derived if it is not given.
+    If preloads differ as well, a contact that slips under one history sticks under another: with `preload_covariance`
+    of the preload groups, shape (q, q), each draw has preloads of its own, and their first-order change is subtracted
+    again, since jitter contains it: `preload_modes`, shape (m, q), which are derived if they are not given.
     """
     predictor, features, model, prediction = reference
     points = features.points
@@ -241,20 +243,20 @@ def make_history_modes(
     kept = points.where(~points.free)
     nominal = features.of_values(prediction.value)
     amounts = np.zeros((n_draw, len(model.preload_groups)))
-    if pressed is not None:
-        amounts = draw_normal(pressed, n_draw, seed)
-    if pressed is not None and by_preload is None:
-        by_preload = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
+    if preload_covariance is not None:
+        amounts = draw_normal(preload_covariance, n_draw, seed)
+    if preload_covariance is not None and preload_modes is None:
+        preload_modes = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
     changes, followed = [], replace(predictor, points=kept)
-    histories = latin_hypercube(n_draw, count_contact_sliders(model), seed)
+    histories = draw_latin_hypercube(n_draw, count_contact_sliders(model), seed)
     for history, amount in zip(histories, amounts, strict=True):
         moved = model
         for group, by in zip(model.preload_groups, amount, strict=True):
             for name in group if by else ():
                 moved = moved.with_preload_ratio(name, 1 + by)
         value = np.array(prediction.value)
-        value[jointed] = replace(followed, slider=sliders_after_history(moved, history)).vary(moved, prediction)
-        changes.append(features.of_values(value) - nominal - (0.0 if by_preload is None else by_preload @ amount))
+        value[jointed] = replace(followed, slider=make_slider_start(moved, history)).vary(moved, prediction)
+        changes.append(features.of_values(value) - nominal - (0.0 if preload_modes is None else preload_modes @ amount))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)
     modes = []
@@ -276,7 +278,7 @@ def count_contact_sliders(model: Model) -> int:
     return sum(contact.n_slider for contact in friction_contacts(model.system.joints))
 
 
-def sliders_after_history(
+def make_slider_start(
     model: Model, history: Float[NDArray[np.float64], " sliders"]
 ) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
     """Slider positions after a history: static forces within `HISTORY` of the limits at rest.
@@ -345,7 +347,7 @@ def _share_patterns(model: Model) -> list[Tangent]:
         for names in model.lines.values():
             contacts = [model.contact(name) for name in names]
             values = np.array([getattr(contact, field) for contact in contacts])
-            for contact, rate in zip(contacts, values * parabolic_share(values), strict=True):
+            for contact, rate in zip(contacts, values * compute_parabolic_share(values), strict=True):
                 rates[contact.name, field] = float(rate)
                 if field == "preload":
                     static += rate * contact.normal
@@ -354,7 +356,7 @@ def _share_patterns(model: Model) -> list[Tangent]:
     return found
 
 
-def parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def compute_parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts.
 
     Zero too where some weights are zero or pull while others press.

@@ -30,13 +30,13 @@ from correlation.noise.variance import compute_margin, fit_two_shares
 
 Variance = Float[NDArray[np.float64], " m"]
 
-#: Weight of the pooled variance, in degrees of freedom, beside the variance of a point.
-POOLED = 6.0
+#: Weight of the pooled variance, in degrees of freedom, beside the variance of a point [-].
+POOLED_FREEDOM = 6.0
 #: Share of the change by friction histories that is noise of each number: a few linear modes do not span it where slip
 #: begins. For specimens without any effect, errors of effects of contacts then agree with their intervals.
 HISTORY_NOISE_SHARE = 0.2
-#: Weight of the common scatter beside that of a state, as a multiple of `POOLED`.
-STATE = 4.0
+#: Weight of the common scatter beside that of a state, as a multiple of `POOLED_FREEDOM` [-].
+COMMON_SCATTER = 4.0
 #: Largest ratio of the variance of a number to the pooled one in the scatter of its state: beyond, its pooling failed.
 MOST_EXCESS_SCATTER = 10.0
 #: Probability of a chi-square above the largest ratio of the variance of a number to the fitted one in the fit of a and
@@ -48,11 +48,11 @@ TAIL = 0.003
 USUAL_JITTER = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
 #: A force that was measured is what it is, unless repeats differ along it by more than noise does in this share of
 #: campaigns [-].
-CHANCE = 0.01
+FORCE_CHANCE = 0.01
 #: Prior standard deviation of what differs between repeats, preloads above all [-].
-LARGEST = 0.2
-#: Rounds of the weighted fit of a and b.
-ROUNDS = 6
+JITTER_PRIOR = 0.2
+#: Rounds of the weighted fit of a and b, and the least variance over the mean square of the readings [-].
+ROUNDS, LEAST_VARIANCE = 6, 1e-12
 
 
 def estimate_scatter(
@@ -93,47 +93,24 @@ def estimate_scatter(
         return _without_repeats(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
         each = features.of_values(observed.repeat)
-    y = np.nanmean(each, axis=1)
-    apart = each - y[:, None]
-    freedom = np.maximum(n - 1.0, 0.0)
-    group = _groups(features)
-    reading = observed.mean
-    size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
-    stated = per_reading * observed.noise[features.row]
-
-    def pool(own: Variance) -> Variance:
-        measured = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
-        return np.where(np.isfinite(stated), stated**2, measured)
-
-    pooled = pool(_variance(apart, freedom))
+    mean = np.nanmean(each, axis=1)
+    apart, freedom = each - mean[:, None], np.maximum(n - 1.0, 0.0)
+    pooled = _pool_variance(observed, features, _variance(apart, freedom), freedom)
     _require_noise(observed, features, np.sqrt(pooled))
-    modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
-    amplitude, chance = _amplitudes(apart, modes, weights)
-    repeats = [_find_repeats(block, apart) for block in jitter]
-    covariances = [
-        compute_margin(int(each.sum()) - 1) * _covariance(rows[:, each])
-        for rows, each in zip(np.split(amplitude, starts), repeats, strict=True)
-    ]
-    sure = np.split(np.divide(amplitude, chance, out=np.zeros_like(amplitude), where=chance > 0), starts)
-    for number in (each for each in FORCES if each < len(jitter)):
-        if (sure[number][:, repeats[number]] ** 2).sum() < chdtri(max(int(repeats[number].sum()) - 1, 1), CHANCE):
-            covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0
-    # What a test without repeats cannot show is as large as usual.
-    for number, (usual, block) in enumerate(zip(USUAL_JITTER, jitter, strict=False)):
-        if block.any() and not freedom[block.any(axis=1)].any():
-            covariances[number] = usual**2 * np.eye(block.shape[1])
-    rest = apart - modes @ amplitude
+    amplitude, covariances = _estimate_jitter(apart, jitter, weights, freedom)
+    rest = apart - np.column_stack(jitter) @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
-    pooled = pool(own)
+    pooled = _pool_variance(observed, features, own, freedom)
     noise = np.sqrt(pooled)
     pooled = pooled * _excess_scatter(own / pooled, freedom, features.state)
-    variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
+    variance = (POOLED_FREEDOM * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED_FREEDOM + freedom)
     variance += HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1)
-    together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
-    shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
-    deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
-    bias = _bias(features, y, np.sqrt(compute_margin(FREEDOM)) * _noise_of_reading(observed, features, noise))
+    together = [block @ _principal_modes(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
+    count = observed.count[features.row]
+    shared = np.column_stack([*together, history]) / np.sqrt(count)[:, None]
+    deviation = np.sqrt(variance / np.maximum(count, 1))
+    bias = _bias(features, mean, np.sqrt(compute_margin(FREEDOM)) * _noise_of_reading(observed, features, noise))
     return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget, bias])), covariances, noise)
 
 
@@ -198,6 +175,32 @@ def _noise_of_reading(observed: Observation, features: FeatureVector, noise: Var
     return np.asarray(noise * np.sqrt(observed.n_reading)[features.row])
 
 
+def _estimate_jitter(
+    apart: Float[NDArray[np.float64], "m R"],
+    jitter: Sequence[Float[NDArray[np.float64], "m q"]],
+    weights: Whitening,
+    freedom: Float[NDArray[np.float64], " m"],
+) -> tuple[Float[NDArray[np.float64], "q R"], list[Float[NDArray[np.float64], "q q"]]]:
+    """Amplitudes of all modes of jitter in each repeat, and the covariance of those of each cause in one repeat."""
+    starts = np.cumsum([block.shape[1] for block in jitter])[:-1]
+    amplitude, chance = _amplitudes(apart, np.column_stack(jitter), weights)
+    repeats = [_find_repeats(block, apart) for block in jitter]
+    covariances = [
+        compute_margin(int(each.sum()) - 1) * _covariance(rows[:, each])
+        for rows, each in zip(np.split(amplitude, starts), repeats, strict=True)
+    ]
+    by_chance = np.split(np.divide(amplitude, chance, out=np.zeros_like(amplitude), where=chance > 0), starts)
+    for number in (each for each in FORCES if each < len(jitter)):
+        n_repeat = int(repeats[number].sum())
+        if (by_chance[number][:, repeats[number]] ** 2).sum() < chdtri(max(n_repeat - 1, 1), FORCE_CHANCE):
+            covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0
+    # What a test without repeats cannot show is as large as usual.
+    for number, (usual, block) in enumerate(zip(USUAL_JITTER, jitter, strict=False)):
+        if block.any() and not freedom[block.any(axis=1)].any():
+            covariances[number] = usual**2 * np.eye(block.shape[1])
+    return amplitude, covariances
+
+
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
     """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
 
@@ -216,7 +219,8 @@ def _find_repeats(
     return np.asarray(np.isfinite(apart[block.any(axis=1)]).any(axis=0))
 
 
-def _root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
+def _principal_modes(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
+    """Independent modes of a covariance, as columns; no random numbers are drawn by them, as by `symmetric_root`."""
     sizes, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(sizes, 0.0)))
 
@@ -242,38 +246,49 @@ def _excess_scatter(
         state[seen], (freedom * np.minimum(ratio, MOST_EXCESS_SCATTER))[seen], minlength=state.max() + 1
     )
     count = np.bincount(state[seen], freedom[seen], minlength=state.max() + 1)
-    alike = STATE * POOLED
-    return np.asarray(((alike + total) / (alike + count))[state])
+    common = COMMON_SCATTER * POOLED_FREEDOM
+    return np.asarray(((common + total) / (common + count))[state])
 
 
-def _pooled(
-    variance: Float[NDArray[np.float64], " m"],
-    size: Float[NDArray[np.float64], " m"],
-    freedom: Float[NDArray[np.float64], " m"],
-    group: NDArray[np.int64],
-) -> Float[NDArray[np.float64], " m"]:
-    pooled = np.empty_like(variance)
+def _pool_variance(
+    observed: Observation, features: FeatureVector, own: Variance, freedom: Float[NDArray[np.float64], " m"]
+) -> Variance:
+    """Variance of each number by that of all numbers of its sensor, harmonic and configuration, or as it is stated."""
+    reading, group = observed.mean, _groups(features)
+    size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
+    pooled = np.full_like(own, np.nan)
     for number in range(int(group.max()) + 1):
         rows = np.flatnonzero(group == number)
         seen = rows[freedom[rows] > 0]
-        if not len(seen):
-            pooled[rows] = np.nan
-            continue
-        mean = float(np.mean(size[rows] ** 2)) or 1.0
-        # Variances of two repeats are far more skewed than those of five.
-        count = freedom[seen]
-        largest, median = (np.asarray(chdtri(count, chance) / count) for chance in (TAIL, 0.5))
-        v, table = variance[seen], np.column_stack([size[seen] ** 2, np.full(len(seen), mean)])
-        fitted = np.maximum(
-            size[seen] ** 2 * float(np.median(v / np.maximum(size[seen] ** 2, 1e-12 * mean))), 1e-12 * mean
-        )
-        share = np.zeros(2)
-        for _ in range(ROUNDS):
-            share = fit_two_shares(table.T, np.minimum(v, largest * fitted), 1 / fitted**2)
-            share *= np.median(v / median / np.maximum(table @ share, 1e-12 * mean))
-            fitted = np.maximum(table @ share, 1e-12 * mean)
-        pooled[rows] = np.maximum(share[0] * size[rows] ** 2 + share[1] * mean, 1e-12 * mean)
-    return pooled
+        if len(seen):
+            mean_square = float(np.mean(size[rows] ** 2)) or 1.0
+            of_reading = (own / per_reading**2)[seen]
+            share = _fit_median_law(of_reading, size[seen], freedom[seen], mean_square)
+            law = share[0] * size[rows] ** 2 + share[1] * mean_square
+            pooled[rows] = np.maximum(law, LEAST_VARIANCE * mean_square)
+    stated = per_reading * observed.noise[features.row]
+    return np.where(np.isfinite(stated), stated**2, per_reading**2 * pooled)
+
+
+def _fit_median_law(
+    variance: Variance, size: Variance, freedom: Float[NDArray[np.float64], " m"], mean_square: float
+) -> Float[NDArray[np.float64], " 2"]:
+    """a^2, and b^2 over the mean square of the readings, so that half of the variances are above the law.
+
+    `correlation.noise.variance.fit_variance_law` keeps the mean of all but a few variances, as of one curve. Where slip
+    sets in, many of them are a hundred times as large: the median does not follow.
+    """
+    # Variances of two repeats are far more skewed than those of five.
+    largest, median = (np.asarray(chdtri(freedom, chance) / freedom) for chance in (TAIL, 0.5))
+    squared, least = size**2, LEAST_VARIANCE * mean_square
+    table = np.column_stack([squared, np.full(len(size), mean_square)])
+    fitted = np.maximum(squared * float(np.median(variance / np.maximum(squared, least))), least)
+    share = np.zeros(2)
+    for _ in range(ROUNDS):
+        share = fit_two_shares(table.T, np.minimum(variance, largest * fitted), 1 / fitted**2)
+        share *= np.median(variance / median / np.maximum(table @ share, least))
+        fitted = np.maximum(table @ share, least)
+    return share
 
 
 def _amplitudes(
@@ -286,7 +301,7 @@ def _amplitudes(
     A mode that changes next to nothing, such as the preload of a contact that sticks, has no jitter that could be seen:
     its prior keeps it from being anything.
     """
-    amplitudes, prior = np.zeros((2, modes.shape[1], apart.shape[1])), np.eye(modes.shape[1]) / LARGEST
+    amplitudes, prior = np.zeros((2, modes.shape[1], apart.shape[1])), np.eye(modes.shape[1]) / JITTER_PRIOR
     for number, column in enumerate(apart.T):
         there = np.isfinite(column)
         seen, difference = np.where(there[:, None], modes, 0.0), np.where(there, column, 0.0)

@@ -66,7 +66,7 @@ class VarianceIndices:
     n_draw: int
 
 
-def saltelli_design(n: int, d: int, seed: int) -> SaltelliDesign:
+def make_saltelli_design(n: int, d: int, seed: int) -> SaltelliDesign:
     """Scrambled Sobol points of 2 d coordinates: A from the first d of them, B from the others.
 
     Parameters
@@ -90,12 +90,12 @@ def saltelli_design(n: int, d: int, seed: int) -> SaltelliDesign:
     return SaltelliDesign(a=a, b=b, ab=ab)
 
 
-def independent_draws(values: Sequence[Value], d: int) -> Sequence[Value]:
+def take_independent_draws(values: Sequence[Value], d: int) -> Sequence[Value]:
     """Of values at the points of a `SaltelliDesign` of d parameters, those of A and B: 2 n independent draws."""
     return values[: 2 * (len(values) // (d + 2))]
 
 
-def variance_indices(values: Float[Real, " m"], d: int, seed: int = 0) -> VarianceIndices:
+def compute_variance_indices(values: Float[Real, " m"], d: int, seed: int = 0) -> VarianceIndices:
     """Indices of a quantity from its values at the points of a `SaltelliDesign`.
 
     Parameters

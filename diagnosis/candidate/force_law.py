@@ -22,7 +22,7 @@ from reduction.joint_law.power_spring import PowerSpring
 Row = Float[NDArray[np.float64], " r"]
 
 #: Exponents that are so near to that of a law are rounded to it: real springs are powers only about [-].
-ROUNDED = 0.5
+EXPONENT_TOLERANCE = 0.5
 #: Largest exponent that is tried: a stop that is just reached looks like one of this kind.
 MOST_STEEP = 11.0
 #: Range of a stiffness about the one that a fit begins with, and of a clearance in largest displacements [-].
@@ -83,7 +83,7 @@ class PowerLaw(SpringLaw):
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Whether the power is no linear one either."""
         apart = min(abs(values[1] - self.law), abs(values[1] - 1.0))
-        return apart > ROUNDED and apart > TWO_SIDED_95 * deviations[1]
+        return apart > EXPONENT_TOLERANCE and apart > TWO_SIDED_95 * deviations[1]
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The power with its 95 % interval."""

@@ -21,13 +21,14 @@ from fe.dense_modes import compute_dense_modes
 from reduction.jointed_system import JointedSystem
 from reduction.stuck import stick_at_rest
 
-#: Relative distance of a measured resonance from those of a model that is far [-].
-FAR = 0.1
-#: Least ratio of a peak to both ends of its curve, and of a predicted peak to what was measured there [-].
-PEAK, ABOVE = 1.5, 3.0
+#: Relative distance of a measured resonance from those of a model that is far, set on development seeds [-].
+MAX_RESONANCE_ERROR = 0.1
+#: Least ratio of a peak to both ends of its curve, and of a predicted peak to what was measured there. Set on
+#: development seeds [-].
+MIN_PEAK_OVER_ENDS, MIN_PEAK_OVER_MEASURED = 1.5, 3.0
 #: Probability that priors leave the parameters of a model that lacks nothing so far from their centres: that of three
 #: standard deviations of a single one [-].
-BY_CHANCE = 0.0027
+CHANCE_BEYOND_PRIORS = 0.0027
 
 
 class FarResonance(NamedTuple):
@@ -81,8 +82,8 @@ def find_absent_peak(observed: Observation, predicted: Complex[NDArray[np.comple
         if len(rows) < 3 or not np.isfinite(size).all():
             continue
         top, end = int(np.argmax(size)), int(np.argmax(curve))
-        at_end = end in (0, len(curve) - 1) and curve[end] > PEAK * curve[len(curve) - 1 - end]
-        if at_end and size[top] > PEAK * max(size[0], size[-1]) and size[top] > ABOVE * curve[top]:
+        at_end = end in (0, len(curve) - 1) and curve[end] > MIN_PEAK_OVER_ENDS * curve[len(curve) - 1 - end]
+        if at_end and size[top] > max(MIN_PEAK_OVER_ENDS * max(size[0], size[-1]), MIN_PEAK_OVER_MEASURED * curve[top]):
             frequency = observed.points.frequency[rows]
             name = name_configuration(free)
             return AbsentPeak(name, float(frequency[top]), float(frequency[0]), float(frequency[-1]))
@@ -106,10 +107,12 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
         nearest = float(ends[np.argmin(np.abs(np.log(np.maximum(ends, 1e-300) / measured)))])
         found.append(FarResonance(name_configuration(free), measured, nearest))
     farthest = max(found, key=lambda each: abs(np.log(each.nearest / each.measured)), default=None)
-    return None if farthest is None or abs(farthest.nearest / farthest.measured - 1) <= FAR else farthest
+    if farthest is None or abs(farthest.nearest / farthest.measured - 1) <= MAX_RESONANCE_ERROR:
+        return None
+    return farthest
 
 
-def list_held_back(fit: Fit) -> tuple[str, ...]:
+def list_beyond_priors(fit: Fit) -> tuple[str, ...]:
     """Parameters that a fit moves beyond their priors, such as "kt x 1.5" or "shift of lid = 0.002 m".
 
     They are at a bound; or all of them together are further away than chance leaves them, and these the furthest.
@@ -121,7 +124,7 @@ def list_held_back(fit: Fit) -> tuple[str, ...]:
     """
     unknowns, first = fit.unknowns, fit.unknowns.n_start
     pulls = np.abs(unknowns.pulls(fit.values))[first:]
-    least = min(TWO_SIDED_95, pulls.max(initial=0.0)) if fit.is_beyond_priors(BY_CHANCE) else np.inf
+    least = min(TWO_SIDED_95, pulls.max(initial=0.0)) if fit.is_beyond_priors(CHANCE_BEYOND_PRIORS) else np.inf
     every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], pulls, strict=True)
     return tuple(
         parameter.describe(name, value)
@@ -130,18 +133,18 @@ def list_held_back(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def tell_held_back(held_back: Sequence[str]) -> str:
+def describe_beyond_priors(beyond_priors: Sequence[str]) -> str:
     """Parameters beyond their priors in a sentence."""
     return (
-        f"The model differs by more than its priors allow, in {' and '.join(held_back)}, and no known effect explains "
-        "what that leaves. While that holds, nothing tells whether something else is missing."
+        f"The model differs by more than its priors allow, in {' and '.join(beyond_priors)}, and no known effect "
+        "explains what that leaves. While that holds, nothing tells whether something else is missing."
     )
 
 
 def _list_peaks(observed: Observation) -> Iterator[tuple[bool, float]]:
     """Configuration and frequency of the highest peak of each curve [Hz]."""
     for free, rows, curve in _list_curves(observed):
-        if curve.max() > PEAK * max(curve[0], curve[-1]):
+        if curve.max() > MIN_PEAK_OVER_ENDS * max(curve[0], curve[-1]):
             yield free, float(observed.points.frequency[rows[np.argmax(curve)]])
 
 

@@ -6,11 +6,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.fit.problem import UNEXPLAINED, Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.threshold.detection_threshold import Thresholds
 
-#: Held-out error that is large [-].
-LARGE = 0.1
+#: Held-out error that is large, set on development seeds [-].
+LARGE_ERROR = 0.1
+#: Probability that one of the effects that are named is the true one, if one of those that pass is.
+CREDIBLE = 0.95
 #: Change of -2 ln p by which held-out data refute an effect, or confirm it: odds of one in twenty.
 DECISIVE = 2 * np.log(20)
 
@@ -58,4 +60,4 @@ def compute_evidence(refit: Refit) -> float:
 
 def errs_on_held_out(refit: Refit) -> bool:
     """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
-    return refit.held_out_error > LARGE and refit.held_out_reduced_chi2_by_noise > UNEXPLAINED
+    return refit.held_out_error > LARGE_ERROR and refit.held_out_reduced_chi2_by_noise > UNEXPLAINED_CHI2

@@ -16,7 +16,7 @@ from diagnosis.screening import screen
 from diagnosis.unknown_force import UnknownForce, find_unknown_forces
 
 #: Largest number of effects whose linear gain is checked by a fit.
-CHECKED = 2
+MAX_FURTHER_FITS = 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,7 +70,7 @@ def explain_residual(arrangement: Arrangement, effects: Sequence[Effect], thresh
     gains, fits = by_covariance.max(axis=0, initial=0.0), dict[int, Fit]()
     promising = [number for number in np.argsort(-gains).tolist() if gains[number] > threshold]
     for place, number in enumerate(promising):
-        if place < CHECKED:
+        if place < MAX_FURTHER_FITS:
             (score,) = screen(arrangement, [effects[number]])
             fits[number] = quick_fit(arrangement, score)
             gains[number] = arrangement.cost - arrangement.cost_with_error_left(fits[number])

@@ -1,40 +1,45 @@
-r"""Rules that lead from refits to a verdict.
+"""Rules that lead from refits to a verdict: those of docs/diagnose_method.md, whose numbers are those of the comments.
 
 An effect passes if the training data gain more by it than the detection threshold, less what the held-out data lose: an
 effect that fits noise makes these worse by as much as it gains. Effects are ranked by the density of all data, each by
-its own covariance. Effects so close to the best that the data cannot distinguish them are named with it. It is named
-without doubt only if the held-out data confirm it. Then other laws are fitted in place of that of the best one: a force
-that has one is another force. And the remaining residual is examined. If another effect explains a good part of it, and
-both together leave no unknown force, both are missing; at one place both together are one force whose law is not known.
-If an unknown force explains a good part of the gain of the best one, that one only stands in for it, and none of the
-known effects is the cause. The same holds if a linear effect leaves an unknown force that is no known effect: a force
-that varies with the amplitude has a linear part, and what takes up this part may gain a great deal. An effect that
-varies with the amplitude as well is the known one that is nearest.
+its own covariance.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.closeness import AbsentPeak, FarResonance, list_held_back, tell_held_back
-from diagnosis.decision.evidence import compute_log_density, errs_on_held_out, passes
-from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.likelihood_ratio import LikelihoodRatioTest, place_of
-from diagnosis.decision.naming import apply_test
-from diagnosis.decision.residual_explanation import ResidualExplanation
-from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
+from diagnosis.decision.closeness import AbsentPeak, FarResonance, describe_beyond_priors, list_beyond_priors
+from diagnosis.decision.confirmation import is_confirmed
+from diagnosis.decision.evidence import (
+    CREDIBLE,
+    DECISIVE,
+    compute_birge_ratio,
+    compute_log_density,
+    compute_probabilities,
+    errs_on_held_out,
+    exceeds_threshold,
+    passes,
+)
+from diagnosis.decision.fits import Fits
+from diagnosis.decision.law_of_force import FittedLaw, find_alternatives
+from diagnosis.decision.pair import Pair
+from diagnosis.decision.pair_search import FoundPair, find_pair, find_pair_that_passes
+from diagnosis.decision.stand_in import find_cause_beside
+from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_strengths
+from diagnosis.decision.wording import describe_held_out_error, describe_law, describe_stand_in
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
-from diagnosis.fit.problem import UNEXPLAINED, Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
-from diagnosis.step import RunStep
+from diagnosis.step import RunStep, remember_steps
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import UnknownForce, compute_excess_gain
-from geometry.plain_number import plain
 
 #: |cos| of the changes by two effects from which on the data cannot tell them apart [-].
 SAME_DIRECTION = 0.99
@@ -74,12 +79,12 @@ def judge(
     def rank(finalist: Finalist) -> tuple[bool, float]:
         return not passes(finalist.refit, by.thresholds), -compute_log_density(finalist.refit)
 
-    def judged(ranked: Sequence[Finalist]) -> Verdict:
-        size, held_back = baseline.arrangement.model_error_size, list_held_back(baseline.refit.fit)
-        return decide(by, baseline.refit, ranked, places, run_step, size, held_back)
+    def decide_on(ranked: Sequence[Finalist]) -> Verdict:
+        size, beyond_priors = baseline.arrangement.model_error_size, list_beyond_priors(baseline.refit.fit)
+        return decide(by, baseline.refit, ranked, places, run_step, size, beyond_priors)
 
     ranked = sorted(finalists, key=rank)
-    verdict = judged(ranked)
+    verdict = decide_on(ranked)
     tried: set[str] = set()
     while by.refit_by_own_covariance is not None and verdict.instead is not None and verdict.instead.name not in tried:
         alone = verdict.instead
@@ -88,7 +93,7 @@ def judge(
         own = run_step(f"{alone.name} of {alone.refit.strength:.6g} alone by its own covariance", refit_alone)
         best = min([*(each for each in ranked if each.name == alone.name), own], key=rank)
         ranked = sorted([*(each for each in ranked if each.name != alone.name), best], key=rank)
-        verdict = judged(ranked)
+        verdict = decide_on(ranked)
     train = baseline.arrangement.train
     return ranked, find_untestable(verdict, bool(train.shares.any() or not train.observed.motion.any()))
 
@@ -100,9 +105,9 @@ def decide(
     places: Sequence[UnknownForce],
     run_step: RunStep,
     model_error_size: ErrorSize = NO_ERROR,
-    held_back: Sequence[str] = (),
+    beyond_priors: Sequence[str] = (),
 ) -> Verdict:
-    """Verdict.
+    """Verdict by the rules, in their order.
 
     Parameters
     ----------
@@ -116,59 +121,122 @@ def decide(
         Looks up the stored result of a step, or computes it.
     model_error_size
         Model error that is left without an effect; where one passes, that which is left beside it counts.
-    held_back
+    beyond_priors
         Calibration parameters of `baseline` that are as far as their priors let a fit go.
     """
-    thresholds, far = by.thresholds, by.far
-    refuted = max((each.refit.gain for each in finalists if each.refit.held_out_gain < 0), default=0.0)
-    passed = [each for each in finalists if passes(each.refit, thresholds)]
-    by_name, refits = {each.name: each for each in finalists}, [each.refit for each in finalists]
-    test = LikelihoodRatioTest(by_name, by.catalogue, places, thresholds, run_step, baseline, max(refuted, 0.0))
-    finding, effects = apply_test(test, refits)
-    model_error_size, reason = passed[0].arrangement.model_error_size if passed else model_error_size, ""
-    if not passed and test.finds_two(refits):
-        finding, effects = Finding.AMBIGUOUS, test.choose([])
-    if test.pair is not None:
-        model_error_size = test.pair.first.arrangement.model_error_size
-    if model_error_size.is_far or far is not None:
-        finding, effects = Finding.NOT_CLOSE, []
-        reason = "" if far is None else far.sentence
-    if finding is Finding.NOTHING and test.generalises_by_another_law(refits):
-        finding = Finding.UNKNOWN
-    laws = test.find_alternative_laws(effects[0]) if effects else []
-    if finding is Finding.MISSING and (laws or not test.is_confirmed(effects[0])):
-        finding = Finding.AMBIGUOUS
-    if finding is Finding.NOTHING and held_back:
-        # What a parameter has taken up as far as its prior lets it go may be an effect.
-        finding = Finding.UNKNOWN
-    if finding is Finding.NOTHING and errs_on_held_out(baseline):
-        finding, reason = Finding.UNKNOWN, _tell_held_out_error(baseline)
-    has_place = finding is Finding.UNKNOWN and not test.laws and test.is_unexplained()
-    place, nearest = places[0] if has_place else None, passed[0].refit if has_place and passed else None
-    if finding is Finding.UNKNOWN and test.laws:
-        ((name, law),) = test.laws.items()
-        place = next((each for each in places if each.name == place_of(name)), None)
-        nearest = next(each.refit for each in finalists if each.name == name)
-        reason = _tell_law(name, law, baseline)
-    elif finding is Finding.UNKNOWN and not has_place and passed and test.explanations:
-        ((name, residual),) = test.explanations.items()
-        reason = _tell_stand_in(name, residual, thresholds)
-    if finding is Finding.UNKNOWN:
-        laws = [*test.laws.values()]
-    else:
-        held_back = ()
-    if held_back:
-        place, nearest, reason, laws = None, None, tell_held_back(held_back), []
-    return Verdict(
-        finding=finding, effects=effects, baseline=baseline, threshold=thresholds.gain,
-        detectable=smallest_detectable(by.scores, thresholds.gain),
+    nothing = Verdict(
+        finding=Finding.NOTHING, effects=[], baseline=baseline, threshold=by.thresholds.gain,
+        detectable=compute_detectable_strengths(by.scores, by.thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in by.scores},
-        place=place, nearest=nearest, model_error_size=model_error_size,
-        reason=reason, pair=test.pair if effects else None, instead=test.instead,
-        alike=_find_alike(by.scores, effects, finalists),
-        laws=laws, held_back=held_back,
-        probabilities=test.rank([each.refit for each in passed])[: len(effects)] if effects else [],
+        model_error_size=model_error_size,
     )  # fmt: skip
+    if by.far is not None:  # rules 1 and 2
+        return replace(nothing, finding=Finding.NOT_CLOSE, reason=by.far.sentence)
+    fits = Fits(
+        baseline=baseline, beyond_priors=beyond_priors, places=places,
+        finalists={each.name: each for each in finalists}, catalogue=by.catalogue, thresholds=by.thresholds,
+        run_step=remember_steps(run_step),
+    )  # fmt: skip
+    passed = [each for each in fits.refits if passes(each, by.thresholds)]
+    verdict = _decide_with_effect(nothing, fits, passed) if passed else _decide_without_effect(nothing, fits)
+    return replace(verdict, alike=_find_alike(by.scores, verdict.effects, finalists))
+
+
+def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
+    """Verdict where no effect passes."""
+    pair, instead = find_pair_that_passes(fits)
+    size = nothing.model_error_size if pair is None else pair.first.arrangement.model_error_size
+    nothing = replace(nothing, instead=instead, model_error_size=size)
+    if size.is_far:  # rule 3
+        return replace(nothing, finding=Finding.NOT_CLOSE)
+    if pair is not None:  # rule 4
+        return replace(_name_effects(nothing, fits, [], pair), finding=Finding.AMBIGUOUS)
+    if _is_force_missing(fits):  # rule 5
+        return _decide_unknown(nothing, fits, place=fits.places[0])
+    found = _find_law_that_generalises(fits)
+    if found is not None:  # rule 6
+        return _name_law(nothing, fits, *found)
+    if fits.beyond_priors:  # rule 7
+        return _decide_unknown(nothing, fits)
+    if errs_on_held_out(fits.baseline):  # rule 8
+        return _decide_unknown(nothing, fits, reason=describe_held_out_error(fits.baseline))
+    return nothing
+
+
+def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -> Verdict:
+    """Verdict where some effects pass, the best first."""
+    best = passed[0]
+    law = fits.find_better_law(best)
+    left = find_cause_beside(fits, best) if law is None else None
+    pair, instead = FoundPair() if left is None else find_pair(fits, best, left.refit)
+    arrangement = fits.arrangement_of(best) if pair is None else pair.first.arrangement
+    nothing = replace(nothing, instead=instead, model_error_size=arrangement.model_error_size)
+    if nothing.model_error_size.is_far:  # rule 9
+        return replace(nothing, finding=Finding.NOT_CLOSE)
+    if law is not None:  # rule 10
+        return _name_law(nothing, fits, best, law)
+    if left is None or pair is not None:  # rules 11, 12, and 14 to 16
+        return _name_effects(nothing, fits, passed, pair)
+    if _is_force_missing(fits):  # rule 13
+        return _decide_unknown(nothing, fits, place=fits.places[0], nearest=best)
+    return _decide_unknown(nothing, fits, reason=describe_stand_in(best.name, left, fits.thresholds))
+
+
+def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: Pair | None) -> Verdict:
+    """The best effect is missing, or one of those that the data cannot tell from it; of two, the first.
+
+    Parameters
+    ----------
+    nothing, fits
+        Verdict without an effect, and the fits.
+    passed
+        Effects that pass alone, best first.
+    pair
+        The best one, or one in its place, and a further one that is missing as well; None if one explains enough.
+    """
+    ranked = passed if pair is None else [each.refit for each in pair.ranked]
+    probabilities = compute_probabilities(ranked).tolist()
+    count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))  # rule 14
+    best, alone = ranked[0], fits.finalists[ranked[0].name].refit
+    laws = find_alternatives(fits.fit_other_laws(alone), DECISIVE)  # rule 11
+    # Rule 15 but for the interval of the strength, which is known later: see `Verdict.with_fits`.
+    is_sure = count == 1 and not laws and is_confirmed(best, alone, pair, fits.baseline)
+    return replace(
+        nothing, finding=Finding.MISSING if is_sure else Finding.AMBIGUOUS, effects=ranked[:count],
+        probabilities=probabilities[:count], laws=laws, pair=pair,
+    )  # fmt: skip
+
+
+def _name_law(nothing: Verdict, fits: Fits, refit: Refit, law: FittedLaw) -> Verdict:
+    """An unknown force that has a law in place of that of an effect."""
+    place = next((each for each in fits.places if each.name == refit.place), None)
+    reason = describe_law(refit, law, fits.baseline)
+    return _decide_unknown(nothing, fits, place=place, nearest=refit, laws=[law], reason=reason)
+
+
+def _decide_unknown(nothing: Verdict, fits: Fits, **known: Any) -> Verdict:
+    """Something unknown is missing; where parameters are beyond their priors, all that is known are these."""
+    if fits.beyond_priors:
+        known = {"beyond_priors": fits.beyond_priors, "reason": describe_beyond_priors(fits.beyond_priors)}
+    return replace(nothing, finding=Finding.UNKNOWN, **known)
+
+
+def _is_force_missing(fits: Fits) -> bool:
+    """Whether an unknown force explains more than chance, and than effects that the held-out data speak against."""
+    if not fits.places:
+        return False
+    refuted = max((each.gain for each in fits.refits if each.held_out_gain < 0), default=0.0)
+    left = compute_birge_ratio(fits.baseline, fits.places[0].gain)
+    return compute_excess_gain(fits.places[0]) - max(refuted, 0.0) > fits.thresholds.misfit * left
+
+
+def _find_law_that_generalises(fits: Fits) -> tuple[Refit, FittedLaw] | None:
+    """The best effect that gains, and another law of its force by which alone the held-out error falls; else None."""
+    refit = next((each for each in fits.refits if exceeds_threshold(each, fits.thresholds)), None)
+    law = None if refit is None else fits.find_better_law(refit)
+    if refit is None or law is None or refit.held_out_gain + law.held_out_gain <= 0:
+        return None
+    return (refit, law) if law.refit.held_out_error < fits.baseline.held_out_error else None
 
 
 def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
@@ -186,14 +254,14 @@ def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
     """
     why = ""
     detectable = np.array([*verdict.detectable.values()])
-    if not is_seen and (verdict.finding in {Finding.NOTHING, Finding.NOT_CLOSE} or verdict.held_back):
+    if not is_seen and (verdict.finding in {Finding.NOTHING, Finding.NOT_CLOSE} or verdict.beyond_priors):
         why = "no motion stands out of its scatter"
     elif verdict.finding is Finding.NOTHING and len(detectable) and not np.isfinite(detectable).any():
         why = "no effect would show in them at any strength that it may have"
     if not why:
         return verdict
     reason = f"These measurements cannot tell whether anything is missing: {why}."
-    return replace(verdict, finding=Finding.NOT_TESTABLE, reason=reason, held_back=())
+    return replace(verdict, finding=Finding.NOT_TESTABLE, reason=reason, beyond_priors=())
 
 
 def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Sequence[Finalist]) -> list[str]:
@@ -206,36 +274,3 @@ def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Se
     return [
         name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > SAME_DIRECTION
     ]
-
-
-def _tell_law(name: str, law: FittedLaw, baseline: Refit) -> str:
-    falls = held_out_fall(baseline, law.refit)
-    return (
-        f"Something is missing, and it is none of the known effects: near {place_of(name)}, {law.words}, by which "
-        f"{falls}. Nearest is {name}."
-    )
-
-
-def _tell_stand_in(name: str, residual: ResidualExplanation, thresholds: Thresholds) -> str:
-    unknown = compute_excess_gain(residual.places[0]) - thresholds.misfit if residual.places else -np.inf
-    if residual.gain - thresholds.gain > unknown:
-        return (
-            f"Something is missing, and no known effect alone explains it: {name} explains most, and "
-            f"{residual.effect_name} much of what it leaves."
-        )
-    left = residual.places[0].sentence
-    return f"Something is missing, and it is none of the known effects: {name} explains most, but leaves {left}."
-
-
-def _tell_held_out_error(baseline: Refit) -> str:
-    """A large error of the held-out data, beside that of the training data, in words."""
-    held_out, others = (f"{plain(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
-    if baseline.reduced_chi2_by_noise > UNEXPLAINED:
-        return (
-            f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
-            f"held-out data and by {others} on the others."
-        )
-    return (
-        f"Something is missing that the held-out data alone show: the model errs by {held_out} there and by {others} "
-        "on the others, in which nothing is missing. Hold out other data, so that a fit sees these."
-    )

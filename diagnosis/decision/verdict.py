@@ -1,6 +1,6 @@
 """Verdict of a diagnosis, in words with numbers: one missing effect, several possible ones, none, or an unknown one."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
@@ -12,12 +12,12 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.pair import Pair
+from diagnosis.decision.wording import describe_held_out_fall
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
 from diagnosis.unknown_force import UnknownForce
 from fe.notebook import Tabular
-from geometry.plain_number import plain
 
 if TYPE_CHECKING:
     import pandas
@@ -78,7 +78,7 @@ class Verdict(Tabular):
         law was found.
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none by the held-out error.
-    held_back
+    beyond_priors
         Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown.
     reason
         Finding in words where no effect is named; derived from threshold and place if it is empty.
@@ -98,7 +98,7 @@ class Verdict(Tabular):
     alike: Sequence[str] = ()
     laws: Sequence[FittedLaw] = ()
     probabilities: Sequence[float] = ()
-    held_back: Sequence[str] = ()
+    beyond_priors: Sequence[str] = ()
     reason: str = ""
 
     def with_fits(self, baseline: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
@@ -148,26 +148,39 @@ class Verdict(Tabular):
             where = f": {self.place.sentence}" if self.place is not None else ""
             near = f" {self.nearest.name} comes nearest: {self._fall(self.nearest)}." if self.nearest else ""
             return f"Something is missing, and it is none of the known effects{where}.{near}"
-        named = " or ".join(self._named(each) for each in self.effects)
-        missing = "is missing" if self.further is None else f"and {self._named(self.further)} are missing"
-        fall, laws = self._fall(self.effects[0]), self.other_laws
-        if self.finding is Finding.MISSING:
-            return f"{named} {missing}; {fall}."
-        if len(self.effects) == 1:
-            return f"{named} {missing}, or {self.alternative}; {fall}.{laws}"
         alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
-        beside = "" if self.further is None else f", and beside it {self._named(self.further)}"
-        return f"{named}{beside}: these data cannot tell which ({fall}).{alike}{laws}"
+        return f"{self.name_effects(self._format_strength, self._fall(self.effects[0]), 'data')}{alike}"
+
+    def name_effects(self, describe: Callable[[Refit], str], fall: str, data: str) -> str:
+        """Effects that are missing, or may be, in one sentence.
+
+        Parameters
+        ----------
+        describe
+            Words for the strength of an effect.
+        fall
+            Words for the change of the held-out error by the best effect.
+        data
+            What cannot tell several effects apart, such as "data".
+        """
+        named = " or ".join(f"{each.name} ({describe(each)})" for each in self.effects)
+        further = "" if self.further is None else f"{self.further.name} ({describe(self.further)})"
+        if len(self.effects) > 1:
+            beside = f", and beside it {further}" if further else ""
+            return f"{named} is missing{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"
+        missing = f"and {further} are missing" if further else "is missing"
+        doubt = f", or {self._alternative}" if self.finding is Finding.AMBIGUOUS else ""
+        return f"{named} {missing}{doubt}: {fall}.{self._other_laws}"
 
     @property
-    def alternative(self) -> str:
+    def _alternative(self) -> str:
         """Alternative to an effect that is named alone, but is not confirmed, in words."""
         if self.laws:
             return "another force at its place"
         return "the model errs in a way that looks like it, which these data cannot tell"
 
     @property
-    def other_laws(self) -> str:
+    def _other_laws(self) -> str:
         """Laws that the force of the best effect may have as well, as a sentence that follows one; empty if none."""
         words = " or ".join(law.words for law in self.laws)
         return f" There it may be {words} as well." if words else ""
@@ -180,52 +193,18 @@ class Verdict(Tabular):
         return f"The smallest detectable strengths are: {strengths}." if strengths else ""
 
     def _fall(self, refit: Refit) -> str:
-        return held_out_fall(self.baseline, refit)
+        return describe_held_out_fall(self.baseline, refit)
 
-    def _named(self, refit: Refit) -> str:
+    def _format_strength(self, refit: Refit) -> str:
         assert refit.effect is not None
         unit = self.units.get(refit.name, refit.effect.parameters[0].unit)
         half = TWO_SIDED_95 * refit.deviation
         unit = "" if unit == "-" else f" {unit}"
-        count = min(worth(refit.strength, half), MOST_DIGITS)
-        return f"{refit.name} ({refit.strength:.{count}g}{unit} +- {half:.2g})"
+        count = min(count_digits(refit.strength, half), MOST_DIGITS)
+        return f"{refit.strength:.{count}g}{unit} +- {half:.2g}"
 
 
-def held_out_fall(before: Refit, after: Refit) -> str:
-    """Change of the held-out error by an effect, in words; of each record where there are records."""
-    if not after.held_out_names:
-        chi2 = before.held_out_reduced_chi2_by_noise, after.held_out_reduced_chi2_by_noise
-        return describe_held_out_change((before.held_out_error, after.held_out_error), chi2)
-    change = ", ".join(
-        f"{_percent(was)} to {_percent(now)} % in {name}"
-        for was, now, name in zip(before.held_out_errors, after.held_out_errors, after.held_out_names, strict=True)
-    )
-    return f"the held-out error {'falls' if after.held_out_error < before.held_out_error else 'goes'} from {change}"
-
-
-def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[float, float]) -> str:
-    """Change of the held-out error in words; of the reduced chi-squared where the error does not fall.
-
-    Parameters
-    ----------
-    error, reduced_chi2
-        Each without an effect, and with it [-].
-    """
-    was, now = map(_percent, error)
-    if error[1] < error[0] and now != was:
-        return f"the held-out error falls from {was} to {now} %"
-    stays = f"stays {now} %" if now == was else f"goes from {was} to {now} %"
-    stays = stays if np.isfinite(error).all() else "is unknown"
-    falls = "falls" if reduced_chi2[1] < reduced_chi2[0] else "does not fall:"
-    change = " to ".join(plain(each, 3) for each in reduced_chi2)
-    return f"the held-out reduced chi-squared {falls} from {change} (the held-out error {stays})"
-
-
-def _percent(share: float) -> str:
-    return plain(100 * share, 3)
-
-
-def smallest_detectable(scores: Sequence[Score], threshold: float) -> dict[str, float]:
+def compute_detectable_strengths(scores: Sequence[Score], threshold: float) -> dict[str, float]:
     """Strength of each candidate, from its vanishing value, at which its expected gain is the threshold, by name.
 
     Infinite where that lies beyond the bounds of the effect: at no strength that it may have.
@@ -240,7 +219,7 @@ def _within(parameter: EffectParameter, strength: float) -> float:
     return strength if strength <= reach else np.inf
 
 
-def worth(value: float, half: float) -> int:
+def count_digits(value: float, half: float) -> int:
     """Significant digits of a value with half its interval: down to the second digit of the half, at least four."""
     if not (np.isfinite([value, half]).all() and value and half > 0):
         return 4

@@ -9,10 +9,9 @@ import numpy as np
 from correlation.data_type.indication import CLEAR, Indication, name_causes
 from correlation.data_type.registry import DATA_TYPES, Datum
 from correlation.model import Model
-from correlation.noise.error_size import FAR
+from correlation.noise.error_size import MAX_ERROR_SIZES
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.scale import measure_scale
-from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis, ProgressFractions, Report, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
@@ -20,12 +19,12 @@ from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
-from diagnosis.time_record.held_out import PART, SURE, HeldOutTest
+from diagnosis.time_record.held_out import MAX_EXCESS_LEFT, MIN_STANDARD_ERRORS, HeldOutTest
 
 #: As timed on ring-downs and loops.
 PROGRESS = ProgressFractions(screening=0.3, fits=0.5, tests=0.9, covariances=1.0, explanation=1.0, intervals=1.0)
 #: Indications that a verdict tells at least, if there are so many.
-TOLD = 4
+MIN_INDICATIONS = 4
 
 FeatureDiagnosis: TypeAlias = Diagnosis[FeatureArrangement]
 
@@ -149,7 +148,7 @@ class FeatureTest(HeldOutTest):
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""
         fall = before.n_held_out * (before.held_out_reduced_chi2 - after.held_out_reduced_chi2)
-        return fall > SURE**2 * max(1.0, after.held_out_reduced_chi2)
+        return fall > MIN_STANDARD_ERRORS**2 * max(1.0, after.held_out_reduced_chi2)
 
     def explains(self, refit: Refit) -> bool:
         """Whether little of the error is left, and of every clear indication."""
@@ -159,7 +158,8 @@ class FeatureTest(HeldOutTest):
         after = {(each.kind, each.quantity): each for each in list_indications(refit.fit.model, self.data)}
         pairs = [(each, after.get((each.kind, each.quantity))) for each in self.indications if each.is_clear]
         return all(
-            now is not None and abs(now.difference) <= max(CLEAR, PART * abs(was.difference)) for was, now in pairs
+            now is not None and abs(now.difference) <= max(CLEAR, MAX_EXCESS_LEFT * abs(was.difference))
+            for was, now in pairs
         )
 
 
@@ -173,12 +173,11 @@ def _judge(
 ) -> Verdict:
     """Verdict of the test; clear indications that no effect explains make it "unknown"."""
     # Errors are in standard deviations, so that of noise is one.
-    finding, effects = apply_test(
-        FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications), refits
-    )
+    test = FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications)
+    finding, effects = test.decide(refits)
     clear = [each for each in indications if each.is_clear]
     off = arrangement.find_worst_frequency((*effects, baseline)[0].fit)
-    if off is not None and abs(off[1]) > FAR[0]:
+    if off is not None and abs(off[1]) > MAX_ERROR_SIZES[0]:
         finding, effects = Finding.NOT_CLOSE, []
     elif finding is Finding.NOTHING and clear:
         finding = Finding.UNKNOWN
@@ -203,6 +202,6 @@ def _reason(finding: Finding, baseline: Refit, clear: Sequence[Indication], off:
 def _most_clear(clear: Sequence[Indication]) -> str:
     """The clearest indication of each kind, and further ones up to the number that a paragraph takes, in words."""
     first = list({each.kind: each for each in reversed(clear)}.values())
-    told = [*first, *(each for each in clear if each not in first)][: max(TOLD, len(first))]
+    told = [*first, *(each for each in clear if each not in first)][: max(MIN_INDICATIONS, len(first))]
     more = len(clear) - len(told)
     return "; ".join(each.sentence for each in clear if each in told) + (f"; and {more} more signs" if more else "")

@@ -26,7 +26,7 @@ from diagnosis.fit.jitter import list_jitter
 from diagnosis.fit.model_error_fit import alternate, fit_from_fit, fit_from_scratch, get_error_size, reweigh_slopes
 from diagnosis.fit.problem import Effort, Refit
 from diagnosis.fit.weighting import (
-    FEW,
+    FEW_DRAWS,
     Measured,
     allow_model_error,
     downweight_other_branch,
@@ -281,7 +281,7 @@ def _compared(
     prediction = sides[0].predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
     refined = [each.compose(values) for each in finer]
-    first, _ = make_comparison(sides[0], model, prediction, budget, refined, FEW, fitted=False)
+    first, _ = make_comparison(sides[0], model, prediction, budget, refined, FEW_DRAWS, fitted=False)
     first, fit = fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
     if not known:
         finer = [each.calibrated(first, fit) for each in finer]

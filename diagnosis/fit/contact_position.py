@@ -16,7 +16,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from correlation.noise.nuisance import parabolic_share
+from correlation.noise.nuisance import compute_parabolic_share
 from reduction.jointed_system import FrictionContact, Joint
 
 Vector = Float[NDArray[np.float64], " n"]
@@ -91,7 +91,7 @@ def _shared(values: Vector, place: Vector, factor: float) -> Vector:
 
 def _rate(values: Vector, place: Vector) -> Vector:
     """Relative change of each share that doubles the moment of inertia and keeps the sum."""
-    pattern = parabolic_share(values)
+    pattern = compute_parabolic_share(values)
     change = values * pattern @ place**2
     return np.zeros(len(values)) if change == 0 else np.asarray((values @ place**2) / change * pattern)
 

@@ -17,7 +17,7 @@ from diagnosis.screening import compute_slope_gains
 from hbsolve.errors import ModelError
 
 #: Usual error of the readings of a model for which none is stated [-].
-USUAL = 1e-3
+USUAL_MODEL_ERROR = 1e-3
 #: Fits, each with deviations that the misfit of the one before asks for.
 ROUNDS = 4
 
@@ -69,7 +69,7 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
     usual
         Usual error of readings [-]; zero for what is usual elsewhere.
     """
-    size, values, error_factor, fit = ErrorSize.usual(usual or USUAL), unknowns.clipped(start), 1.0, None
+    size, values, error_factor, fit = ErrorSize.usual(usual or USUAL_MODEL_ERROR), unknowns.clipped(start), 1.0, None
     weighed = ControlledComparison.from_comparison(comparison, unknowns.compose(values), size)
     for number in range(ROUNDS):
         model = unknowns.compose(values)

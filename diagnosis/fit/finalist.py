@@ -21,14 +21,14 @@ from diagnosis.fit.arrangement import Arrangement, arrange_with_effect
 from diagnosis.fit.calibration import Ending, Fit
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.model_error_fit import fit_from_lowest_level
-from diagnosis.fit.problem import UNEXPLAINED, Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.fit.weighting import resize_model_error
 from diagnosis.step import RunStep, compute_step
 
 #: An effect is not named, whatever it gains, if the held-out data are further off by these factors: their reduced
 #: chi-squared by noise and stated errors, as far as it is beyond 1, and where these do not explain it, their error
 #: relative to what was measured. That is the error of peaks above all, which move with what is explained [-].
-WORSE, MUCH_WORSE = 1.1, 1.5
+MAX_CHI2_RISE, MAX_ERROR_RISE = 1.1, 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -145,6 +145,6 @@ def compare(refit: Refit, without: Refit, gain: float) -> Refit:
 def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
     after, before = (max(each.held_out_reduced_chi2_by_noise, 1.0) for each in (refit, without))
-    return after > WORSE * before or (
-        after > UNEXPLAINED and refit.held_out_error > MUCH_WORSE * without.held_out_error
+    return after > MAX_CHI2_RISE * before or (
+        after > UNEXPLAINED_CHI2 and refit.held_out_error > MAX_ERROR_RISE * without.held_out_error
     )

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from correlation.model import Model
 from correlation.noise.error_patterns import compute_moduli
 from correlation.noise.free_mode import FreeModes
-from correlation.noise.nuisance import Budget, ModelFeatures, highest_frequency
+from correlation.noise.nuisance import Budget, ModelFeatures, find_highest_frequency
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import MOST_PULLED, CalibrationParameter
 from diagnosis.fit.weighting import Measured
 
 #: The standard deviation of an error of a mesh is stated by rule of thumb: fits allow for so many times as much.
-VAGUE = 1.5
+PRIOR_WIDENING = 1.5
 #: An error is fitted if one standard deviation of it changes a reading by more than this share.
-SHARP = 0.1
+SHARP_CHANGE = 0.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,18 +88,18 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
         return ()
     prediction = measured.predictor.predict(model)
     nominal = ModelFeatures(measured.predictor.share(model), measured.features, model, prediction)
-    tangents = FreeModes.below(model, highest_frequency(measured.observed.points)).frequency_errors()
+    tangents = FreeModes.below(model, find_highest_frequency(measured.observed.points)).frequency_errors()
     features = measured.features
     size = compute_moduli(features, features.of_values(prediction.value))
     change = budget.frequency * np.abs(nominal.slopes(tangents)) / np.where(size > 0, size, np.inf)[:, None]
     moved = np.nan_to_num(change[features.inverse[features.row]]).max(axis=0, initial=0.0)
-    deviation = VAGUE * budget.frequency
+    deviation = PRIOR_WIDENING * budget.frequency
     most = MOST_PULLED * deviation
     factor = EffectParameter(
         name="factor", unit="-", lower=1 - most, upper=1 + most, typical=1 + deviation, vanishes=1.0
     )
     found: list[FrequencyCorrection] = []
-    for number in np.flatnonzero(moved > SHARP).tolist():
+    for number in np.flatnonzero(moved > SHARP_CHANGE).tolist():
         rate = tangents[number].free.matrices.stiffness
         assert rate is not None
         found.append(

@@ -14,7 +14,7 @@ from diagnosis.fit.weighting import allow_model_error, downweight_higher_levels,
 #: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
 ROUNDS, SETTLED = 6, 0.1
 #: Reduced chi-squared beyond which a calibration may have missed the minimum.
-ASTRAY = 1.5
+MAX_CALIBRATION_CHI2 = 1.5
 
 
 def fit_from_scratch(
@@ -31,7 +31,7 @@ def fit_from_scratch(
         return plain, _calibrated(plain, unknowns, values, prediction)
     fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK)
     found = [alternate(plain, fit)]
-    if fit.chi2 > ASTRAY * fit.n_number:
+    if fit.chi2 > MAX_CALIBRATION_CHI2 * fit.n_number:
         wide = update_model_error(plain, prediction)
         begins = [values] if get_error_size(wide) != NO_ERROR else []
         begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
@@ -100,7 +100,7 @@ def _calibrated(
     resonance is. A missing effect makes a fit bad as well; both starts then end alike.
     """
     fit = calibrate(comparison, unknowns, values, prediction, ending=Ending.EXACT)
-    if fit.chi2 <= ASTRAY * fit.n_number:
+    if fit.chi2 <= MAX_CALIBRATION_CHI2 * fit.n_number:
         return fit
     second = fit_from_lowest_level(comparison, unknowns, values, prediction)
     return min(fit, second, key=lambda each: each.chi2)

@@ -16,8 +16,8 @@ from diagnosis.fit.fit_parameter import Unknowns
 
 PerRecord = Float[NDArray[np.float64], " records"]
 
-#: Reduced chi-squared by noise and stated errors that these do not explain [-].
-UNEXPLAINED = 2.0
+#: Reduced chi-squared by noise and stated errors that these do not explain: what is left is as large as they are [-].
+UNEXPLAINED_CHI2 = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,6 +124,11 @@ class Refit:
     def name(self) -> str:
         """Name of the effect; "nothing" without one."""
         return "nothing" if self.effect is None else self.effect.name
+
+    @property
+    def place(self) -> str:
+        """Place of the effect; empty for one that acts at none."""
+        return self.name.partition(" at ")[2]
 
     @property
     def label(self) -> str:

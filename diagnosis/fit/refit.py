@@ -18,17 +18,17 @@ from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
 
 #: An effect beside the best few is refitted if it is this parallel to one of them and has this share of its gain.
-PARALLEL, PROMISING = 0.6, 0.5
+MIN_COSINE, MIN_GAIN_SHARE = 0.6, 0.5
 #: Most effects that act through stick and slip alone and are refitted in any case: their derivative may have the wrong
 #: sign, and had for the true effect among several lines and weights.
 MOST_RUGGED = 8
 #: A fit that gains less than this share of the gain of the screening is started again, from typical strength.
-KEPT = 0.7
-#: Reduced chi-squared beyond which a fit is lost.
-LOST = 2.0
+MIN_GAIN_KEPT = 0.7
+#: Reduced chi-squared beyond which a fit is poor: a model that lacks a strong effect. Set on development seeds [-].
+MAX_RESPONSE_FIT_CHI2 = 2.0
 
 
-def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) -> list[Score]:
+def shortlist(scores: Sequence[Score], effort: Effort, *, is_poor: bool = False) -> list[Score]:
     """Scores of effects that a refit may bring to the top.
 
     Parameters
@@ -37,16 +37,16 @@ def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) ->
         Scores, best first.
     effort
         Number of effects, and the least gain.
-    lost
+    is_poor
         Whether the model fits badly, so that the order of the linear screening is less reliable.
     """
-    n_best = effort.most if lost else effort.best
+    n_best = effort.most if is_poor else effort.best
     best = list(scores[:n_best])
     chosen = [score for score in best if score.gain > effort.worthless]
     for score in scores[n_best:]:
         parallel = max((abs(float(score.direction @ other.direction)) for other in best), default=0.0)
-        promising = score.gain > max(PROMISING * best[0].gain, effort.worthless)
-        if len(chosen) < effort.most and promising and parallel > PARALLEL:
+        promising = score.gain > max(MIN_GAIN_SHARE * best[0].gain, effort.worthless)
+        if len(chosen) < effort.most and promising and parallel > MIN_COSINE:
             chosen.append(score)
     rugged = [score for score in scores if is_rugged(score.effect) and score not in chosen and score.size > 0]
     return chosen + rugged[:MOST_RUGGED]
@@ -74,7 +74,7 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
     fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, ending=Ending.QUICK)]
     for start in ([] if slopes is None else [score.start]) + [_typical_start(problem, score)]:
-        if baseline.chi2 - min(fit.chi2 for fit in fits) < KEPT * score.gain:
+        if baseline.chi2 - min(fit.chi2 for fit in fits) < MIN_GAIN_KEPT * score.gain:
             fits.append(fit_from(problem, effect, start))
     kind = find_kind(effect)
     if kind is not None and kind.has_two_sides:
@@ -82,9 +82,9 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     return min(fits, key=lambda fit: fit.chi2)
 
 
-def is_lost(problem: Problem) -> bool:
+def is_poor_fit(problem: Problem) -> bool:
     """Whether the first fit is far from the minimum, by its reduced chi-squared."""
-    return problem.fit.chi2 >= LOST * problem.fit.n_number
+    return problem.fit.chi2 >= MAX_RESPONSE_FIT_CHI2 * problem.fit.n_number
 
 
 def fit_from_starts(

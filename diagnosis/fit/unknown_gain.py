@@ -31,9 +31,9 @@ DRIVE = f"{GAIN}drive"
 BESIDE_LINEAR, ANYWHERE, ROUNDS = (2, 4), (6, 4), 14
 #: The gain of the drive is told by the data if the mean square of ln |X_m / X_p| grows by this factor away from the
 #: best one, and by more than rounding.
-TOLD, ROUNDING = 1.2, 1e-6
+MIN_COST_RATIO, ROUNDING = 1.2, 1e-6
 #: Most that the square of ln |X_m / X_p| of a reading counts: a factor of e^2 [-].
-FAR_OFF = 4.0
+MAX_SQUARE = 4.0
 #: Frequencies of each level that the search looks at.
 MOST = 40
 #: Bounds of what a fit may change after the search [-].
@@ -187,7 +187,7 @@ class _Search:
             ratio = np.where(points.sensor == name, ratio - mean, ratio)
         fundamental = points.harmonic == 1
         # A point at which the model has no state counts as far off; a few outlying ones do not decide.
-        squares = np.where(there, np.minimum(ratio**2, FAR_OFF), FAR_OFF)[fundamental]
+        squares = np.where(there, np.minimum(ratio**2, MAX_SQUARE), MAX_SQUARE)[fundamental]
         return float(squares.mean()) if (there & fundamental).any() else np.inf, gains
 
     def best(self) -> tuple[float, bool]:
@@ -199,7 +199,7 @@ class _Search:
         cost = np.array([self.cost(float(each)) for each in tried])
         at = int(np.argmin(cost))
         gain = float(np.exp(self._golden(float(tried[max(at - 1, 0)]), float(tried[min(at + 1, len(tried) - 1)]))))
-        told = float(np.median(cost)) > TOLD * self.cost(np.log(gain)) + ROUNDING
+        told = float(np.median(cost)) > MIN_COST_RATIO * self.cost(np.log(gain)) + ROUNDING
         return (gain, True) if told else (1.0, False)
 
     def _golden(self, low: float, high: float) -> float:

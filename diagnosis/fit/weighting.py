@@ -35,7 +35,7 @@ from diagnosis.fit.jitter import list_preload_jitter
 #: Friction histories drawn for the covariance, and the seed that they are drawn with.
 DRAWS, SEED = 16, 1
 #: Histories from which the jitter between repeats is estimated before all histories are drawn with it.
-FEW = 4
+FEW_DRAWS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,16 +140,16 @@ def make_comparisons(
         ]
 
     coarse = nominal.coarse()
-    seen = scatters(make_history_modes(coarse, min(n_draw, FEW), SEED))
-    if n_draw > FEW:
-        pressed, by_preload = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
-        seen = scatters(make_history_modes(coarse, n_draw, SEED, pressed, by_preload))
+    seen = scatters(make_history_modes(coarse, min(n_draw, FEW_DRAWS), SEED))
+    if n_draw > FEW_DRAWS:
+        covariance, modes = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
+        seen = scatters(make_history_modes(coarse, n_draw, SEED, covariance, modes))
     free = together.features.points.free[together.features.row]
-    remainders = [compute_remainder(coarse, shift) for shift in _shifts(coarse.model, repeats, seen[0])]
+    remainders = [compute_remainder(coarse, shift) for shift in _list_shifts(coarse.model, repeats, seen[0])]
     # The free structure is linear.
     remainders = [each._replace(kink=np.where(free[:, None], 0.0, each.kink)) for each in remainders]
     return [
-        _finished(
+        _finish_comparison(
             side,
             at,
             scatter,
@@ -180,14 +180,14 @@ def allow_model_error(
     """
     if not usual:
         return comparison
-    of = comparison
+    features, measured = comparison.features, comparison.measured
     error = ModelError(
-        without=of.whitening,
-        patterns=ErrorPatterns.at(of.features, of.predictor, model, prediction, of.measured),
+        without=comparison.whitening,
+        patterns=ErrorPatterns.at(features, comparison.predictor, model, prediction, measured),
         usual=ErrorSize.usual(usual),
         size=size,
     )
-    return _with_error(of, error)
+    return _with_error(comparison, error)
 
 
 def update_model_error(comparison: Comparison, prediction: Prediction) -> Comparison:
@@ -232,12 +232,13 @@ def downweight_higher_levels(comparison: Comparison) -> Comparison:
 
 
 def _downweight_rows(comparison: Comparison, rows: NDArray[np.bool_]) -> Comparison:
-    of, numbers = comparison, rows[comparison.features.row]
+    numbers = rows[comparison.features.row]
     if not numbers.any():
         return comparison
     # What was measured there is no error of the model: not even one of its own size counts.
-    size = np.maximum(compute_moduli(of.features, of.measured) / of.whitening.deviation, 1.0)
-    return of.scale_deviations(np.where(numbers, EXCLUDED_FACTOR * size, 1.0))
+    moduli = compute_moduli(comparison.features, comparison.measured)
+    size = np.maximum(moduli / comparison.whitening.deviation, 1.0)
+    return comparison.scale_deviations(np.where(numbers, EXCLUDED_FACTOR * size, 1.0))
 
 
 def join_measured(sides: Sequence[Measured]) -> Measured:
@@ -270,7 +271,7 @@ def _split_rows(sides: Sequence[Measured], together: FeatureVector) -> list[NDAr
     return [np.flatnonzero(owner == number) for number in range(len(sides))]
 
 
-def _finished(
+def _finish_comparison(
     side: Measured,
     rows: NDArray[np.int64],
     scatter: Scatter,
@@ -302,7 +303,7 @@ def _finished(
     return comparison, scatter._replace(whitening=comparison.whitening)
 
 
-def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
+def _list_shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
     """Shifts by `REACH` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
     sizes = [REACH * float(np.sqrt(each[0, 0])) for each in seen.jitter[:2]]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))

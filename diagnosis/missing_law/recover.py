@@ -29,7 +29,7 @@ from correlation.prediction import Key, Prediction, Predictor
 from diagnosis.candidate.place import choose_units, is_parallel
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.fit_parameter import Values
-from diagnosis.fit.refit import is_lost
+from diagnosis.fit.refit import is_poor_fit
 from diagnosis.fit.tangent import differentiate
 from diagnosis.fit.weighting import leave_out_model_error
 from diagnosis.missing_law.basis import EVEN, LawBasis, find_harmonics, follow
@@ -131,7 +131,7 @@ class _Recovery:
     def begin(cls, arrangement: Arrangement, rows: Mapping[str, Row]) -> "_Recovery":
         train, fit, unknowns = arrangement.train, arrangement.fit, arrangement.unknowns([])
         # A fit that went astray in the place of a law is further off than the model as it was drawn.
-        values = unknowns.vanishing if is_lost(arrangement) else fit.values
+        values = unknowns.vanishing if is_poor_fit(arrangement) else fit.values
         model = unknowns.compose(values)
         prediction = train.predict(model, fit.prediction) if values is not fit.values else fit.prediction
         table = StateTable.from_points(train.features.points, prediction.states)

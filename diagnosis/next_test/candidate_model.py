@@ -7,8 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.decision.evidence import DECISIVE
-from diagnosis.decision.likelihood_ratio import CREDIBLE
+from diagnosis.decision.evidence import CREDIBLE, DECISIVE
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.fit_parameter import Unknowns

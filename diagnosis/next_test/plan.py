@@ -23,7 +23,7 @@ from correlation.prediction import Predictor
 from correlation.row_table import join_tables
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect, EffectError
-from diagnosis.decision.verdict import smallest_detectable
+from diagnosis.decision.verdict import compute_detectable_strengths
 from diagnosis.fit.arrangement import make_unknowns
 from diagnosis.fit.calibration import Fit, invert_curvature
 from diagnosis.fit.calibration_parameter import CalibrationParameter
@@ -69,7 +69,7 @@ class Plan:
     @property
     def detectable(self) -> dict[str, float]:
         """Strength from its vanishing value at which each effect is expected to be named, by name [its unit]."""
-        return smallest_detectable(self.scores, self.threshold)
+        return compute_detectable_strengths(self.scores, self.threshold)
 
     def relative(self, score: Score) -> float:
         """The same over the typical strength [-]."""

@@ -13,7 +13,7 @@ from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
-    highest_frequency,
+    find_highest_frequency,
     make_error_tangents,
     make_history_modes,
 )
@@ -100,17 +100,18 @@ def plan_errors(
     points = predictor.points
     unknowns = Unknowns.from_effects(model, jitter, ())
     differs = differentiate_readings(predictor, unknowns, unknowns.vanishing, model, prediction) * unknowns.prior
-    errors = make_error_tangents(model, prediction, budget, highest_frequency(points))
+    errors = make_error_tangents(model, prediction, budget, find_highest_frequency(points))
     lasting = predictor.derivatives(model, prediction, errors.tangents) * errors.size
     apart = [
-        np.where((points.level == level)[:, None], lasting[:, errors.whole :], 0.0) for level in np.unique(points.level)
+        np.where((points.level == level)[:, None], lasting[:, errors.n_shared :], 0.0)
+        for level in np.unique(points.level)
     ]
     plain = ModelFeatures(predictor, _take_coefficients(points), model, prediction).coarse()
     return PlannedErrors(
         noise=noise.deviation(points, prediction.value),
         jitter=differs,
         history=_to_changes(plain.features, make_history_modes(plain, DRAWS, SEED)),
-        lasting=np.column_stack([lasting[:, : errors.whole], *apart]),
+        lasting=np.column_stack([lasting[:, : errors.n_shared], *apart]),
     )
 
 

@@ -71,7 +71,7 @@ class PlannedNoise:
 
 
 def _fit_law(size: NDArray[np.float64], deviation: NDArray[np.float64]) -> NoiseLaw:
-    """Law v = a^2 |X|^2 + b^2 of variances."""
+    """Law v = a^2 |X|^2 + b^2 of deviations that were pooled by such a law, and so hardly scatter about it."""
     scale = float(np.mean(size**2)) or 1.0
     shares = fit_two_shares(np.stack([size**2, np.full(len(size), scale)]), deviation**2, deviation**-4.0)
     return NoiseLaw(float(np.sqrt(shares[0])), float(np.sqrt(shares[1] * scale)))

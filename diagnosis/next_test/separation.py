@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from correlation.noise.covariance import Whitening
-from diagnosis.decision.likelihood_ratio import CREDIBLE
+from diagnosis.decision.evidence import CREDIBLE
 
 Signature = Float[NDArray[np.float64], " m"]
 Spread = Float[NDArray[np.float64], "m p"]

@@ -39,7 +39,7 @@ TRIALS = 40
 #: Ratio of the gains of campaigns of a real structure to those of simulated ones: the budget does not contain all
 #: errors of the model. With this ratio 3 of 100 campaigns of the virtual bench without any effect passed the
 #: thresholds.
-STRANGER = 1.5
+REAL_STRUCTURE_MARGIN = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +94,8 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
 def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
     """Detection thresholds that a share of campaigns without any effect exceeds, by Gumbel's law.
 
-    That of the gain of an effect is `STRANGER` times as high, that of an unknown force as in the simulated campaigns.
+    That of the gain of an effect is `REAL_STRUCTURE_MARGIN` times as high, that of an unknown force as in the simulated
+    campaigns.
 
     Raises
     ------
@@ -106,7 +107,9 @@ def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thres
     # The gain of a single candidate is a chi-square of one degree of freedom.
     least = float(chdtri(1, false_alarms))
     return Thresholds(
-        gain=max(STRANGER * _quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms), least),
+        gain=max(
+            REAL_STRUCTURE_MARGIN * _quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms), least
+        ),
         misfit=max(_quantile(np.array([trial.misfit for trial in trials]), 1 - false_alarms), least),
         false_alarms=false_alarms,
         n_trial=len(trials),

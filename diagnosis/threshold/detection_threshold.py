@@ -12,9 +12,9 @@ from correlation.noise.symmetric_root import symmetric_root
 from diagnosis.screening import Score
 
 #: Factor on the gains of the linear theory: refits gain more, by experience.
-MARGIN = 2.0
+LINEAR_MARGIN = 2.0
 #: Threshold of the gain of an unknown force as a multiple of that of an effect, by experience.
-UNKNOWN_FORCE = 1.5
+UNKNOWN_FORCE_RATIO = 1.5
 #: Least threshold of the gain of an unknown force by the linear theory, however few effects there are: chance gain of
 #: eight parameters at one of ten places. A bootstrap knows the chance gains of its layout.
 LEAST_UNKNOWN_FORCE_GAIN = 18.0
@@ -53,8 +53,10 @@ def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.0
     freedom.
     """
     least = float(chdtri(1, false_alarms))
-    gain = MARGIN * max(find_threshold(draw_null_gains(scores), false_alarms), least)
-    return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_UNKNOWN_FORCE_GAIN), false_alarms=false_alarms)
+    gain = LINEAR_MARGIN * max(find_threshold(draw_null_gains(scores), false_alarms), least)
+    return Thresholds(
+        gain=gain, misfit=max(UNKNOWN_FORCE_RATIO * gain, LEAST_UNKNOWN_FORCE_GAIN), false_alarms=false_alarms
+    )
 
 
 #: Residuals drawn, the seed they are drawn with, and how many at a time.

@@ -29,9 +29,9 @@ from diagnosis.threshold.simulation import Simulation
 DRAWS, SEED = 8, 1
 #: Factor on the deviations: of 95 effects that random rigs hid and a diagnosis named, 90 lie within intervals with it,
 #: 87 without it. The simulation has neither the contacts of the specimen nor the curvature of effects.
-BEYOND = 1.1
+INTERVAL_WIDENING = 1.1
 #: Factor on a deviation from so few campaigns, by Student's distribution.
-FEW = float(stdtrit(DRAWS, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
+STUDENT_FACTOR = float(stdtrit(DRAWS, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
 
 
 def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]) -> list[Refit]:
@@ -52,7 +52,7 @@ def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]
     widened = []
     for each in fits:
         fit = carry_over(each.refit.fit, each.arrangement.train.whitening(differences))
-        fit = replace(fit, covariance=fit.unknowns.limited(BEYOND**2 * fit.covariance))
+        fit = replace(fit, covariance=fit.unknowns.limited(INTERVAL_WIDENING**2 * fit.covariance))
         widened.append(replace(each.refit, fit=widen_by_finer_models(fit, each.arrangement.finer)))
     return widened
 
@@ -92,5 +92,5 @@ def carry_over(fit: Fit, differences: Float[NDArray[np.float64], "m n"]) -> Fit:
     # Priors add their own variance.
     seen = (moved**2).mean(axis=1) + np.diag(shape @ (prior.T @ prior) @ shape)
     known = np.diag(fit.covariance)
-    more = np.sqrt(np.maximum(FEW**2 * seen / np.where(known > 0, known, np.inf), 1.0))
+    more = np.sqrt(np.maximum(STUDENT_FACTOR**2 * seen / np.where(known > 0, known, np.inf), 1.0))
     return replace(fit, covariance=fit.unknowns.limited(fit.covariance * np.outer(more, more)))

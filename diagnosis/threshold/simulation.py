@@ -21,9 +21,9 @@ from correlation.noise.error_patterns import ErrorPatterns
 from correlation.noise.error_size import NO_ERROR
 from correlation.noise.nuisance import (
     count_contact_sliders,
-    highest_frequency,
+    find_highest_frequency,
     make_error_tangents,
-    sliders_after_history,
+    make_slider_start,
 )
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import join_tables
@@ -142,7 +142,7 @@ class Simulation:
     def _followed(
         self, model: Model, there: NDArray[np.bool_], history: Float[NDArray[np.float64], " sliders"] | None
     ) -> Complex[NDArray[np.complex128], "S n"]:
-        slider = None if history is None else sliders_after_history(model, history)
+        slider = None if history is None else make_slider_start(model, history)
         predictor = replace(self._predictor, points=self._predictor.points.where(there), slider=slider)
         return predictor.predict(model, self._prediction).by_sweep
 
@@ -172,13 +172,13 @@ class Simulation:
         """Change of each feature by one standard deviation of numerical errors: common to all levels, and per level."""
         arrangement = self.arrangement
         fit, prediction = arrangement.fit, self._prediction
-        highest = highest_frequency(self._predictor.points)
+        highest = find_highest_frequency(self._predictor.points)
         errors = make_error_tangents(fit.model, prediction, arrangement.budget, highest)
         rates = self._predictor.derivatives(fit.model, prediction, errors.tangents)
         slopes = self._features.slopes(prediction.value, rates) * errors.size
-        apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]
+        apart = [*slopes[:, errors.n_shared :].T, *self._finer_changes()]
         # A state that one of the models lacks has no error of this kind.
-        return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
+        return np.nan_to_num(slopes[:, : errors.n_shared]), np.nan_to_num(
             np.array(apart).reshape(len(apart), len(slopes)).T
         )
 

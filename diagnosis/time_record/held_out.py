@@ -1,12 +1,12 @@
 """Test of effects by the held-out error of time records: conditions for an effect to be named.
 
 The residual of a record is coloured, and mostly the model's own error, so that a nominal test would accept any effect.
-The excess of the held-out error over the noise must therefore fall to `RATIO`, throughout these records: each of their
-blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and after, and the mean vote must be above zero
-by `SURE` times its standard error.
+The excess of the held-out error over the noise must therefore fall to `MAX_EXCESS_RATIO`, throughout these records:
+each of their blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and after, and the mean vote must
+be above zero by `MIN_STANDARD_ERRORS` times its standard error.
 
-Where the noise is known there is a second condition: an effect that leaves more than `PART` of the excess, above the
-noise, stands in for another, as a linear spring does for a cubic one at a single level.
+Where the noise is known there is a second condition: an effect that leaves more than `MAX_EXCESS_LEFT` of the excess,
+above the noise, stands in for another, as a linear spring does for a cubic one at a single level.
 """
 
 import re
@@ -17,22 +17,21 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.decision.naming import apply_test
-from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
+from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_strengths
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
 from geometry.plain_number import plain
 
 #: Largest share of the excess held-out error that an effect may leave to pass.
-RATIO = 0.8
+MAX_EXCESS_RATIO = 0.8
 #: Error of an effect, relative to all else, that takes this ratio off when it is fitted: 1 / r^2 = 1 + x^2.
-DOUBT = (RATIO**-2 - 1) ** 0.5
+DETECTABLE_ERROR = (MAX_EXCESS_RATIO**-2 - 1) ** 0.5
 #: Held-out error that counts as zero: remainder of a fit, and round-off of a march [-].
-NONE = 1e-6
+ZERO_ERROR = 1e-6
 #: Largest share of the excess held-out error that a named effect may leave, where the noise is known.
-PART = 0.5
+MAX_EXCESS_LEFT = 0.5
 #: Least mean vote of the blocks in standard errors; below it two effects cannot be distinguished.
-SURE = 4.0
+MIN_STANDARD_ERRORS = 4.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,21 +49,33 @@ class HeldOutTest:
     baseline: Refit
     floor: PerRecord
 
+    def decide(self, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
+        """Finding, and the effects that it names, from refits in order, best first."""
+        passed = [refit for refit in refits if self.passes(refit)]
+        if not passed:
+            return (Finding.UNKNOWN if self.is_unexplained() else Finding.NOTHING), []
+        if not self.explains(passed[0]):
+            return Finding.UNKNOWN, []
+        chosen = self.choose(passed)
+        return (Finding.AMBIGUOUS if len(chosen) > 1 else Finding.MISSING), chosen
+
     @property
     def noise(self) -> float:
         """Mean square share of noise [-]."""
         return float(np.mean(self.floor**2))
 
     def passes(self, refit: Refit) -> bool:
-        """Whether the excess falls to `RATIO`, and significantly so."""
+        """Whether the excess falls to `MAX_EXCESS_RATIO`, and significantly so."""
         excess, left = self.baseline.held_out_error**2 - self.noise, refit.held_out_error**2 - self.noise
-        falls = excess > NONE**2 and left <= RATIO**2 * excess
+        falls = excess > ZERO_ERROR**2 and left <= MAX_EXCESS_RATIO**2 * excess
         return bool(falls and self.is_surely_better(self.baseline, refit))
 
     def explains(self, refit: Refit) -> bool:
         """Whether the remaining error is mostly noise, as far as that is known."""
         left = refit.held_out_error**2 - self.noise
-        return not self._loud(refit) or bool(left <= PART**2 * (self.baseline.held_out_error**2 - self.noise))
+        return not self._is_beyond_noise(refit) or bool(
+            left <= MAX_EXCESS_LEFT**2 * (self.baseline.held_out_error**2 - self.noise)
+        )
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         """The best, and others that explain as well where the best is not significantly better."""
@@ -77,9 +88,9 @@ class HeldOutTest:
 
     def is_unexplained(self) -> bool:
         """Whether the error without an effect is at least twice the noise in mean square."""
-        return self._loud(self.baseline)
+        return self._is_beyond_noise(self.baseline)
 
-    def _loud(self, refit: Refit) -> bool:
+    def _is_beyond_noise(self, refit: Refit) -> bool:
         """Whether the error is at least twice the noise in mean square; false where the noise is not known."""
         return bool(self.noise and refit.held_out_error**2 > 2 * self.noise)
 
@@ -107,20 +118,20 @@ def judge_records(
         Names of "N" and "m" in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
     test = HeldOutTest(baseline=baseline, floor=floor)
-    finding, effects = apply_test(test, refits)
+    finding, effects = test.decide(refits)
     tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]
     # Squared error by an effect that is removed, in the units of its screening.
-    enough = (DOUBT * baseline.held_out_error) ** 2 * baseline.fit.n_number if seen else 0.0
+    enough = (DETECTABLE_ERROR * baseline.held_out_error) ** 2 * baseline.fit.n_number if seen else 0.0
     return Verdict(
-        finding=finding, effects=effects, baseline=baseline, detectable=smallest_detectable(seen, enough),
-        units={name: named_unit(unit, units or {}) for name, unit in given.items()},
+        finding=finding, effects=effects, baseline=baseline, detectable=compute_detectable_strengths(seen, enough),
+        units={name: rename_unit(unit, units or {}) for name, unit in given.items()},
         reason=_reason(finding, test, refits),
     )  # fmt: skip
 
 
-def named_unit(unit: str, names: Mapping[str, str]) -> str:
+def rename_unit(unit: str, names: Mapping[str, str]) -> str:
     """Unit of SI with other names for "N" and "m"."""
     if names:
         unit = re.sub(r"\bkg\b", "N s^2/m", unit)
@@ -149,4 +160,4 @@ def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArra
     if not np.isfinite(after).all():
         return False
     votes = (before - after) / np.maximum(before + after, np.finfo(float).tiny)
-    return bool(votes.mean() > SURE * votes.std(ddof=1) / np.sqrt(len(votes)))
+    return bool(votes.mean() > MIN_STANDARD_ERRORS * votes.std(ddof=1) / np.sqrt(len(votes)))

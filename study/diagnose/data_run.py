@@ -26,11 +26,11 @@ from study.compare.section.section import Section
 from study.compare.sentence import Summary
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import add
+from study.diagnose.advice import ADVICE
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
-from study.diagnose.report import ADVICE
 from study.diagnose.round import Steps, summarise_errors
-from study.diagnose.table import format_interval, write_up
+from study.diagnose.table import format_fitted_strength, write_up
 from study.json_value import plain
 from study.page.table import Table
 from study.run_context import RunContext
@@ -79,15 +79,13 @@ class DataDiagnosisResult:
     def headline(self) -> str:
         """The verdict with strengths in units of their size."""
         verdict = self.diagnosis.verdict
-        named = [f"{each.name} ({_strength(each)})" for each in verdict.effects]
-        if not named:
+        if not verdict.effects:
             return verdict.sentence
         falls = (
             f"the held-out features differ by {verdict.effects[0].held_out_error:.3g} standard deviations with it, and "
             f"by {verdict.baseline.held_out_error:.3g} without"
         )
-        tell = " is missing, and these data cannot tell which" if len(named) > 1 else " is missing"
-        return f"{' or '.join(named)}{tell}: {falls}."
+        return verdict.name_effects(format_fitted_strength, falls, "data")
 
     @property
     def held_out(self) -> tuple[str, ...]:
@@ -130,7 +128,7 @@ class DataDiagnosisResult:
         yield ""
         for refit in self.diagnosis.refits:
             error = f"error {refit.error:.3g}, held out {refit.held_out_error:.3g}"
-            yield f"  with {refit.name}: {error} standard deviations; {_strength(refit)}"
+            yield f"  with {refit.name}: {error} standard deviations; {format_fitted_strength(refit)}"
         for left in self.diagnosis.catalogue.untestable:
             yield f"  {left.name} cannot be tested: {left.reason}"
 
@@ -269,11 +267,6 @@ def _chi2(refit: Refit) -> Errors:
     return replace(summarise_errors(refit), training=nan, held_out=nan)
 
 
-def _strength(refit: Refit) -> str:
-    assert refit.effect is not None
-    return format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])
-
-
 def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path, bytes]:
     """Page, pictures and JSON by their paths."""
     assert run.output is not None
@@ -321,7 +314,7 @@ def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
             table=Table(head=("quantity", "measured", "model", "difference [standard deviations]"), rows=rows, words=3),
         )
     rows = [
-        (each.name, _strength(each), f"{each.error:.3g}", f"{each.held_out_error:.3g}")
+        (each.name, format_fitted_strength(each), f"{each.error:.3g}", f"{each.held_out_error:.3g}")
         for each in found.diagnosis.refits
     ]
     if rows:

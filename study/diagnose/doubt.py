@@ -9,10 +9,10 @@ from study.compare.report import describe_jump
 from study.diagnose.round import Round
 
 #: Standard deviations of its prior beyond which a calibration parameter is in doubt.
-FAR = 3.0
+MAX_PULL = 3.0
 #: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter; and the
 #: rise of the error that is harm whatever chi^2 says [-].
-WORSE, CLEARLY_WORSE = 4.0, 2.0
+HARMFUL_CHI2_RISE, HARMFUL_ERROR_RATIO = 4.0, 2.0
 
 
 def list_doubts(result: Round) -> list[str]:
@@ -29,7 +29,7 @@ def list_doubts(result: Round) -> list[str]:
         *_harm(result),
         *_left(result),
         *_jumps(result),
-        *_strayed(result),
+        *_pulled(result),
         *_model_error(result),
         *result.remarks,
     ]
@@ -49,7 +49,7 @@ def _harm(result: Round) -> Iterator[str]:
     uncalibrated, baseline = result.uncalibrated, result.diagnosis.baseline
     rise = (baseline.held_out_reduced_chi2_by_noise - uncalibrated.held_out_reduced_chi2_by_noise) * baseline.n_held_out
     larger = baseline.held_out_error / uncalibrated.held_out_error if uncalibrated.held_out_error else 1.0
-    if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
+    if larger > HARMFUL_ERROR_RATIO or (rise > HARMFUL_CHI2_RISE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
             f"{what} makes the held-out error worse: {plain(100 * uncalibrated.held_out_error, 3)} % as drawn, "
@@ -79,8 +79,11 @@ def _jumps(result: Round) -> Iterator[str]:
         )
 
 
-def _strayed(result: Round) -> Iterator[str]:
-    """Calibration parameters at a bound, or far from where their priors put them."""
+def _pulled(result: Round) -> Iterator[str]:
+    """Calibration parameters at a bound, or far from where their priors put them, each by itself.
+
+    Whether all of them together are beyond their priors is a rule of the verdict, see `list_beyond_priors`.
+    """
     fit = (result.best or result.diagnosis.baseline).fit
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters
@@ -88,7 +91,7 @@ def _strayed(result: Round) -> Iterator[str]:
         there = factor.describe(parameter.name, value)
         if factor.is_at_bound(value):
             yield f"{there} is as far as a fit may go: something else may be what differs."
-        elif pull > FAR:
+        elif pull > MAX_PULL:
             yield (
                 f"{there} is {pull:.1f} standard deviations of its prior from the case: something else may be what "
                 "differs."

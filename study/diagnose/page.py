@@ -16,12 +16,13 @@ from figure.registry import pictures
 from figure.waterfall import Waterfall
 from geometry.plain_number import percent
 from study.compare.report import side_by_side
+from study.diagnose.advice import choose_advice, choose_tag
 from study.diagnose.curves import make_curves, make_maps
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.next_test_drawing import make_next_tests
-from study.diagnose.report import LAW_FILE, choose_advice, choose_tag, describe_threshold, format_headline
+from study.diagnose.report import LAW_FILE, describe_threshold, format_headline
 from study.diagnose.resonance import describe_level_dependence, draw_resonances
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall

@@ -39,9 +39,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Called with the name of a step and its result.
-Watch = Callable[[str, Any], None]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Round(Tabular):
@@ -103,7 +100,6 @@ def diagnose_case(
     store: Store | None = None,
     progress: Progress | None = None,
     announce: Callable[[str], None] | None = None,
-    watch: Watch | None = None,
     workers: Workers = None,
     suspicions: Sequence[Suspicion] | None = None,
 ) -> Round:
@@ -126,8 +122,6 @@ def diagnose_case(
         Shows the phases.
     announce
         Receives a sentence if campaigns are to be simulated.
-    watch
-        Receives the name and result of each step as it is found; what it raises ends the diagnosis.
     workers
         Processes that simulate campaigns [-]; one for each core by default. Or the address of a dask scheduler.
     suspicions
@@ -157,7 +151,7 @@ def diagnose_case(
             without=without,
             extra=setup.effect_files,
             thresholds=thresholds,
-            run_step=watch_steps(watch, shown.watched(run_step)),
+            run_step=shown.watched(run_step),
             report=shown.report,
         )
         uncalibrated = run_step("as drawn", lambda: diagnosis.arrangement.test_uncalibrated(setup.model))
@@ -168,19 +162,6 @@ def diagnose_case(
         remarks=remarks, law=describe_law(law), next_step=next_step,
         suspicions=merge_suspicions(campaign.suspicions) if suspicions is None else suspicions,
     )  # fmt: skip
-
-
-def watch_steps(watch: Watch | None, run_step: RunStep) -> RunStep:
-    """The same steps, whose results a function receives."""
-    if watch is None:
-        return run_step
-
-    def find(name: str, make: Callable[[], T]) -> T:
-        value = run_step(name, make)
-        watch(name, value)
-        return value
-
-    return find
 
 
 def simulate_thresholds(

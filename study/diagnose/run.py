@@ -19,9 +19,10 @@ from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
+from study.diagnose.document import make_document
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
-from study.diagnose.report import format_headline, format_report, make_document
-from study.diagnose.round import Round, Steps, Watch, diagnose_case, summarise_errors
+from study.diagnose.report import format_headline, format_report
+from study.diagnose.round import Round, Steps, diagnose_case, summarise_errors
 from study.diagnose.table import write_up
 from study.json_value import plain
 from study.kind.registry import open_case
@@ -109,7 +110,6 @@ def diagnose_file(
     without: Sequence[str] = (),
     auto: bool = False,
     trials: int = 0,
-    watch: Watch | None = None,
 ) -> DiagnosisResult:
     """`run_diagnose` that writes the history of the case only, and with `auto` the case itself."""
     if not len(campaign.measurement):
@@ -139,7 +139,6 @@ def diagnose_file(
             announce=None if run is None else run.note,
             store=None if run is None else run.store,
             progress=None if run is None else run.progress,
-            watch=watch,
             workers=None if run is None else run.scheduler,
             suspicions=suspicions,
         )

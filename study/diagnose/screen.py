@@ -1,22 +1,20 @@
-"""Screening of a case: a diagnosis that ends when every effect has a score and the calibration is tested."""
+"""Screening of a case: the first part of a diagnosis, until every effect has a score and the calibration is tested."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 from correlation.campaign.measurement import Campaign
+from diagnosis.diagnose import calibrate_model, screen_effects
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
 from diagnosis.screening import Score
+from fe.blas_threads import one_blas_thread
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
 from study.case.setup import Setup
-from study.diagnose.round import Steps, diagnose_case, prepare_setup
-
-#: Last step of a diagnosis that a screening needs.
-LAST = "scores"
+from study.diagnose.progress import phases
+from study.diagnose.round import Steps, prepare_setup
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,10 +41,6 @@ class ScreeningResult:
     baseline: Refit
 
 
-class _EnoughError(Exception):
-    """Ends a diagnosis after its screening."""
-
-
 def screen_case(
     setup: Setup,
     campaign: Campaign,
@@ -68,21 +62,20 @@ def screen_case(
         As there.
     """
     store, progress = store or Store(None), progress or SilentProgress()
-    found: dict[str, Any] = {}
-
-    def watch(name: str, value: object) -> None:
-        found[name] = value
-        if name == LAST:
-            raise _EnoughError
-
-    with suppress(_EnoughError):
-        diagnose_case(setup, campaign, without=without, store=store, progress=progress, watch=watch)
-    own, _ = prepare_setup(setup, campaign, store)
-    run_step = Steps(store, own, campaign, tuple(sorted({*own.without, *without})))
-    arrangement: Arrangement = found.get("branches", found["arrangement"])
+    setup, _ = prepare_setup(setup, campaign, store)
+    without = tuple(sorted({*setup.without, *without}))
+    run_step = Steps(store, setup, campaign, without)
+    with one_blas_thread(), phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
+        watched = shown.watched(run_step)
+        found = calibrate_model(
+            campaign, setup.model, setup.calibration_parameters, setup.budget, added=setup.added, without=without,
+            extra=setup.effect_files, run_step=watched, report=shown.report,
+        )  # fmt: skip
+        scores = screen_effects(found.screening, found.effects, watched, shown.report, found.progress)
+    arrangement = found.arrangement
     with progress.step("test of the calibration", expected=3):
         baseline = run_step("calibrated", lambda: baseline_fit(arrangement))
-        uncalibrated = run_step("as drawn", lambda: arrangement.test_uncalibrated(own.model))
+        uncalibrated = run_step("as drawn", lambda: arrangement.test_uncalibrated(setup.model))
     return ScreeningResult(
-        setup=own, arrangement=arrangement, scores=found[LAST], uncalibrated=uncalibrated, baseline=baseline
+        setup=setup, arrangement=arrangement, scores=scores, uncalibrated=uncalibrated, baseline=baseline
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import Effect, EffectParameter
-from diagnosis.decision.verdict import worth
+from diagnosis.decision.verdict import count_digits
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.mode_correction import FrequencyCorrection
 from diagnosis.fit.problem import Refit
@@ -22,7 +22,7 @@ from study.diagnose.round import Round, summarise_errors
 #: Cosine of two effects' changes above which a table marks them as alike; a verdict names them above 0.99.
 MARKED_ALIKE = 0.95
 #: Where half an interval is so many times a value, no digit of the value counts [-].
-UNTOLD = 100.0
+MAX_HALF_INTERVAL = 100.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,15 +123,21 @@ def format_number(value: float, count: int) -> str:
 
 def format_interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g"."""
-    if np.isfinite(deviation) and TWO_SIDED_95 * deviation > UNTOLD * abs(value):
+    if np.isfinite(deviation) and TWO_SIDED_95 * deviation > MAX_HALF_INTERVAL * abs(value):
         size, unit = split_unit(TWO_SIDED_95 * deviation, parameter)
         return f"0 +- {format_number(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
     size, unit = split_unit(value, parameter)
     half = TWO_SIDED_95 * deviation / size
-    number = format_number(value / size, worth(value / size, half))
+    number = format_number(value / size, count_digits(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{number} {unit}".rstrip()
     return f"{number} +- {format_number(half, 2)} {unit}".rstrip()
+
+
+def format_fitted_strength(refit: Refit) -> str:
+    """Strength of a fitted effect with its interval."""
+    assert refit.effect is not None
+    return format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])
 
 
 def format_strength(value: float, parameter: EffectParameter, count: int = 3) -> str:
@@ -153,7 +159,7 @@ def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, floa
     return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}
 
 
-def frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
+def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
     """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
     fitted = _calibrated(setup, refit)
     return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.uncertainty.variance_index import independent_draws
+from correlation.uncertainty.variance_index import take_independent_draws
 from study.spread.quantity import QUANTILES
 from study.spread.sensitivity import CurveSensitivity
 from study.sweep.result import SampledCase, SampledLimits
@@ -59,7 +59,7 @@ def curve_bands(
     """
     if sampled.curves is None:
         return ()
-    drawn = independent_draws(sampled.curves.curves[1:], len(deviation))
+    drawn = take_independent_draws(sampled.curves.curves[1:], len(deviation))
     bands = []
     for number, found in enumerate(sensitivities):
         nominal = sampled.curves.curves[0][number]
@@ -107,6 +107,6 @@ def upper_envelope(
 
 def limit_quantiles(limits: SampledLimits, d: int) -> Float[Real, "3 2 level f"]:
     """Quantiles of both limits over the draws, the lower limit first, shape (3, 2, l, f) [unit of the limits]."""
-    values = np.array([item.value for item in independent_draws(limits.points[1:], d)])
+    values = np.array([item.value for item in take_independent_draws(limits.points[1:], d)])
     known = np.isfinite(values).any(axis=0)
     return np.where(known, np.nanquantile(np.where(known, values, 0.0), QUANTILES, axis=0), np.nan)

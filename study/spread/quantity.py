@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.uncertainty.variance_index import VarianceIndices, independent_draws, variance_indices
+from correlation.uncertainty.variance_index import VarianceIndices, compute_variance_indices, take_independent_draws
 from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
 from study.spread.sensitivity import CurveSensitivity
@@ -111,7 +111,7 @@ def _spread(
     curve: str, name: str, unit: str, values: Real, slope: Float[Real, " d"], deviation: Float[Real, " d"]
 ) -> QuantitySpread:
     d, drawn = len(deviation), values[1:]
-    own = np.array(independent_draws(drawn.tolist(), d))
+    own = np.array(take_independent_draws(drawn.tolist(), d))
     own = own[np.isfinite(own)]
     parts = (slope * deviation) ** 2
     return QuantitySpread(
@@ -125,5 +125,5 @@ def _spread(
         slope=slope,
         first_order_deviation=float(np.sqrt(parts.sum())),
         linear_share=parts / parts.sum() if parts.sum() > 0 else np.full(d, np.nan),
-        indices=variance_indices(drawn, d) if len(drawn) else None,
+        indices=compute_variance_indices(drawn, d) if len(drawn) else None,
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.uncertainty.variance_index import saltelli_design
+from correlation.uncertainty.variance_index import make_saltelli_design
 from pipeline.worker_pool import Workers
 from study.case.setup import read_case
 from study.kind.registry import OpenCase, open_case
@@ -101,7 +101,7 @@ def spread(
     require_curves_or_limits(opened, with_limits=with_limits)
     values = uncertain.mean[None]
     if draws:
-        values = np.concatenate([values, uncertain.draws(saltelli_design(draws, d, seed).points)])
+        values = np.concatenate([values, uncertain.draws(make_saltelli_design(draws, d, seed).points)])
     check_draws(opened, uncertain, values)
     require_factors(read_case(opened, run=run), uncertain.parameters)
     mean = vary(opened, uncertain.at(uncertain.mean.tolist()))

@@ -19,7 +19,7 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.refit import is_lost, shortlist
+from diagnosis.fit.refit import is_poor_fit, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import friction_contacts
@@ -145,7 +145,7 @@ def left_of(heavy: Diagnosis) -> str:
 def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     fits = {
         f"fit of {score.effect.name}"
-        for score in shortlist(heavy.scores, heavy.arrangement.effort, lost=is_lost(heavy.arrangement))
+        for score in shortlist(heavy.scores, heavy.arrangement.effort, is_poor=is_poor_fit(heavy.arrangement))
     }
     listed = ", ".join(["nothing", *(each.name for each in heavy.refits)])
     wide = f"intervals beside {heavy.verdict.effects[0].name} of {listed}"

@@ -12,7 +12,7 @@ from diagnosis.candidate.place import ANGULAR, LINEAR, with_cubic_spring
 from diagnosis.error_share import Weights, list_weights
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.localisation import Place, _place, find_common_phase, localise
+from diagnosis.localisation import Place, _fit_force, find_common_phase, localise
 from reduction.jointed_system import along
 
 TIP = along(4, {2: 1.0})
@@ -120,7 +120,7 @@ def test_a_place_is_found_alike_well_whatever_the_size_of_its_motion() -> None:
     changes, force = random.standard_normal((40, 8)), np.array([9.0, 1.0, 20.0, 3.0, -4.0, 0.0, -8.0, 1.0])
     weights = Weights(np.asarray, np.zeros((40, 0)), changes @ force, 0.0)  # type: ignore[arg-type]
     large, small = (
-        _place("tip", False, levels, size * amplitude, changes * np.array([size] * 4 + [1.0] * 4), weights)
+        _fit_force("tip", False, levels, size * amplitude, changes * np.array([size] * 4 + [1.0] * 4), weights)
         for size in (1.0, 1e-12)
     )
     assert (small.gain, small.exponent, small.phase) == pytest.approx((large.gain, large.exponent, large.phase))

@@ -22,7 +22,7 @@ from diagnosis.effect.gain import Gain
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.time_record.arrangement import arrange_records, stretch
 from diagnosis.time_record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
-from diagnosis.time_record.held_out import named_unit
+from diagnosis.time_record.held_out import rename_unit
 from reduction.jointed_system import JointedSystem, along
 from tests.slow import slow
 
@@ -163,9 +163,9 @@ def test_units_of_a_model_in_volts_are_told(records: dict[str, list[TimeRecord]]
     verdict = diagnosed(records["cubic"], units={"N": "V", "m": "V"}).verdict
     assert " V/V^3 +- " in verdict.sentence
     volts = {"N": "V", "m": "V"}
-    assert named_unit("kg", volts) == "V s^2/V"
-    assert named_unit("N s/m", volts) == "V s/V"
-    assert named_unit("-", volts) == "-"
+    assert rename_unit("kg", volts) == "V s^2/V"
+    assert rename_unit("N s/m", volts) == "V s/V"
+    assert rename_unit("-", volts) == "-"
 
 
 def test_records_that_no_fit_can_use_are_refused(records: dict[str, list[TimeRecord]]) -> None:

@@ -10,7 +10,7 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
-from diagnosis.time_record.held_out import RATIO, judge_records
+from diagnosis.time_record.held_out import MAX_EXCESS_RATIO, judge_records
 
 QUIET = np.zeros(1)
 LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)
@@ -40,15 +40,15 @@ def test_an_error_that_falls_everywhere_names_its_effect() -> None:
     verdict = judged(refit("mass at tip", 0.25 * BEFORE.blocks))
     assert verdict.finding is Finding.MISSING
     assert verdict.sentence == (
-        "mass at tip (0.0123 kg +- 0.00098) is missing; the held-out error falls from "
+        "mass at tip (0.0123 kg +- 0.00098) is missing: the held-out error falls from "
         f"{100 * BEFORE.held_out_error:.3g} to {50 * BEFORE.held_out_error:.3g} % in arrow."
     )
 
 
 def test_an_error_that_hardly_falls_names_nothing() -> None:
     # The error is the root of the blocks' squares.
-    assert judged(refit("mass at tip", (RATIO - 0.01) ** 2 * BEFORE.blocks)).finding is Finding.MISSING
-    verdict = judged(refit("mass at tip", (RATIO + 0.01) ** 2 * BEFORE.blocks))
+    assert judged(refit("mass at tip", (MAX_EXCESS_RATIO - 0.01) ** 2 * BEFORE.blocks)).finding is Finding.MISSING
+    verdict = judged(refit("mass at tip", (MAX_EXCESS_RATIO + 0.01) ** 2 * BEFORE.blocks))
     assert verdict.finding is Finding.NOTHING
     assert "No effect lowers the held-out error enough" in verdict.sentence
     assert "the best candidate, mass at tip, leaves" in verdict.sentence

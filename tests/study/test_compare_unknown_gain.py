@@ -13,7 +13,7 @@ from correlation.model import Model, Sensor
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Points, Predictor
 from diagnosis.fit.unknown_gain import find_gains
-from diagnosis.fit.weighting import FEW, Measured, make_comparison
+from diagnosis.fit.weighting import FEW_DRAWS, Measured, make_comparison
 from reduction.jointed_system import JointedSystem
 from study.compare.unknown_gain import SetGains
 
@@ -62,7 +62,7 @@ def refined(specimen: Model, model: Model) -> tuple[float, float]:
     gains = find_gains(model, campaign, observed, (1,))
     start, sides = gains.apply(model), Measured.prepare(observed, (1,))
     budget = Budget(frequency=1e-6, compliance=1e-6, shares=1e-6)
-    comparison, _ = make_comparison(sides, start, sides.predictor.predict(start), budget, [], FEW, fitted=False)
+    comparison, _ = make_comparison(sides, start, sides.predictor.predict(start), budget, [], FEW_DRAWS, fitted=False)
     _, (gain,) = SetGains(setup=Mock(), gains=gains).refine(start, comparison)
     return gain.factor, gain.deviation
 

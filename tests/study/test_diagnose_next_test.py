@@ -18,9 +18,10 @@ from hbsolve.errors import ModelError, NoSteadyState
 from pipeline.store import Store
 from study.bench.view.finding import show_next_tests
 from study.diagnose import next_test
+from study.diagnose.document import make_document
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.page import make_files
-from study.diagnose.report import format_report, make_document
+from study.diagnose.report import format_report
 from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.json_value import plain
 from study.run_context import silent_run

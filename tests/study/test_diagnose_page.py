@@ -22,10 +22,12 @@ from diagnosis.missing_law.recover import recover_law
 from diagnosis.resonator import Resonator
 from pipeline.store import Store
 from study.diagnose.add import add
+from study.diagnose.advice import choose_advice
+from study.diagnose.document import make_document
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.missing_law import describe_law
 from study.diagnose.page import make_files
-from study.diagnose.report import LAW_FILE, choose_advice, make_document
+from study.diagnose.report import LAW_FILE
 from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.diagnose.stages import make_waterfall
 from study.page.html import content_policy, set_in_type

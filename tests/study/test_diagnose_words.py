@@ -19,15 +19,11 @@ from pipeline.store import Store
 from study.case.setup import read_case
 from study.compare.report import side_by_side
 from study.diagnose.add import add
+from study.diagnose.advice import choose_advice
+from study.diagnose.document import make_document
 from study.diagnose.history import Errors, history_of
 from study.diagnose.page import make_files
-from study.diagnose.report import (
-    choose_advice,
-    describe_error_fall,
-    format_headline,
-    format_report,
-    make_document,
-)
+from study.diagnose.report import describe_error_fall, format_headline, format_report
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import list_stages

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from correlation.prediction import Predictor
 from geometry.errors import InputError
 from pipeline.store import Store
 from study.case.setup import read_case
+from study.diagnose import run as diagnose_run
 from study.diagnose.add import add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file, write_calibration
 from study.diagnose.history import case_key, history_of, read_text
@@ -98,15 +100,16 @@ def test_a_case_that_is_edited_during_the_fit_is_not_written(two_masses: TwoMass
     assert history_of(case).steps == ()
 
 
-def test_a_verdict_is_of_the_case_as_it_was_diagnosed(two_masses: TwoMasses) -> None:
+def test_a_verdict_is_of_the_case_as_it_was_diagnosed(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     case = two_masses(HIDDEN)
     text = read_text(case)
 
-    def edit(name: str, _value: object) -> None:
-        if name == "scores":
-            case.write_text(text.replace("highest = 3", "highest = 4"), encoding="utf-8")
+    def edit_and_diagnose(*args: Any, **options: Any) -> Round:
+        case.write_text(text.replace("highest = 3", "highest = 4"), encoding="utf-8")
+        return diagnose_case(*args, **options)
 
-    diagnose_file(case, read_campaign(FOLDER), FOLDER, without=["spring", "dashpot", "cubic"], watch=edit)
+    monkeypatch.setattr(diagnose_run, "diagnose_case", edit_and_diagnose)
+    diagnose_file(case, read_campaign(FOLDER), FOLDER, without=["spring", "dashpot", "cubic"])
     assert history_of(case).steps[-1].case_key == case_key(text)
     with pytest.raises(InputError, match="edited"):
         add(case, "mass at tip")

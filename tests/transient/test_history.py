@@ -5,7 +5,7 @@ import pytest
 
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
 from transient.equilibrium import equilibrium
-from transient.history import Segment, follow, frequency_sweep
+from transient.history import Segment, follow
 from transient.integrate import integrate
 
 #: A clock so slow that an overdamped mass (c^2 > 4 (k + kt)) follows its equilibrium.
@@ -83,7 +83,8 @@ def test_equilibrium_of_a_preloaded_contact() -> None:
 
 def test_a_constant_history_is_a_plain_integration() -> None:
     system = spring_and_slider()
-    history = follow(system, frequency_sweep([1.0], 4), first_level=1.0, steps_per_period=64)
+    segment = Segment(n_period=4, angular_frequency=1.0, level=1.0)
+    history = follow(system, [segment], first_level=1.0, steps_per_period=64)
     plain = integrate(system, 1.0, 4, 64).final
     np.testing.assert_allclose(history.displacement, plain.displacement, rtol=1e-12)
     np.testing.assert_allclose(history.slider, plain.slider, rtol=1e-12)

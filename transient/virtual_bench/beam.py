@@ -209,14 +209,6 @@ def stuck_angular_frequencies(beam: Beam, parameters: BeamParameters) -> Vector:
     return np.asarray(np.sqrt(eigvalsh(stiffness, beam.mass)), dtype=np.float64)
 
 
-def free_angular_frequencies(beam: Beam, parameters: BeamParameters) -> Vector:
-    """Without contacts, ascending, shape (r,) [rad/s]."""
-    from scipy.linalg import eigvalsh
-
-    stiffness = beam.stiffness * (parameters.youngs_modulus / YOUNGS_MODULUS)
-    return np.asarray(np.sqrt(eigvalsh(stiffness, beam.mass)), dtype=np.float64)
-
-
 def jointed_beam(beam: Beam, parameters: BeamParameters) -> JointedSystem:
     """The beam between its contact lines, preloads in balance at rest, 1 N at the excitation point."""
     joints = contacts(beam, parameters)

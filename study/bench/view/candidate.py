@@ -8,8 +8,9 @@ import numpy as np
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
 from study.case.added import text_of
+from study.diagnose.advice import choose_advice
 from study.diagnose.doubt import list_doubts
-from study.diagnose.report import choose_advice, describe_threshold, format_headline
+from study.diagnose.report import describe_threshold, format_headline
 from study.diagnose.round import Round
 from study.diagnose.table import Row, format_interval, list_rows
 

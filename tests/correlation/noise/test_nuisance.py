@@ -16,14 +16,14 @@ from correlation.noise.nuisance import (
     HISTORY,
     Budget,
     ModelFeatures,
+    compute_parabolic_share,
     count_contact_sliders,
     draw_normal,
-    highest_frequency,
+    find_highest_frequency,
     make_error_tangents,
     make_history_modes,
     make_nuisance_modes,
-    parabolic_share,
-    sliders_after_history,
+    make_slider_start,
 )
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
@@ -57,8 +57,8 @@ class Bench:
 
     @property
     def n_mode(self) -> int:
-        highest = highest_frequency(self.features.points)
-        return make_error_tangents(self.model, self.prediction, Budget(), highest).whole - N_LINE
+        highest = find_highest_frequency(self.features.points)
+        return make_error_tangents(self.model, self.prediction, Budget(), highest).n_shared - N_LINE
 
     @property
     def jitter(self) -> list[np.ndarray]:
@@ -283,7 +283,7 @@ def long(small: Model, paper: ModuleType) -> Bench:
 @pytest.mark.parametrize("weights", [(1.0, 4.0, 1.0), (0.2, 0.5, 0.3), (1.0, 4.0, 2.0, 4.0, 1.0), (3.0, 1.0, 3.0)])
 def test_a_bulge_moves_shares_to_the_ends_and_keeps_their_sum_and_balance(weights: tuple[float, ...]) -> None:
     share, place = np.array(weights), np.linspace(-1, 1, len(weights))
-    pattern = parabolic_share(share)
+    pattern = compute_parabolic_share(share)
     # Round-off.
     assert share @ pattern == pytest.approx(0.0, abs=1e-14 * share.sum())
     assert share @ (pattern * place) == pytest.approx(0.0, abs=1e-14 * share.sum())
@@ -295,14 +295,14 @@ def test_a_bulge_moves_shares_to_the_ends_and_keeps_their_sum_and_balance(weight
 
 @pytest.mark.parametrize("weights", [(1.0,), (1.0, 1.0), (1.0, 0.0, 1.0)])
 def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, ...]) -> None:
-    np.testing.assert_array_equal(parabolic_share(np.array(weights)), 0.0)
+    np.testing.assert_array_equal(compute_parabolic_share(np.array(weights)), 0.0)
 
 
 @pytest.mark.filterwarnings("error")
 def test_contacts_that_pull_share_as_those_that_press_and_of_both_kinds_nothing() -> None:
     press = np.array([1.0, 4.0, 2.0])
-    np.testing.assert_array_equal(parabolic_share(-press), parabolic_share(press))
-    np.testing.assert_array_equal(parabolic_share(np.array([1.0, -4.0, 2.0])), 0.0)
+    np.testing.assert_array_equal(compute_parabolic_share(-press), compute_parabolic_share(press))
+    np.testing.assert_array_equal(compute_parabolic_share(np.array([1.0, -4.0, 2.0])), 0.0)
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
@@ -310,7 +310,7 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
     field, n_level = SHARED[number], len(paper.LEVELS)
     modes = make_nuisance_modes(long.nominal, Budget(shares=1.0), ()).budget
     assert modes.shape[1] == long.n_mode + N_LINE + len(SHARED) * n_level
-    pattern, ends = parabolic_share(WEIGHT), []
+    pattern, ends = compute_parabolic_share(WEIGHT), []
     for side in (1, -1):
         values, static = {}, np.array(long.model.system.static)
         for names in long.model.lines.values():
@@ -457,7 +457,7 @@ def test_histories_fill_what_two_tangents_can_carry(friction: Friction) -> None:
     model, balance = Model(system=system, sensors=(), n_harmonic=2), HarmonicBalance(system=system, n_harmonic=2)
     assert count_contact_sliders(model) == 2
     histories = np.random.default_rng(1).uniform(size=(2000, 2))
-    forces = 1e5 * np.array([sliders_after_history(model, each)(balance) for each in histories])
+    forces = 1e5 * np.array([make_slider_start(model, each)(balance) for each in histories])
     limit = HISTORY * 5.0
     if friction is Friction.COULOMB:
         size = np.hypot(*forces.T)

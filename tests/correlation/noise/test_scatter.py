@@ -11,7 +11,15 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.nuisance import Budget, ModelFeatures, make_nuisance_modes
-from correlation.noise.scatter import POOLED, STATE, Scatter, _bias, _excess_scatter, _pooled, estimate_scatter
+from correlation.noise.scatter import (
+    COMMON_SCATTER,
+    POOLED_FREEDOM,
+    Scatter,
+    _bias,
+    _excess_scatter,
+    _fit_median_law,
+    estimate_scatter,
+)
 from correlation.prediction import Points, Prediction, Predictor
 
 #: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
@@ -184,7 +192,8 @@ def test_numbers_of_a_state_that_scatters_more_are_all_less_certain(bench: Bench
     before, after = (bench.scatter(each).whitening.deviation for each in (calm, scattered))
     ratio, here = after / before, rows[bench.features.row]
     # 11 numbers of 7 degrees of freedom say that the variance is 9 times as large (see `MOST_EXCESS_SCATTER`), against
-    # STATE * POOLED = 24 that it is not: (24 + 77 * 9) / (24 + 77) = 7, of which half are three standard deviations.
+    # COMMON_SCATTER * POOLED_FREEDOM = 24 that it is not: (24 + 77 * 9) / (24 + 77) = 7, of which half are three
+    # standard deviations.
     assert ratio[here].min() > np.sqrt(7 / 2)
     # At most all of it, and the chances of either factor: two standard deviations of 16 % of both variances; and the
     # median of a dozen numbers, by which a group is scaled, moves by a quarter when one of them does.
@@ -211,9 +220,9 @@ def test_the_pooled_variance_is_that_of_noise_for_any_number_of_repeats(freedom:
     random, n = np.random.default_rng(9), 400
     size = random.uniform(0.5, 2.0, n)
     exact = (0.1 * size) ** 2 + 0.05**2
-    pooled = _pooled(
-        exact * random.chisquare(freedom, n) / freedom, size, np.full(n, freedom), np.zeros(n, dtype=np.int64)
-    )
+    variance, mean_square = exact * random.chisquare(freedom, n) / freedom, float(np.mean(size**2))
+    share = _fit_median_law(variance, size, np.full(n, freedom), mean_square)
+    pooled = share[0] * size**2 + share[1] * mean_square
     # The median of 400 chi-squares of one degree of freedom is known to 12 %.
     assert np.mean(pooled / exact) == pytest.approx(1, abs=4 * 0.12 / np.sqrt(freedom))
 
@@ -222,7 +231,7 @@ def test_numbers_without_repeats_say_nothing_of_their_state() -> None:
     state = np.array([0, 0, 1, 1, 2])
     freedom = np.array([3.0, 0.0, 3.0, 3.0, 0.0])
     factor = _excess_scatter(np.array([9.0, np.nan, 1.0, 1.0, np.nan]), freedom, state)
-    alike = STATE * POOLED
+    alike = COMMON_SCATTER * POOLED_FREEDOM
     # They are as uncertain as the rest of it all the same; round-off.
     np.testing.assert_allclose(factor[:2], (alike + 27) / (alike + 3), rtol=1e-14)
     np.testing.assert_array_equal(factor[2:], 1.0)

@@ -11,7 +11,7 @@ from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
 from diagnosis.fit import model_error_fit
 from diagnosis.fit.comparison import EXCLUDED_FACTOR, Comparison
-from diagnosis.fit.model_error_fit import ASTRAY
+from diagnosis.fit.model_error_fit import MAX_CALIBRATION_CHI2
 
 N = 100
 LEVEL = np.array([0.1, 1.0, 3.0, 10.0])
@@ -43,8 +43,8 @@ def calibrated(monkeypatch: pytest.MonkeyPatch, *chi2: float) -> tuple[Any, list
 
 
 def test_a_calibration_that_finds_the_way_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, asked = calibrated(monkeypatch, ASTRAY * N)
-    assert found.chi2 == ASTRAY * N
+    found, asked = calibrated(monkeypatch, MAX_CALIBRATION_CHI2 * N)
+    assert found.chi2 == MAX_CALIBRATION_CHI2 * N
     assert len(asked) == 1
 
 

@@ -10,7 +10,14 @@ import pytest
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
-from diagnosis.decision.closeness import ABOVE, BY_CHANCE, FAR, find_absent_peak, find_far_resonance, list_held_back
+from diagnosis.decision.closeness import (
+    CHANCE_BEYOND_PRIORS,
+    MAX_RESONANCE_ERROR,
+    MIN_PEAK_OVER_MEASURED,
+    find_absent_peak,
+    find_far_resonance,
+    list_beyond_priors,
+)
 from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
@@ -62,7 +69,7 @@ def test_contacts_may_lower_a_resonance_to_that_without_them(observed: Observati
 
 def test_a_band_without_a_peak_tells_nothing(observed: Observation, small: Model) -> None:
     flat: Any = replace(observed, repeat=np.ones_like(observed.repeat))
-    assert find_far_resonance(flat, scaled(small, (1 - 3 * FAR) ** 2)) is None
+    assert find_far_resonance(flat, scaled(small, (1 - 3 * MAX_RESONANCE_ERROR) ** 2)) is None
 
 
 def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -> None:
@@ -70,7 +77,7 @@ def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -
     points = observed.points
     falling = (points.frequency.min() / points.frequency) ** 20 * points.force
     beyond: Any = replace(observed, repeat=np.broadcast_to(falling[:, None], observed.repeat.shape).astype(complex))
-    peak = observed.value * 1e3 * ABOVE / np.abs(observed.value).max() * np.abs(beyond.value).max()
+    peak = observed.value * 1e3 * MIN_PEAK_OVER_MEASURED / np.abs(observed.value).max() * np.abs(beyond.value).max()
     found = find_absent_peak(beyond, peak)
     assert found is not None
     assert points.frequency.min() < found.predicted < points.frequency.max()
@@ -87,11 +94,11 @@ def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(smal
     unknowns = Unknowns.from_effects(small, [(first, first.deviation)], [last])
     values = unknowns.vanishing
     fit: Any = SimpleNamespace(unknowns=unknowns, values=values, is_beyond_priors=lambda _: False)
-    assert list_held_back(fit) == ()
+    assert list_beyond_priors(fit) == ()
     values[1] = unknowns.bounds[1][1]  # a strength that no prior holds
-    assert list_held_back(fit) == ()
+    assert list_beyond_priors(fit) == ()
     values[0] = unknowns.bounds[0][1]
-    assert list_held_back(fit) == (f"{first.name} x {values[0]:.4g}",)
+    assert list_beyond_priors(fit) == (f"{first.name} x {values[0]:.4g}",)
 
 
 def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model) -> None:
@@ -100,20 +107,20 @@ def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model)
     fit: Any = SimpleNamespace(
         unknowns=unknowns, values=np.array([unknowns.bounds[0][1]]), is_beyond_priors=lambda _: False
     )
-    assert list_held_back(fit) == ("shift of lid = 0.0025 m",)
+    assert list_beyond_priors(fit) == ("shift of lid = 0.0025 m",)
 
 
 def test_parameters_that_are_together_beyond_their_priors_are_held_back_the_furthest_of_them(small: Model) -> None:
     parameters = list_calibration_parameters(small)
     unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in parameters], [])
-    for pull, held_back in ((1.0, 0), (2.5, len(parameters)), (1.9, 1)):
+    for pull, beyond_priors in ((1.0, 0), (2.5, len(parameters)), (1.9, 1)):
         pulls = np.full(len(parameters), pull)
-        pulls[0] = max(pull, 3.0) if held_back else pull
+        pulls[0] = max(pull, 3.0) if beyond_priors else pull
         values = unknowns.vanishing + pulls * unknowns.prior
         fit = Fit(
             unknowns=unknowns, values=values, covariance=np.eye(len(values)), chi2=0.0, model=small, prediction=None,
             residual=np.zeros(len(values)), jacobian=np.eye(len(values)),
         )  # fmt: skip
         # Of five parameters 5 is what chance expects; 18 is exceeded by 0.27 %.
-        assert fit.is_beyond_priors(BY_CHANCE) == bool(held_back)
-        assert len(list_held_back(fit)) == held_back
+        assert fit.is_beyond_priors(CHANCE_BEYOND_PRIORS) == bool(beyond_priors)
+        assert len(list_beyond_priors(fit)) == beyond_priors

@@ -10,12 +10,12 @@ import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
-from diagnosis.decision.evidence import DECISIVE, compute_log_density, passes
+from diagnosis.decision.evidence import CREDIBLE, DECISIVE, compute_log_density, passes
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.likelihood_ratio import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.decision.rules import Criteria, decide, find_untestable
+from diagnosis.decision.stand_in import MAX_SHARE_LEFT, MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.fit_parameter import Unknowns
@@ -83,7 +83,7 @@ def decided(
     baseline: Refit = BEFORE,
     left: ErrorSize = NO_ERROR,
     laws: Sequence[FittedLaw] = (),
-    held_back: Sequence[str] = (),
+    beyond_priors: Sequence[str] = (),
     pair: Pair | None = None,
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
@@ -102,7 +102,7 @@ def decided(
     ]
     catalogue: Any = SimpleNamespace(candidates=())
     criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=LIMITS)
-    return decide(criteria, baseline, ranked, places, run_step, left, held_back)
+    return decide(criteria, baseline, ranked, places, run_step, left, beyond_priors)
 
 
 def named(verdict: Verdict) -> list[str]:
@@ -168,9 +168,9 @@ def test_where_no_effect_would_show_nothing_is_no_answer(
     far = find_untestable(replace(decided(left=ErrorSize(reading=0.3)), detectable=detectable), is_seen)
     assert far.finding is (Finding.NOT_CLOSE if is_seen else Finding.NOT_TESTABLE)
     # Nor has noise taken a parameter to the end of its prior for a reason that a user could correct.
-    held_back = find_untestable(replace(decided(held_back=["zeta x 2"]), detectable=detectable), is_seen)
-    assert held_back.finding is (Finding.UNKNOWN if is_seen else Finding.NOT_TESTABLE)
-    assert bool(held_back.held_back) == is_seen
+    beyond_priors = find_untestable(replace(decided(beyond_priors=["zeta x 2"]), detectable=detectable), is_seen)
+    assert beyond_priors.finding is (Finding.UNKNOWN if is_seen else Finding.NOT_TESTABLE)
+    assert bool(beyond_priors.beyond_priors) == is_seen
 
 
 def test_no_candidate_means_nothing_or_something_unknown() -> None:
@@ -254,9 +254,9 @@ def test_what_the_held_out_data_do_not_refute_stays_a_rival() -> None:
 @pytest.mark.parametrize(
     ("left", "n_number", "unknown"),
     [
-        (STAND_IN * 200 + LIMITS.misfit + 7, 6, True),
-        (STAND_IN * 200 + LIMITS.misfit + 5, 6, False),  # beyond its six numbers it is less than the share
-        (STAND_IN * 200 + LIMITS.misfit + 7, 8, False),
+        (MAX_SHARE_LEFT * 200 + LIMITS.misfit + 7, 6, True),
+        (MAX_SHARE_LEFT * 200 + LIMITS.misfit + 5, 6, False),  # beyond its six numbers it is less than the share
+        (MAX_SHARE_LEFT * 200 + LIMITS.misfit + 7, 8, False),
     ],
 )
 def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
@@ -274,7 +274,8 @@ def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
 
 
 @pytest.mark.parametrize(
-    ("left", "unknown"), [(STAND_IN * 200 + LIMITS.gain + 1, True), (STAND_IN * 200 + LIMITS.gain - 1, False)]
+    ("left", "unknown"),
+    [(MAX_SHARE_LEFT * 200 + LIMITS.gain + 1, True), (MAX_SHARE_LEFT * 200 + LIMITS.gain - 1, False)],
 )
 def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unknown: bool) -> None:
     verdict = decided(
@@ -338,7 +339,10 @@ def test_two_effects_at_one_place_are_one_force(behind: float, finding: Finding)
 
 @pytest.mark.parametrize(
     ("force", "finding"),
-    [(STAND_IN * 350 + LIMITS.misfit - 1, Finding.MISSING), (STAND_IN * 350 + LIMITS.misfit + 1, Finding.UNKNOWN)],
+    [
+        (MAX_SHARE_LEFT * 350 + LIMITS.misfit - 1, Finding.MISSING),
+        (MAX_SHARE_LEFT * 350 + LIMITS.misfit + 1, Finding.UNKNOWN),
+    ],
 )
 def test_two_effects_leave_no_unknown_force(force: float, finding: Finding) -> None:
     pair = beside(refit("gap", 150, 50), refit("mass", 400, 50), force=force)
@@ -415,10 +419,10 @@ def test_what_chance_leaves_makes_no_stand_in() -> None:
     chance = ResidualExplanation(
         gain=LIMITS.gain - 1, effect_name="gap", places=(place(LIMITS.misfit + 5),), known_effect_gain=0.0
     )
-    assert chance.gain > STAND_IN * 25
+    assert chance.gain > MAX_SHARE_LEFT * 25
     assert decided(weak, rest=chance).finding is Finding.MISSING
     beyond = ResidualExplanation(
-        gain=STAND_IN * 25 + LIMITS.gain + 1, effect_name="gap", places=(), known_effect_gain=0.0
+        gain=MAX_SHARE_LEFT * 25 + LIMITS.gain + 1, effect_name="gap", places=(), known_effect_gain=0.0
     )
     assert decided(weak, rest=beyond).finding is Finding.UNKNOWN
 
@@ -426,8 +430,8 @@ def test_what_chance_leaves_makes_no_stand_in() -> None:
 @pytest.mark.parametrize(
     ("name", "more", "known", "stated", "unknown"),
     [
-        ("mass", 8, KNOWN - 0.01, 9.0, True),
-        ("mass", 8, KNOWN + 0.01, 9.0, False),  # the next effect to be named
+        ("mass", 8, MIN_SHARE_KNOWN - 0.01, 9.0, True),
+        ("mass", 8, MIN_SHARE_KNOWN + 0.01, 9.0, False),  # the next effect to be named
         ("mass", 4, 0.0, 9.0, False),  # chance, beyond its six numbers
         ("mass", 8, 0.0, 1.5, False),  # noise explains all that is left
         ("cubic", 8, 0.0, 9.0, False),  # the nearest of the known laws
@@ -439,7 +443,7 @@ def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_howeve
     """Where a frequency is 5 % off, as a slider's is that sticks at low levels, what mends that gains thousands."""
     left = LIMITS.misfit + more
     rest = ResidualExplanation(gain=0.0, effect_name="gap", places=(place(left),), known_effect_gain=known * left)
-    assert left < STAND_IN * 10000
+    assert left < MAX_SHARE_LEFT * 10000
     verdict = decided(replace(refit(name, 10000, 50), reduced_chi2_without_model_error=stated), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
     if unknown:
@@ -458,14 +462,14 @@ def test_an_unknown_force_beyond_chance_is_told_when_nothing_known_passes(more: 
 
 def test_a_parameter_that_its_prior_holds_back_leaves_nothing_to_name() -> None:
     there = place(LIMITS.misfit + 26)
-    verdict = decided(refit("mass", LIMITS.gain - 5, 10), places=(there,), held_back=["kt x 1.5", "E x 1.05"])
-    assert (verdict.finding, verdict.place, verdict.held_back) == (Finding.UNKNOWN, None, ["kt x 1.5", "E x 1.05"])
+    verdict = decided(refit("mass", LIMITS.gain - 5, 10), places=(there,), beyond_priors=["kt x 1.5", "E x 1.05"])
+    assert (verdict.finding, verdict.place, verdict.beyond_priors) == (Finding.UNKNOWN, None, ["kt x 1.5", "E x 1.05"])
     assert "more than its priors allow, in kt x 1.5 and E x 1.05, and" in verdict.sentence
     # With an effect that explains the data its own fit counts; and without one not even a small misfit is nothing.
-    assert decided(refit("mass", 100, 80), held_back=["kt x 1.5"]).held_back == ()
+    assert decided(refit("mass", 100, 80), beyond_priors=["kt x 1.5"]).beyond_priors == ()
     # Nor is nothing missing where a parameter has taken up all that it may.
-    nothing = decided(refit("mass", 5, 5), held_back=["kt x 1.5"])
-    assert (nothing.finding, nothing.held_back) == (Finding.UNKNOWN, ["kt x 1.5"])
+    nothing = decided(refit("mass", 5, 5), beyond_priors=["kt x 1.5"])
+    assert (nothing.finding, nothing.beyond_priors) == (Finding.UNKNOWN, ["kt x 1.5"])
 
 
 def test_an_unknown_force_is_no_more_than_an_effect_that_held_out_data_speak_against() -> None:

@@ -129,7 +129,7 @@ def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     campaign: Any, arrangement: Arrangement, scores: list[Score], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The limit is set below what any effect reaches: chi^2 falls all the same."""
-    monkeypatch.setattr(finalist, "WORSE", 1e-9)
+    monkeypatch.setattr(finalist, "MAX_CHI2_RISE", 1e-9)
     refits = [refit(arrangement, scores[0])]
     before = baseline_fit(arrangement)
     (found,) = weighed(campaign, arrangement, before, refits)

@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision import residual_explanation
-from diagnosis.decision.residual_explanation import CHECKED, ResidualExplanation, add_effect, explain_residual
+from diagnosis.decision.residual_explanation import MAX_FURTHER_FITS, ResidualExplanation, add_effect, explain_residual
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, quick_fit, refit
@@ -192,6 +192,6 @@ def test_promises_that_matter_are_checked(
     promised: list[float], kept: list[float], threshold: float, asked: list[int], name: str, gain: float,
 ) -> None:  # fmt: skip
     found, fits = checked(monkeypatch, promised, kept, threshold)
-    assert CHECKED == 2
+    assert MAX_FURTHER_FITS == 2
     assert fits == asked
     assert (found.effect_name, found.gain) == (name, gain)

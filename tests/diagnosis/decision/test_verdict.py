@@ -8,7 +8,8 @@ import pytest
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable, worth
+from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_strengths, count_digits
+from diagnosis.decision.wording import describe_held_out_fall
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
@@ -47,7 +48,7 @@ def made(finding: Finding, *effects: Refit, place: Place | None = None) -> Verdi
 
 def test_one_effect_is_missing() -> None:
     assert verdict(Finding.MISSING, TIP) == (
-        "mass at tip z (0.0123 kg +- 0.00098) is missing; the held-out error falls from 3.4 to 0.21 %."
+        "mass at tip z (0.0123 kg +- 0.00098) is missing: the held-out error falls from 3.4 to 0.21 %."
     )
 
 
@@ -56,13 +57,13 @@ def test_what_does_not_fall_is_not_said_to_fall() -> None:
     assert "the held-out reduced chi-squared falls from 1 to 0.812 (" in verdict(Finding.MISSING, weak)
     worse = replace(weak, held_out_names=("arrow",), held_out_errors=np.array([0.035]))
     before = replace(BEFORE, held_out_errors=np.array([0.034]))
-    assert held_out_fall(before, worse) == "the held-out error goes from 3.4 to 3.5 % in arrow"
+    assert describe_held_out_fall(before, worse) == "the held-out error goes from 3.4 to 3.5 % in arrow"
 
 
 def test_several_cannot_be_told_apart() -> None:
     assert verdict(Finding.AMBIGUOUS, TIP, LINE) == (
-        "mass at tip z (0.0123 kg +- 0.00098) or gap of left (1.2 +- 0.2): these data cannot tell which "
-        "(the held-out error falls from 3.4 to 0.21 %)."
+        "mass at tip z (0.0123 kg +- 0.00098) or gap of left (1.2 +- 0.2) is missing, and these data cannot tell "
+        "which: the held-out error falls from 3.4 to 0.21 %."
     )
 
 
@@ -83,10 +84,10 @@ def test_another_law_of_the_force_is_told() -> None:
     law = FittedLaw(refit=TIP, gain=-1.0, held_out_gain=0.0, words="a force of the kind clearance", is_distinct=True)
     one, both = (replace(made(Finding.AMBIGUOUS, *effects), laws=[law]) for effects in ((TIP,), (TIP, LINE)))
     assert one.sentence == (
-        "mass at tip z (0.0123 kg +- 0.00098) is missing, or another force at its place; the held-out error falls from "
+        "mass at tip z (0.0123 kg +- 0.00098) is missing, or another force at its place: the held-out error falls from "
         "3.4 to 0.21 %. There it may be a force of the kind clearance as well."
     )
-    assert both.sentence.endswith("from 3.4 to 0.21 %). There it may be a force of the kind clearance as well.")
+    assert both.sentence.endswith("from 3.4 to 0.21 %. There it may be a force of the kind clearance as well.")
 
 
 def test_nothing_is_missing() -> None:
@@ -123,13 +124,14 @@ def test_the_smallest_detectable_strength_gains_the_threshold() -> None:
         )
         for name, parameter, size in (("mass", MASS, 20.0), ("far", RATIO, 0.0), ("faint", MASS, 1e-9))
     )  # fmt: skip
-    found = smallest_detectable([score, unseen, faint], 16.0)
+    found = compute_detectable_strengths([score, unseen, faint], 16.0)
     assert found["mass"] == pytest.approx(4 * 0.01 / 20)
     assert found["far"] == float("inf")
     assert found["faint"] == float("inf")  # beyond the bounds of the mass
 
 
 def test_a_number_has_the_digits_that_its_interval_leaves() -> None:
-    assert [worth(0.99996, 0.00024), worth(918.3, 29.0), worth(1.0, 0.0), worth(0.0, 1.0)] == [5, 4, 4, 4]
-    assert f"{0.99996:.{worth(0.99996, 0.00024)}g}" == "0.99996"
-    assert worth(12345.6789, 0.02) == 8
+    numbers = (0.99996, 0.00024), (918.3, 29.0), (1.0, 0.0), (0.0, 1.0)
+    assert [count_digits(*each) for each in numbers] == [5, 4, 4, 4]
+    assert f"{0.99996:.{count_digits(0.99996, 0.00024)}g}" == "0.99996"
+    assert count_digits(12345.6789, 0.02) == 8

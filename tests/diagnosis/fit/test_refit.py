@@ -12,10 +12,10 @@ from diagnosis.fit import refit as refits
 from diagnosis.fit.calibration import Ending
 from diagnosis.fit.problem import Effort
 from diagnosis.fit.refit import (
-    KEPT,
+    MIN_COSINE,
+    MIN_GAIN_KEPT,
+    MIN_GAIN_SHARE,
     MOST_RUGGED,
-    PARALLEL,
-    PROMISING,
     choose_finalists,
     fit_from_starts,
     quick_fit,
@@ -82,8 +82,8 @@ def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int 
 
 def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     promised = score(100.0)
-    found, asked = fit(promised, CHI2 - 100 * KEPT - 1, monkeypatch=monkeypatch)
-    assert found.chi2 == CHI2 - 100 * KEPT - 1
+    found, asked = fit(promised, CHI2 - 100 * MIN_GAIN_KEPT - 1, monkeypatch=monkeypatch)
+    assert found.chi2 == CHI2 - 100 * MIN_GAIN_KEPT - 1
     (start,), (slopes,) = asked.starts, asked.slopes
     np.testing.assert_array_equal(start, promised.start)
     # The Jacobian that the screening knows, beside that of the calibration parameters; the effect has no prior.
@@ -109,8 +109,8 @@ def test_one_that_does_not_begins_again_from_typical_strength(
 def test_slopes_that_lead_astray_are_taken_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the readings turn within the step to the strength of the screening."""
     promised = score(100.0)
-    found, asked = fit(promised, CHI2 + 20000, CHI2 - 100 * KEPT - 1, monkeypatch=monkeypatch)
-    assert found.chi2 == CHI2 - 100 * KEPT - 1
+    found, asked = fit(promised, CHI2 + 20000, CHI2 - 100 * MIN_GAIN_KEPT - 1, monkeypatch=monkeypatch)
+    assert found.chi2 == CHI2 - 100 * MIN_GAIN_KEPT - 1
     np.testing.assert_array_equal(asked.starts, [promised.start, promised.start])
     assert asked.slopes[1] is None
 
@@ -164,13 +164,13 @@ def ranked(*gains: float, alike: bool = True) -> list[Score]:
 
 def test_the_best_few_are_refitted_whatever_they_look_like() -> None:
     assert len(shortlist(ranked(100, 90, 80, 70, 60, alike=False), EFFORT)) == BEST
-    assert len(shortlist(ranked(100, 90, 80, 70, 60, 50, 40, alike=False), EFFORT, lost=True)) == MOST
+    assert len(shortlist(ranked(100, 90, 80, 70, 60, 50, 40, alike=False), EFFORT, is_poor=True)) == MOST
 
 
 def test_what_looks_like_one_of_them_is_refitted_too_if_it_promises_enough() -> None:
-    assert 0 < PARALLEL < 1
-    few = ranked(100, 90, 80, 100 * PROMISING + 1, 100 * PROMISING - 1)
-    assert [each.gain for each in shortlist(few, EFFORT)] == [100, 90, 80, 100 * PROMISING + 1]
+    assert 0 < MIN_COSINE < 1
+    few = ranked(100, 90, 80, 100 * MIN_GAIN_SHARE + 1, 100 * MIN_GAIN_SHARE - 1)
+    assert [each.gain for each in shortlist(few, EFFORT)] == [100, 90, 80, 100 * MIN_GAIN_SHARE + 1]
     assert len(shortlist(ranked(*[100.0] * 20), EFFORT)) == MOST
 
 

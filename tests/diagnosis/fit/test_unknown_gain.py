@@ -14,7 +14,7 @@ from correlation.prediction import Points, Predictor
 from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.unknown_gain import SensorGains, describe_gain, find_gains
-from diagnosis.fit.weighting import FEW, Measured, make_comparison
+from diagnosis.fit.weighting import FEW_DRAWS, Measured, make_comparison
 from hbsolve.errors import ModelError
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.jointed_system import JointedSystem
@@ -73,7 +73,7 @@ def found(model: Model, campaign: Campaign) -> tuple[SensorGains, dict[str, tupl
     sides = Measured.prepare(observed, (1,))
     prediction = sides.predictor.predict(start)
     budget = Budget(frequency=1e-6, compliance=1e-6, shares=1e-6)
-    comparison, _ = make_comparison(sides, start, prediction, budget, [], FEW, fitted=False)
+    comparison, _ = make_comparison(sides, start, prediction, budget, [], FEW_DRAWS, fitted=False)
     unknowns = Unknowns.from_effects(start, [(each, np.inf) for each in gains.parameters], ())
     fit = calibrate(comparison, unknowns, unknowns.vanishing, prediction, ending=Ending.EXACT)
     values = zip(gains.parameters, fit.values, fit.deviation, strict=True)

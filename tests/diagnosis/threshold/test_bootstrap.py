@@ -9,7 +9,7 @@ from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.refit import quick_fit
 from diagnosis.screening import screen
-from diagnosis.threshold.bootstrap import STRANGER, Trial, fit_thresholds, run_null_trial
+from diagnosis.threshold.bootstrap import REAL_STRUCTURE_MARGIN, Trial, fit_thresholds, run_null_trial
 from diagnosis.threshold.simulation import Simulation
 from tests.slow import slow
 
@@ -28,7 +28,7 @@ def test_the_tail_of_gumbels_law_is_told() -> None:
     gains, misfits = (gumbel_r.rvs(loc=m, scale=s, size=20_000, random_state=draw) for m, s in ((6, 2), (9, 3)))
     limits = fit_thresholds(trials(gains, misfits), false_alarms=0.01)
     # The standard deviation of 20,000 draws is known to 1 %; the quantile is 4.6 scales away.
-    assert limits.gain == pytest.approx(STRANGER * gumbel_r.isf(0.01, loc=6, scale=2), rel=0.03)
+    assert limits.gain == pytest.approx(REAL_STRUCTURE_MARGIN * gumbel_r.isf(0.01, loc=6, scale=2), rel=0.03)
     assert limits.misfit == pytest.approx(gumbel_r.isf(0.01, loc=9, scale=3), rel=0.03)
     assert (limits.false_alarms, limits.n_trial) == (0.01, 20_000)
 

@@ -13,7 +13,7 @@ from diagnosis.fit.calibration import Fit, invert_curvature
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.refit import baseline_fit
-from diagnosis.threshold.parametric_bootstrap import FEW, carry_over, widen_intervals
+from diagnosis.threshold.parametric_bootstrap import STUDENT_FACTOR, carry_over, widen_intervals
 from diagnosis.threshold.simulation import Simulation
 
 
@@ -36,7 +36,7 @@ def deviations(fit: Fit, size: float, n: int = 4000) -> np.ndarray:
 def test_differences_as_large_as_expected_widen_an_interval_for_being_few_alone(arrangement: Arrangement) -> None:
     fit = arrangement.fit
     # A mean of 4000 squares is good to 2.2 %, its root to half of that: 5 of these.
-    np.testing.assert_allclose(deviations(fit, 1.0), FEW * fit.deviation, rtol=0.06)
+    np.testing.assert_allclose(deviations(fit, 1.0), STUDENT_FACTOR * fit.deviation, rtol=0.06)
 
 
 def test_differences_three_times_as_large_widen_what_data_and_not_priors_tell(arrangement: Arrangement) -> None:
@@ -44,7 +44,7 @@ def test_differences_three_times_as_large_widen_what_data_and_not_priors_tell(ar
     p = len(fit.values)
     data, prior = fit.jacobian[:-p], fit.jacobian[-p:]
     shape = invert_curvature(fit.jacobian, fit.unknowns.size)
-    expected = FEW * np.sqrt(np.diag(shape @ (9 * data.T @ data + prior.T @ prior) @ shape))
+    expected = STUDENT_FACTOR * np.sqrt(np.diag(shape @ (9 * data.T @ data + prior.T @ prior) @ shape))
     assert (expected > fit.deviation).all()
     np.testing.assert_allclose(deviations(fit, 3.0), expected, rtol=0.06)
 
@@ -69,7 +69,7 @@ def test_values_of_drawn_campaigns_stray_as_the_interval_says(arrangement: Arran
     assert (wide.fit.deviation >= before.fit.deviation).all()
     # Here is little that a linear theory misses; the root of a mean of eight squares is good to a quarter, and five
     # such deviations, with the factor for the few, are out of reach.
-    assert (wide.fit.deviation < FEW * (1 + 5 / 4) * before.fit.deviation).all()
+    assert (wide.fit.deviation < STUDENT_FACTOR * (1 + 5 / 4) * before.fit.deviation).all()
     (again,) = widen_intervals(campaign, fitted, [fitted])
     np.testing.assert_array_equal(again.fit.covariance, wide.fit.covariance)
 

@@ -13,8 +13,8 @@ from diagnosis.screening import Score
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import (
     LEAST_UNKNOWN_FORCE_GAIN,
-    MARGIN,
-    UNKNOWN_FORCE,
+    LINEAR_MARGIN,
+    UNKNOWN_FORCE_RATIO,
     Thresholds,
     compute_linear_thresholds,
 )
@@ -39,10 +39,10 @@ def test_the_gain_is_the_quantile_of_the_largest_of_independent_chi_squares(n: i
     found = compute_linear_thresholds(scores(np.eye(n)), false_alarms)
     exact = chi2.ppf((1 - false_alarms) ** (1 / n), 1)
     # A quantile of 20 000 draws: a standard deviation of some 2 % at 1 %.
-    assert found.gain == pytest.approx(MARGIN * exact, rel=0.08)
-    assert found.misfit == pytest.approx(max(UNKNOWN_FORCE * found.gain, LEAST_UNKNOWN_FORCE_GAIN))
+    assert found.gain == pytest.approx(LINEAR_MARGIN * exact, rel=0.08)
+    assert found.misfit == pytest.approx(max(UNKNOWN_FORCE_RATIO * found.gain, LEAST_UNKNOWN_FORCE_GAIN))
     assert (found.false_alarms, found.n_trial) == (false_alarms, 0)
-    assert MARGIN >= 1
+    assert LINEAR_MARGIN >= 1
 
 
 def test_limits_rise_with_what_is_tried_and_with_caution() -> None:
@@ -58,8 +58,8 @@ def test_without_candidates_an_unknown_force_still_gains_by_chance() -> None:
     """Eight numbers at one of ten places, once in a hundred campaigns, beyond what eight numbers gain anyway."""
     found = compute_linear_thresholds([])
     # Model error may hide all effects at first: one alone then gains what a single parameter does.
-    assert found.gain == pytest.approx(MARGIN * chi2.ppf(0.99, 1))
-    assert found.misfit == UNKNOWN_FORCE * found.gain
+    assert found.gain == pytest.approx(LINEAR_MARGIN * chi2.ppf(0.99, 1))
+    assert found.misfit == UNKNOWN_FORCE_RATIO * found.gain
     assert pytest.approx(chi2.ppf(0.99 ** (1 / 10), 8) - 8, rel=0.05) == LEAST_UNKNOWN_FORCE_GAIN
 
 

@@ -1,0 +1,90 @@
+"""Fits that a verdict is derived from: those of the finalists, and further ones that its rules ask for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from scipy.special import chdtri
+
+from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.decision.evidence import compute_birge_ratio
+from diagnosis.decision.law_of_force import FittedLaw, find_better, fit_other_laws, has_other_laws
+from diagnosis.decision.pair import Pair, fit_pair
+from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.finalist import Finalist
+from diagnosis.fit.problem import Refit
+from diagnosis.step import RunStep
+from diagnosis.threshold.detection_threshold import Thresholds
+from diagnosis.unknown_force import UnknownForce
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fits:
+    """Fits of a round.
+
+    Parameters
+    ----------
+    baseline
+        Fit without an effect.
+    beyond_priors
+        Its calibration parameters that are as far as their priors let a fit go.
+    places
+        Places where an unknown force would explain its residual, best first.
+    finalists
+        Effects by their own covariances, by name, the best first.
+    catalogue, thresholds
+        Candidates and detection thresholds.
+    run_step
+        Looks up the stored result of a step, or computes it.
+    """
+
+    baseline: Refit
+    beyond_priors: Sequence[str]
+    places: Sequence[UnknownForce]
+    finalists: Mapping[str, Finalist]
+    catalogue: Catalogue
+    thresholds: Thresholds
+    run_step: RunStep
+
+    @property
+    def refits(self) -> list[Refit]:
+        """Fits of the finalists, the best first."""
+        return [each.refit for each in self.finalists.values()]
+
+    def arrangement_of(self, refit: Refit) -> Arrangement:
+        """Arrangement by the covariance of the model with the effect of a fit."""
+        return self.finalists[refit.name].arrangement
+
+    def explain_residual(self, refit: Refit) -> ResidualExplanation:
+        """What would explain the residual that an effect leaves."""
+        others = [each for each in self.catalogue.candidates if each.name != refit.name]
+        limit = self.thresholds.gain
+        return self.run_step(
+            f"what is left beside {refit.name} of {refit.strength:.6g}, limit {limit:.6g}",
+            lambda: explain_residual(add_effect(self.arrangement_of(refit), refit), others, limit),
+        )
+
+    def fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
+        """Laws that the force of an effect may have instead, fitted; empty for an effect without any."""
+        if not has_other_laws(refit.effect):
+            return []
+        arrangement = self.arrangement_of(refit)
+        return self.run_step(
+            f"other laws of {refit.name} of {refit.strength:.6g}",
+            lambda: fit_other_laws(arrangement, add_effect(arrangement, refit).cost, refit),
+        )
+
+    def find_better_law(self, refit: Refit) -> FittedLaw | None:
+        """The law of a force, if it is better than that of the effect by more than chance; else None."""
+        chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_birge_ratio(refit)
+        return find_better(self.fit_other_laws(refit), chance)
+
+    def fit_pair(self, refit: Refit, further: Refit) -> Pair:
+        """Two effects fitted together, and other finalists in place of the first."""
+        taken = {refit.name, further.name}
+        others = [each.refit for name, each in self.finalists.items() if name not in taken and each.refit.gain > 0]
+        numbers = f"{refit.strength:.6g} and {further.strength:.6g}"
+        return self.run_step(
+            f"{refit.name} and {further.name} of {numbers} together",
+            lambda: fit_pair(self.arrangement_of(refit), self.baseline, refit, further, others),
+        )

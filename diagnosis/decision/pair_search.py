@@ -1,0 +1,87 @@
+"""Search for two effects that are missing together, where one alone leaves what another explains."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from diagnosis.decision.confirmation import compute_held_out_gain, raises_held_out_error
+from diagnosis.decision.evidence import DECISIVE, compute_log_density, exceeds_threshold, passes
+from diagnosis.decision.fits import Fits
+from diagnosis.decision.pair import Pair
+from diagnosis.decision.stand_in import MAX_SHARE_LEFT
+from diagnosis.fit.finalist import Finalist
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
+from diagnosis.threshold.detection_threshold import Thresholds
+
+
+class FoundPair(NamedTuple):
+    """Two effects that are missing together, if there are, or the further one that is to be judged alone."""
+
+    pair: Pair | None = None
+    instead: Finalist | None = None
+
+
+def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
+    """An effect, or one in its place, and a further one that explain together what either does not.
+
+    Parameters
+    ----------
+    fits
+        Makes the fits with both.
+    refit, further
+        An effect alone, and the best further one beside it, if one was fitted.
+    """
+    thresholds = fits.thresholds
+    if further is None or not passes(further, thresholds):
+        return FoundPair()
+    pair = fits.fit_pair(refit, further)
+    if not passes(pair.first.refit, thresholds):
+        return FoundPair(instead=pair.alone)
+    first = _choose_first(pair, thresholds)
+    if first is None:
+        return FoundPair()
+    if first is not pair.first:
+        # By its own covariance it is tested beside the further one as the other was.
+        beside_it = replace(first.refit, effect=further.effect, beside=None)
+        pair = fits.fit_pair(fits.finalists[first.name].refit, beside_it)
+    if not (passes(pair.first.refit, thresholds) and passes(pair.second.refit, thresholds)):
+        return FoundPair()
+    gain = fits.finalists[first.name].refit.gain + pair.second.refit.gain
+    if pair.force - thresholds.misfit > MAX_SHARE_LEFT * gain:
+        return FoundPair()
+    alternatives = tuple(each for each in pair.alternatives if _may_be_first(each, pair, thresholds))
+    return FoundPair(pair=replace(pair, alternatives=alternatives))
+
+
+def find_pair_that_passes(fits: Fits) -> FoundPair:
+    """Two effects for which the held-out data speak, and of which the one that gains most does not pass alone.
+
+    Both leave no more than noise and stated errors explain: what each alone leaves is why it does not pass.
+    """
+    gaining = [each for each in fits.refits if exceeds_threshold(each, fits.thresholds)]
+    first = max(gaining, key=compute_log_density, default=None)
+    if first is None or fits.find_better_law(first) is not None:
+        return FoundPair()
+    further = fits.explain_residual(first).refit
+    if further is None or further.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
+        return FoundPair()
+    found = find_pair(fits, first, further)
+    if found.pair is None:
+        return found
+    alone = fits.finalists[found.pair.first.name].refit
+    is_worse = raises_held_out_error(found.pair.second.refit, fits.baseline)
+    return FoundPair() if is_worse or compute_held_out_gain(found.pair, alone) < DECISIVE else found
+
+
+def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:
+    """The most probable first effect of a pair; none if two at one place are far more probable than any others."""
+    apart = [each for each in (pair.first, *pair.alternatives) if _may_be_first(each, pair, thresholds)]
+    best = max(apart, key=lambda each: compute_log_density(each.refit), default=None)
+    if best is None or compute_log_density(best.refit) < compute_log_density(pair.first.refit) - DECISIVE:
+        return None
+    return best
+
+
+def _may_be_first(first: Finalist, pair: Pair, thresholds: Thresholds) -> bool:
+    """Whether an effect passes beside the second one, at another place: two at one place are one force."""
+    place = first.refit.place
+    return passes(first.refit, thresholds) and not (place and place == pair.second.refit.place)

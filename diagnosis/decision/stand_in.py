@@ -1,0 +1,50 @@
+"""Whether an effect stands in for something else: what is left beside it, another effect or an unknown force explains.
+
+If another effect or an unknown force explains a good part of what is left, the effect alone is not the cause. The same
+holds for a linear effect that leaves an unknown force which is no known effect: a force that varies with the amplitude
+has a linear part, and what takes up this part may gain a great deal. An effect that varies with the amplitude as well
+is the known one that is nearest.
+"""
+
+from diagnosis.decision.fits import Fits
+from diagnosis.decision.residual_explanation import ResidualExplanation
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
+from diagnosis.unknown_force import compute_excess_gain
+
+#: Share of the gain of an effect that others may gain beyond the threshold, and of the error that it may leave.
+#: Set on development seeds [-].
+MAX_SHARE_LEFT = 0.15
+#: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
+#: well: it is then the next effect to be named. Set on development seeds [-].
+MIN_SHARE_KNOWN = 0.5
+
+
+def find_cause_beside(fits: Fits, refit: Refit) -> ResidualExplanation | None:
+    """What explains what an effect leaves, if that is so much that it stands in for something else; else None."""
+    residual, thresholds = fits.explain_residual(refit), fits.thresholds
+    force = residual.places[0] if residual.places else None
+    unknown = 0.0 if force is None else compute_excess_gain(force) - thresholds.misfit
+    is_known = force is None or residual.known_effect_gain >= MIN_SHARE_KNOWN * force.gain
+    if unknown > 0 and not is_known and refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2 and _is_linear(fits, refit):
+        return residual
+    beyond = max(residual.gain - thresholds.gain, unknown)
+    leaves_much = beyond > MAX_SHARE_LEFT * refit.gain and not _explains_nearly_all(refit, fits.baseline)
+    return residual if leaves_much else None
+
+
+def _is_linear(fits: Fits, refit: Refit) -> bool:
+    """Whether an effect changes no joint of the model, so that it acts alike at all amplitudes."""
+    assert refit.effect is not None
+    model = fits.arrangement_of(refit).fit.model
+    changed = refit.effect.apply(model, [parameter.typical for parameter in refit.effect.parameters])
+    before, after = model.system.joints, changed.system.joints
+    return len(before) == len(after) and all(one is other for one, other in zip(before, after, strict=True))
+
+
+def _explains_nearly_all(refit: Refit, baseline: Refit) -> bool:
+    """Whether an effect leaves next to nothing of an error that noise and stated errors do not explain.
+
+    Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
+    """
+    was, left = baseline.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
+    return was > UNEXPLAINED_CHI2 and left - 1 < MAX_SHARE_LEFT**2 * (was - left)

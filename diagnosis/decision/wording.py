@@ -1,0 +1,79 @@
+"""Sentences of a verdict, and words for the change of the held-out error by an effect."""
+
+import numpy as np
+
+from diagnosis.decision.law_of_force import FittedLaw
+from diagnosis.decision.residual_explanation import ResidualExplanation
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
+from diagnosis.threshold.detection_threshold import Thresholds
+from diagnosis.unknown_force import compute_excess_gain
+from geometry.plain_number import plain
+
+
+def describe_law(refit: Refit, law: FittedLaw, baseline: Refit) -> str:
+    """An unknown force at the place of an effect, with its law."""
+    falls = describe_held_out_fall(baseline, law.refit)
+    return (
+        f"Something is missing, and it is none of the known effects: near {refit.place}, {law.words}, by which "
+        f"{falls}. Nearest is {refit.name}."
+    )
+
+
+def describe_stand_in(name: str, residual: ResidualExplanation, thresholds: Thresholds) -> str:
+    """An effect that stands in for something else, and what explains what it leaves."""
+    unknown = compute_excess_gain(residual.places[0]) - thresholds.misfit if residual.places else -np.inf
+    if residual.gain - thresholds.gain > unknown:
+        return (
+            f"Something is missing, and no known effect alone explains it: {name} explains most, and "
+            f"{residual.effect_name} much of what it leaves."
+        )
+    left = residual.places[0].sentence
+    return f"Something is missing, and it is none of the known effects: {name} explains most, but leaves {left}."
+
+
+def describe_held_out_error(baseline: Refit) -> str:
+    """A large error of the held-out data, beside that of the training data."""
+    held_out, others = (f"{plain(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
+    if baseline.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
+        return (
+            f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
+            f"held-out data and by {others} on the others."
+        )
+    return (
+        f"Something is missing that the held-out data alone show: the model errs by {held_out} there and by {others} "
+        "on the others, in which nothing is missing. Hold out other data, so that a fit sees these."
+    )
+
+
+def describe_held_out_fall(before: Refit, after: Refit) -> str:
+    """Change of the held-out error by an effect, in words; of each record where there are records."""
+    if not after.held_out_names:
+        chi2 = before.held_out_reduced_chi2_by_noise, after.held_out_reduced_chi2_by_noise
+        return describe_held_out_change((before.held_out_error, after.held_out_error), chi2)
+    change = ", ".join(
+        f"{_percent(was)} to {_percent(now)} % in {name}"
+        for was, now, name in zip(before.held_out_errors, after.held_out_errors, after.held_out_names, strict=True)
+    )
+    return f"the held-out error {'falls' if after.held_out_error < before.held_out_error else 'goes'} from {change}"
+
+
+def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[float, float]) -> str:
+    """Change of the held-out error in words; of the reduced chi-squared where the error does not fall.
+
+    Parameters
+    ----------
+    error, reduced_chi2
+        Each without an effect, and with it [-].
+    """
+    was, now = map(_percent, error)
+    if error[1] < error[0] and now != was:
+        return f"the held-out error falls from {was} to {now} %"
+    stays = f"stays {now} %" if now == was else f"goes from {was} to {now} %"
+    stays = stays if np.isfinite(error).all() else "is unknown"
+    falls = "falls" if reduced_chi2[1] < reduced_chi2[0] else "does not fall:"
+    change = " to ".join(plain(each, 3) for each in reduced_chi2)
+    return f"the held-out reduced chi-squared {falls} from {change} (the held-out error {stays})"
+
+
+def _percent(share: float) -> str:
+    return plain(100 * share, 3)
