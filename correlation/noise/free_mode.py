@@ -109,9 +109,9 @@ class FreeModes:
         found = []
         for shape, row in zip(self.shapes[: self.n_reached], self.weighted, strict=False):
             along = np.outer(row, row)
-            lost = None if loss is None else shape @ loss @ shape * along
+            lost = None if loss is None else float(shape @ loss @ shape) * along
             rate = ModelParameter(
-                matrices=MatrixParameter(damping=shape @ damping @ shape * along, structural_damping=lost)
+                matrices=MatrixParameter(damping=float(shape @ damping @ shape) * along, structural_damping=lost)
             )
             found.append(Tangent(jointed=rate, free=rate, gain={}))
         return found

@@ -164,18 +164,20 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     highest
         Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
     """
-    structure: list[Tangent] = []
-    if budget.frequency:
-        modes = FreeModes.below(model, highest)
+    structure, damped = list[Tangent](), list[Tangent]()
+    modes = FreeModes.below(model, highest) if budget.frequency or budget.damping else None
+    if modes is not None and budget.frequency:
         motions = np.array([state.coefficients[1] for state in prediction.states.values()])
         structure += [] if budget.fitted else make_frequency_shifts(model, by_exciter=False)
         structure += [mode for number, mode in enumerate(modes.frequency_errors()) if number not in budget.fitted]
         structure += modes.shape_errors(motions, _rows_of_readings(model))
+    if modes is not None and budget.damping:
+        damped += modes.damping_errors(model.system)
     contacts = make_contact_errors(model, budget)
     return ErrorTangents(
-        [*structure, *contacts.tangents],
-        np.concatenate([np.full(len(structure), budget.frequency), contacts.size]),
-        len(structure) + contacts.n_shared,
+        [*structure, *damped, *contacts.tangents],
+        np.concatenate([np.repeat([budget.frequency, budget.damping], [len(structure), len(damped)]), contacts.size]),
+        len(structure) + len(damped) + contacts.n_shared,
     )
 
 

@@ -94,6 +94,13 @@ class Effect(Protocol):
         ...
 
 
+def changes_joints(effect: Effect, model: Model) -> bool:
+    """Whether an effect changes a joint of a model; one that does not acts alike at all amplitudes."""
+    changed = effect.apply(model, [parameter.typical for parameter in effect.parameters])
+    before, after = model.system.joints, changed.system.joints
+    return len(before) != len(after) or any(one is not other for one, other in zip(before, after, strict=True))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Untestable:
     """An effect that these data or this model cannot test, with the reason."""

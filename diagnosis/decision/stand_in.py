@@ -6,6 +6,7 @@ has a linear part, and what takes up this part may gain a great deal. An effect 
 is the known one that is nearest.
 """
 
+from diagnosis.candidate.effect import changes_joints
 from diagnosis.decision.fits import Fits
 from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
@@ -25,20 +26,13 @@ def find_cause_beside(fits: Fits, refit: Refit) -> ResidualExplanation | None:
     force = residual.places[0] if residual.places else None
     unknown = 0.0 if force is None else compute_excess_gain(force) - thresholds.misfit
     is_known = force is None or residual.known_effect_gain >= MIN_SHARE_KNOWN * force.gain
-    if unknown > 0 and not is_known and refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2 and _is_linear(fits, refit):
+    assert refit.effect is not None
+    is_linear = not changes_joints(refit.effect, fits.arrangement_of(refit).fit.model)
+    if unknown > 0 and not is_known and refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2 and is_linear:
         return residual
     beyond = max(residual.gain - thresholds.gain, unknown)
     leaves_much = beyond > MAX_SHARE_LEFT * refit.gain and not _explains_nearly_all(refit, fits.baseline)
     return residual if leaves_much else None
-
-
-def _is_linear(fits: Fits, refit: Refit) -> bool:
-    """Whether an effect changes no joint of the model, so that it acts alike at all amplitudes."""
-    assert refit.effect is not None
-    model = fits.arrangement_of(refit).fit.model
-    changed = refit.effect.apply(model, [parameter.typical for parameter in refit.effect.parameters])
-    before, after = model.system.joints, changed.system.joints
-    return len(before) == len(after) and all(one is other for one, other in zip(before, after, strict=True))
 
 
 def _explains_nearly_all(refit: Refit, baseline: Refit) -> bool:

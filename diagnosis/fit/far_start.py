@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.candidate.effect import Effect, EffectParameter
+from diagnosis.candidate.effect import Effect, EffectParameter, changes_joints
 from diagnosis.fit.calibration import Vector
 from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import Problem
@@ -16,9 +16,10 @@ from diagnosis.fit.refit import MOST_RUGGED, is_rugged
 
 
 def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
-    """The fitted values with far strengths of the first few effects that are ratios, or act through slip alone."""
+    """The fitted values with far strengths of the first few effects that are ratios of joints, or act through slip."""
     starts: list[tuple[Effect, Values]] = []
-    far = [each for each in effects if is_rugged(each) or each.parameters[0].is_ratio]
+    model = problem.fit.model
+    far = [each for each in effects if is_rugged(each) or (each.parameters[0].is_ratio and changes_joints(each, model))]
     for effect in far[:MOST_RUGGED]:
         strengths = list_far_strengths(effect.parameters[0])
         starts += [(effect, make_start(problem.fit.values, effect, strength)) for strength in strengths]
