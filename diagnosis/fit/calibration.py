@@ -32,6 +32,8 @@ Matrix = Float[NDArray[np.float64], "m p"]
 ENOUGH = 0.3
 #: Marquardt's factor at first, its decrease after a success, and its increase after a failure.
 FIRST_DAMPING, LESS, MORE = 1e-3, 0.1, 8.0
+#: Steps after which a fit is left that is still above its ceiling: Marquardt's steps fall fast or not at all.
+STEPS_TO_FALL = 6
 #: Shares of the way from no effect to a start; the first one whose model has a prediction is taken, else no effect.
 NEARER = (1.0, 0.5, 0.25)
 #: Share of the expected gain below which the Jacobian is computed again.
@@ -181,6 +183,7 @@ def calibrate(
     *,
     slopes: Matrix | None = None,
     ending: Ending = Ending.CONFIRMED,
+    ceiling: float = np.inf,
 ) -> Fit:
     """Minimise chi^2 from a start.
 
@@ -200,6 +203,8 @@ def calibrate(
         Jacobian near the start, shape (m + p, p); computed by default.
     ending
         Jacobian that the fit ends with.
+    ceiling
+        chi^2 above which a fit is left after `STEPS_TO_FALL` steps: it is hopeless.
 
     Raises
     ------
@@ -210,7 +215,9 @@ def calibrate(
     here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), nearby)
     jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
-    for _ in range(search.steps):
+    for number in range(search.steps):
+        if number >= STEPS_TO_FALL and here.chi2 > ceiling:
+            break
         trial, expected = _step(unknowns, here, jacobian, damping)
         enough = search.enough(here.chi2)
         there = _trial(comparison, unknowns, trial, here) if expected >= enough else here

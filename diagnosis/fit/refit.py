@@ -24,6 +24,9 @@ MIN_COSINE, MIN_GAIN_SHARE = 0.6, 0.5
 MOST_RUGGED = 8
 #: A fit that gains less than this share of the gain of the screening is started again, from typical strength.
 MIN_GAIN_KEPT = 0.7
+#: chi^2 over that without an effect above which a fit from another start is hopeless after a few steps. Set on
+#: development seeds [-].
+MAX_CHI2_RATIO = 2.0
 #: Reduced chi-squared beyond which a fit is poor: a model that lacks a strong effect. Set on development seeds [-].
 MAX_RESPONSE_FIT_CHI2 = 2.0
 
@@ -113,18 +116,38 @@ def fit_from_starts(
         {score.effect.name: (score, fit) for score, fit in fits},
         {each.effect.name: each for each in scores},
     )
+    ceiling = MAX_CHI2_RATIO * problem.fit.chi2
     for number, (effect, start) in enumerate(starts):
-        name, begin = effect.name, partial(fit_from, problem, effect, start)
+        name, begin = effect.name, partial(fit_from, problem, effect, start, ceiling=ceiling)
         fit = run_step(f"fit of {name} from start {number}", begin)
         if name not in found or fit.chi2 < found[name][1].chi2:
             found[name] = (by_name[name], fit)
     return list(found.values())
 
 
-def fit_from(problem: Problem, effect: Effect, start: Values, nearby: Prediction | None = None) -> Fit:
-    """Quick fit of an effect from given values, whose states begin near those of a prediction; by default the fit's."""
+def fit_from(
+    problem: Problem,
+    effect: Effect,
+    start: Values,
+    nearby: Prediction | None = None,
+    *,
+    ceiling: float = np.inf,
+) -> Fit:
+    """Quick fit of an effect from given values.
+
+    Parameters
+    ----------
+    problem, effect
+        Measurements and model, and the effect.
+    start
+        Values of the calibration parameters, the added effects and the effect, shape (p,).
+    nearby
+        Prediction that the states begin near; that of the first fit by default.
+    ceiling
+        As for `calibrate`.
+    """
     nearby = problem.fit.prediction if nearby is None else nearby
-    return calibrate(problem.train, problem.unknowns([effect]), start, nearby, ending=Ending.QUICK)
+    return calibrate(problem.train, problem.unknowns([effect]), start, nearby, ending=Ending.QUICK, ceiling=ceiling)
 
 
 def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:

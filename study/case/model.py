@@ -53,7 +53,8 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             lines[line.name] = tuple(contact.name for contact in contacts)
             if line.balanced_preload:
                 static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
-    groups = {joint.name: (joint.name,) for joint in joints if not any(joint.name in names for names in lines.values())}
+    of_lines = {name for members in lines.values() for name in members}
+    groups: dict[str, tuple[str, ...]] = {each.name: (each.name,) for each in joints if each.name not in of_lines}
     for number, table in enumerate(case.joint):
         with mistakes.at("joint", number):
             made = make_joints(case, number, finder)
