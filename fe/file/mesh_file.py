@@ -64,8 +64,6 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
         found = format_of(MESH_FORMATS, file).read(file)
     except OSError as error:
         raise MeshError(f"mesh file {file} cannot be opened ({error.strerror}): check that you may read it") from error
-    except RecursionError as error:
-        raise MeshError(f"mesh file {file} includes itself: remove that *INCLUDE") from error
     mesh, labels = solid_mesh(found, source=str(file), length_unit_in_metre=length_unit_in_metre)
     check_quality(mesh, source=file, labels=labels)
     return mesh

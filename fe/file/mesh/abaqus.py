@@ -5,7 +5,7 @@ several `*ELEMENT` blocks, and knows no `*SURFACE`. Materials are read apart; st
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.file.calculix_deck import mesh_text
 from fe.file.dof_table import LARGEST_LABEL
+from fe.file.keyword_deck import KeywordBlock, read_keyword_blocks
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.registry import FileFormat, FileMaterial
@@ -45,19 +46,6 @@ GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
 #: Members of a set in one line: more than any machine meshes.
 MOST_GENERATED = 20_000_000
 FLATTEN = 'write the deck "flat", without parts and instances, from the program that made it'
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Block:
-    """One keyword line with its parameters, and the data lines that follow it."""
-
-    keyword: str
-    parameters: dict[str, str]
-    lines: list[str] = field(default_factory=list)
-
-    def entries(self) -> list[str]:
-        """All comma-separated entries of the data lines; continuation lines end or begin with a comma."""
-        return [entry for line in self.lines for entry in map(str.strip, line.split(",")) if entry]
 
 
 @dataclass(kw_only=True)
@@ -89,7 +77,7 @@ def read_inp(path: Path) -> FileMesh:
     deck = _Deck(path=path)
     readers = {"NODE": _nodes, "ELEMENT": _elements, "NSET": _set, "ELSET": _set, "SURFACE": _surface}
     instances = 0
-    for block in _blocks(path):
+    for block in read_keyword_blocks(path):
         if block.keyword in GENERATORS or (block.keyword == "NODE" and "SYSTEM" in block.parameters):
             raise deck.damaged(f"*{block.keyword} makes or moves nodes by rule, so write them out one by one")
         instances += block.keyword == "INSTANCE"
@@ -134,7 +122,7 @@ def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
         A line that is no number.
     """
     deck, found, used, current = _Deck(path=path), dict[str, FileMaterial](), set[str](), ""
-    for block in _blocks(path):
+    for block in read_keyword_blocks(path):
         if block.keyword == "SOLID SECTION":
             used.add(block.parameters.get("MATERIAL", "").upper())
         elif block.keyword == "MATERIAL":
@@ -150,7 +138,7 @@ def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
     return tuple(material for name, material in found.items() if name in used or not used)
 
 
-def _with_property(material: FileMaterial, block: _Block) -> FileMaterial:
+def _with_property(material: FileMaterial, block: KeywordBlock) -> FileMaterial:
     if len(block.lines) > 1:
         return replace(material, obstacle=f"has a *{block.keyword} that depends on temperature or fields")
     numbers = [float(entry) for entry in block.entries()]
@@ -161,40 +149,7 @@ def _with_property(material: FileMaterial, block: _Block) -> FileMaterial:
     return replace(material, young=numbers[0], poisson=numbers[1])
 
 
-def _blocks(path: Path) -> Iterator[_Block]:
-    block = None
-    with path.open(encoding="latin-1") as lines:
-        for raw in lines:
-            line = raw.strip()
-            if not line or line.startswith("**"):
-                continue
-            if not line.startswith("*"):
-                if block is not None:
-                    block.lines.append(line)
-                continue
-            if block is not None:
-                yield block
-            keyword, *parameters = line[1:].split(",")
-            pairs = (parameter.partition("=") for parameter in parameters if parameter.strip())
-            block = _Block(
-                keyword=" ".join(keyword.upper().split()),
-                parameters={key.strip().upper(): value.strip().strip('"') for key, _, value in pairs},
-            )
-            if block.keyword == "INCLUDE":
-                yield from _blocks(_included(path, block.parameters.get("INPUT", "")))
-                block = None
-    if block is not None:
-        yield block
-
-
-def _included(path: Path, name: str) -> Path:
-    beside = path.parent / name
-    if not name or not beside.is_file():
-        raise MeshError(f'mesh file {path} includes "{name}", which is not beside it: put it there')
-    return beside
-
-
-def _nodes(deck: _Deck, block: _Block) -> None:
+def _nodes(deck: _Deck, block: KeywordBlock) -> None:
     rows = [line.rstrip(",").split(",") for line in block.lines]
     short = next((row for row in rows if len(row) < 4), None)
     if short is not None:
@@ -207,7 +162,7 @@ def _nodes(deck: _Deck, block: _Block) -> None:
         _members(deck, deck.node_sets, block.parameters["NSET"], block.keyword).append(labels)
 
 
-def _elements(deck: _Deck, block: _Block) -> None:
+def _elements(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("TYPE", "").upper()
     # Letters behind the number (R, H, I, T) change how those programs integrate the element, not its nodes.
     own = ((f"{element.abaqus}[A-Z]*", element.cell_type, element.n_node) for element in ELEMENTS.values())
@@ -226,7 +181,7 @@ def _elements(deck: _Deck, block: _Block) -> None:
         _members(deck, deck.cell_sets, block.parameters["ELSET"], block.keyword).append(table[:, 0])
 
 
-def _set(deck: _Deck, block: _Block) -> None:
+def _set(deck: _Deck, block: KeywordBlock) -> None:
     sets = deck.node_sets if block.keyword == "NSET" else deck.cell_sets
     members = _members(deck, sets, block.parameters.get(block.keyword, ""), block.keyword)
     if "GENERATE" in block.parameters:
@@ -246,7 +201,7 @@ def _set(deck: _Deck, block: _Block) -> None:
         members.extend(_known_set(deck, sets, other))
 
 
-def _surface(deck: _Deck, block: _Block) -> None:
+def _surface(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("NAME", "")
     if block.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
         members = _members(deck, deck.node_sets, name, block.keyword)
