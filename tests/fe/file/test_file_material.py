@@ -26,8 +26,9 @@ FREE = "MAT1,3,206000.,,.29,7.85e-9\n"
         ("a.nas", "BEGIN BULK\n" + LARGE + "ENDDATA\n"),
         ("a.bdf", "BEGIN BULK\n" + FREE + "ENDDATA\n"),
         ("a.bdf", "BEGIN BULK\nMAT1,3,206000.,79844.961,,7.85e-9\nENDDATA\n"),
+        ("a.bdf", "BEGIN BULK\nPARAM,WTMASS,1.-3\nMAT1,3,206000.,,.29,7.85e-6\nENDDATA\n"),
     ],
-    ids=["deck", "unused material", "fields of 8", "fields of 16", "commas", "shear modulus"],
+    ids=["deck", "unused material", "fields of 8", "fields of 16", "commas", "shear modulus", "unit of mass"],
 )
 def test_the_material_of_the_solid_cells_is_read_in_its_units(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
