@@ -1,6 +1,8 @@
 """Material and supports that a mesh file carries, in a case of a part and in `stickslip modes`."""
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -40,7 +42,8 @@ def bar() -> Mesh:
 
 @pytest.fixture
 def home(at_home: Path, bar: Mesh) -> Path:
-    write_mesh(bar, at_home / "bar.inp")
+    edge = bar.nodes("clamp")[bar.points[bar.nodes("clamp"), 1] == 0]
+    write_mesh(replace(bar, node_sets={"line": edge}), at_home / "bar.inp")
     with (at_home / "bar.inp").open("a") as deck:
         deck.write(CARRIED)
     return at_home
@@ -130,3 +133,47 @@ def test_modes_without_pictures_write_the_grid_alone_with_the_material_of_the_de
     assert found[2] == pytest.approx(2 * found[0], rel=1e-9)
     assert main([*words, "--film", "1"]) != 0
     assert "--film 1 is a picture" in capfd.readouterr().err
+
+
+SECOND = "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1e11, 0.3\n*DENSITY\n7800.\n"
+
+
+@pytest.mark.parametrize(
+    ("carried", "says"),
+    [
+        (CARRIED + SECOND, 'has the materials "ALLOY" and "STEEL", and a part has one: give --young'),
+        (CARRIED.replace("2700.", "2.7e-9"), "beyond any solid.*if the file has other units, give --young"),
+        (CARRIED.replace("*ELASTIC\n", "*ELASTIC, TYPE=ORTHO\n"), "is not isotropic: give --young"),
+    ],
+)
+def test_modes_refuse_a_material_that_cannot_be_that_of_the_mesh(
+    home: Path, capfd: pytest.CaptureFixture[str], carried: str, says: str
+) -> None:
+    """They were those of steel, without a word."""
+    deck = home / "bar.inp"
+    deck.write_text(deck.read_text().replace(CARRIED, carried))
+    words = ["modes", "bar.inp", "--length-unit", "m", "--fix", "clamp", "--n-modes", "1", "--no-pictures"]
+    assert main(words) != 0
+    assert re.search(says, capfd.readouterr().err)
+    assert main([*words, "--young", "70 GPa", "--poisson", "0.33", "--density", "2700 kg/m^3"]) == 0
+
+
+def test_modes_tell_the_material_that_they_use(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["modes", "bar.inp", "--length-unit", "m", "--fix", "clamp", "--n-modes", "1", "--no-pictures"]) == 0
+    assert "the material ALLOY of bar.inp is used: 70 GPa, 0.33, 2700 kg/m^3" in capfd.readouterr().err
+
+
+def test_modes_of_bodies_that_are_not_joined_name_the_remedy(
+    home: Path, bar: Mesh, capfd: pytest.CaptureFixture[str]
+) -> None:
+    points = np.vstack([bar.points, np.add(bar.points, [0.1, 0, 0])])
+    cells = np.vstack([bar.cells["hexahedron20"], bar.cells["hexahedron20"] + bar.n_node])
+    two = Mesh(points=points, cells={"hexahedron20": cells}, node_sets={"clamp": bar.nodes("clamp")})
+    write_mesh(two, home / "two.vtu")
+    assert main(["modes", "two.vtu", "--length-unit", "m", "--fix", "clamp", "--no-pictures"]) != 0
+    told = capfd.readouterr().err
+    assert "leave body 2 of 2" in told
+    assert "Two bodies that touch" in told
+    # One body that its supports leave loose has no other body to be joined to.
+    assert main(["modes", "bar.inp", "--length-unit", "m", "--fix", "line", "--no-pictures"]) != 0
+    assert "Two bodies" not in capfd.readouterr().err
