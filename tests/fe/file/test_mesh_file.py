@@ -309,6 +309,28 @@ def test_a_cell_that_version_2_repeats_for_each_group_is_one_cell(tmp_path: Path
     assert {name: members.tolist() for name, members in mesh.cell_sets.items()} == {"part": [0], "whole": [0]}
 
 
+#: A unit cube whose faces z = 0 and z = 1 are two surfaces; a group holds the second one reversed, by a number below 0.
+CUBE = "".join(f"{k + 1} {x:g} {y:g} {z:g}\n" for k, (x, y, z) in enumerate((HEX8.nodes + 1) / 2))
+CUBE_2 = (
+    f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{CUBE}$EndNodes\n$Elements\n3\n"
+    "1 3 2 7 1 1 2 3 4\n2 3 2 -7 2 5 6 7 8\n3 5 2 9 1 1 2 3 4 5 6 7 8\n$EndElements\n"
+)
+CUBE_4 = (
+    '$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 "ends"\n$EndPhysicalNames\n'
+    "$Entities\n0 0 2 1\n1 0 0 0 1 1 0 1 7 0\n2 0 0 1 1 1 1 1 -7 0\n1 0 0 0 1 1 1 0 0\n$EndEntities\n"
+    "$Nodes\n1 8 1 8\n3 1 0 8\n1\n2\n3\n4\n5\n6\n7\n8\n"
+    + "".join(line.partition(" ")[2] + "\n" for line in CUBE.splitlines())
+    + "$EndNodes\n$Elements\n3 3 1 3\n2 1 3 1\n1 1 2 3 4\n2 2 3 1\n2 5 6 7 8\n3 1 5 1\n3 1 2 3 4 5 6 7 8\n"
+    "$EndElements\n"
+)
+
+
+@pytest.mark.parametrize(("text", "name"), [(CUBE_2, "surface_7"), (CUBE_4, "ends")], ids=["2.2", "4.1"])
+def test_a_surface_that_a_group_of_gmsh_holds_reversed_belongs_to_it(text: str, name: str, tmp_path: Path) -> None:
+    mesh = read_mesh(write_deck(tmp_path / "cube.msh", text))
+    assert mesh.face_sets[name].tolist() == [[0, 4], [0, 5]]
+
+
 def test_fields_at_nodes_reach_vtk_and_gmsh_files(tmp_path: Path) -> None:
     mesh = bent_bar(HEX20)
     fields = {"temperature": mesh.points @ [1, 2, 3], "displacement": mesh.points**2}
