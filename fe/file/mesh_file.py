@@ -57,9 +57,7 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     file = Path(path)
     if not (np.isfinite(length_unit_in_metre) and length_unit_in_metre > 0):
         raise MeshError(f"length unit {length_unit_in_metre} m must be positive: 0.001 stands for millimetres")
-    _refuse_suffix(file, suffixes(MESH_FORMATS))
-    if not file.is_file():
-        raise MeshError(f"mesh file {file} does not exist: check its path")
+    require_mesh_file(file)
     try:
         found = format_of(MESH_FORMATS, file).read(file)
     except OSError as error:
@@ -67,6 +65,19 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     mesh, labels = solid_mesh(found, source=str(file), length_unit_in_metre=length_unit_in_metre)
     check_quality(mesh, source=file, labels=labels)
     return mesh
+
+
+def require_mesh_file(file: Path) -> None:
+    """Refuse what cannot be a mesh file, before it is opened.
+
+    Raises
+    ------
+    MeshError
+        An unknown suffix, or no file of that name.
+    """
+    _refuse_suffix(file, suffixes(MESH_FORMATS))
+    if not file.is_file():
+        raise MeshError(f"mesh file {file} does not exist: check its path")
 
 
 def write_mesh(

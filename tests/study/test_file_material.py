@@ -89,6 +89,15 @@ def test_no_usable_material_is_one_sentence(home: Path, carried: str, says: str)
         read_case(home / "my.toml")
 
 
+@pytest.mark.parametrize(
+    ("name", "says"), [("bat.inp", "does not exist"), ("bar.med", 'suffix ".med"'), (".", "suffix")]
+)
+def test_a_file_that_cannot_be_read_is_not_said_to_have_no_material(home: Path, name: str, says: str) -> None:
+    (home / "my.toml").write_text(CASE.replace("bar.inp", name))
+    with pytest.raises(CaseError, match=says):
+        read_case(home / "my.toml")
+
+
 def test_a_point_array_of_zeros_and_ones_is_a_support(home: Path, bar: Mesh) -> None:
     """A grid of another program: `fixed` says which points stand still."""
     fixed = np.zeros(bar.n_node, dtype=np.uint8)

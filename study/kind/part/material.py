@@ -4,6 +4,7 @@ from pathlib import Path
 
 from casefile.table import at_key, located
 from fe.file.file_material import CarriedMaterial, describe_material, list_differences, read_file_material
+from fe.file.mesh_file import require_mesh_file
 from fe.material import Material
 from study.carried_material import use_carried_material
 from study.case.tables import Case
@@ -34,6 +35,7 @@ def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> 
     carried = CarriedMaterial()
     if table.length_unit is not None:
         with at_key(case, "structure", "file"):
+            require_mesh_file(folder / table.file)  # else it would be one without a material
             carried = read_file_material(folder / table.file, table.length_unit)
     if table.material is None:
         assert table.length_unit is not None
