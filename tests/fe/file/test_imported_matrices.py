@@ -284,6 +284,7 @@ def test_a_free_structure_in_single_precision_is_not_taken_for_an_indefinite_one
         ("d.csv", "dof,node,direction\n0,1,x\n1,1,w\n", 'line 3: cannot read "1, 1, w": "w" is no direction'),
         ("d.csv", "dof,node,direction\n0,one,x\n", 'line 2: cannot read "0, one, x": give whole numbers'),
         ("d.csv", "dof,node,direction\n0,1,x\n0,2,x\n", "has the row 0 twice"),
+        ("d.csv", "dof,node,direction\n1,1,x\n2,2,x\n", "counts its rows from 1: count them from 0"),
         ("d.csv", "dof,node,direction\n0,1,x\n2,2,x\n", "has the row 2 without a row of that number before it"),
         ("d.csv", "dof,node,direction\n0,1,x\n1,1,x\n", "rows 0 and 1 are both said to be node 1 x"),
         ("d.mapping", "Matrix Eqn Node DOF\n", "lists no equation"),
@@ -321,3 +322,9 @@ def test_nodes_and_directions_that_no_row_has_are_refused() -> None:
     assert numbered(3).rows([2, 0], [0]).tolist() == [2, 0]
     with pytest.raises(MatrixFileError, match="there is no file"):
         read_dof_table("none.csv")
+
+
+def test_columns_of_a_table_may_be_parted_by_semicolons(tmp_path: Path) -> None:
+    (tmp_path / "d.csv").write_text("dof;node;direction\n0;4;x\n1;4;rotz\n")
+    read = read_dof_table(tmp_path / "d.csv")
+    assert (read.node.tolist(), read.direction.tolist()) == ([4, 4], [0, 5])
