@@ -12,6 +12,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from casefile.plausibility import BODY_SIZE, FIRST_FREQUENCY
+from fe.element import HEX8
+from fe.mesh import Mesh
 from geometry.errors import InputWarning
 from reduction.jointed_system import JointedSystem
 from reduction.stuck import stick_at_rest, stuck_stiffness
@@ -130,3 +132,13 @@ def warn_of_size(longest: float, unit: float) -> None:
     text = f"{longest / unit:g} {UNITS[unit]}" if unit in UNITS else ""
     if doubt := BODY_SIZE.doubt(longest, text):
         warnings.warn(f"the longest side of the body: {doubt}", InputWarning, stacklevel=2)
+
+
+def warn_of_linear_cells(mesh: Mesh, file: str) -> None:
+    """Warn of hexahedra whose edges stay straight, which make a slender body tens of per cent too stiff."""
+    if HEX8.cell_type in mesh.cells:
+        warnings.warn(
+            f"{file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes",
+            InputWarning,
+            stacklevel=2,
+        )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from fe.element import HEX20
+from fe.element import HEX8, HEX20
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
@@ -186,3 +186,12 @@ def test_modes_of_bodies_that_are_not_joined_name_the_remedy(
     # One body that its supports leave loose has no other body to be joined to.
     assert main(["modes", "bar.inp", "--length-unit", "m", "--fix", "line", "--no-pictures"]) != 0
     assert "Two bodies" not in capfd.readouterr().err
+
+
+def test_modes_warn_of_hexahedra_of_eight_nodes(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """The first frequency of this bar is 47 % too high."""
+    linear = mesh_blocks([Block.box(((0, 0.1), (0, 0.01), (0, 0.01)), (6, 1, 1), {"u0": "clamp"})], HEX8)
+    write_mesh(linear, home / "linear.vtu")
+    words = ["modes", "linear.vtu", "--length-unit", "m", "--fix", "clamp", "--n-modes", "1", "--no-pictures"]
+    assert main(words) == 0
+    assert "8 nodes, which are too stiff in bending" in capfd.readouterr().err
