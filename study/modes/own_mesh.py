@@ -53,7 +53,7 @@ class OwnMesh:
         from casefile.quantity import LENGTH
         from fe.errors import SupportError
         from fe.file.mesh_file import read_mesh
-        from study.case.model_doubt import warn_of_linear_cells, warn_of_size
+        from study.case.model_doubt import warn_of_linear_cells, warn_of_seams, warn_of_size
 
         if not source.is_file():
             raise InputError(
@@ -67,6 +67,7 @@ class OwnMesh:
         known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
         warn_of_size(float(np.ptp(mesh.points, axis=0).max()), unit)
         warn_of_linear_cells(mesh, str(source))
+        warn_of_seams(mesh, str(source))
         if self.free and self.fix:
             raise SupportError("--free and --fix contradict each other: leave one out")
         if not self.free and not self.fix:

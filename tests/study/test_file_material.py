@@ -2,6 +2,7 @@
 
 import json
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -195,3 +196,45 @@ def test_modes_warn_of_hexahedra_of_eight_nodes(home: Path, capfd: pytest.Captur
     words = ["modes", "linear.vtu", "--length-unit", "m", "--fix", "clamp", "--n-modes", "1", "--no-pictures"]
     assert main(words) == 0
     assert "8 nodes, which are too stiff in bending" in capfd.readouterr().err
+
+
+def test_a_seam_of_nodes_that_are_not_merged_is_told(home: Path, bar: Mesh, capfd: pytest.CaptureFixture[str]) -> None:
+    """Both halves are held, so that nothing else would show that they are two."""
+    points = np.vstack([bar.points, bar.points * [-1, 1, 1]])
+    mirrored = bar.cells["hexahedron20"][:, [1, 0, 3, 2, 5, 4, 7, 6, 8, 11, 10, 9, 12, 15, 14, 13, 17, 16, 19, 18]]
+    cells = np.vstack([bar.cells["hexahedron20"], mirrored + bar.n_node])
+    ends = np.concatenate([bar.nodes("end"), bar.nodes("end") + bar.n_node])
+    middle = bar.nodes("clamp")
+    joined = np.arange(len(points))
+    joined[middle + bar.n_node] = middle
+    sets = {"ends": ends, "left": middle, "right": middle + bar.n_node}
+    for name, own_cells in (("parted.vtu", cells), ("merged.vtu", joined[cells])):
+        write_mesh(Mesh(points=points, cells={"hexahedron20": own_cells}, node_sets=sets), home / name)
+        words = ["modes", name, "--length-unit", "m", "--fix", "ends", "--n-modes", "1", "--no-pictures"]
+        assert main(words) == 0
+        told = capfd.readouterr().err
+        assert (f"{len(middle)} pairs of nodes at one place" in told) == (name == "parted.vtu")
+    for lines, is_told in (("", True), (LINE, False)):
+        (home / "my.toml").write_text(PARTED + lines)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            read_case(home / "my.toml")
+        assert any("pairs of nodes" in str(each.message) for each in caught) == is_told
+
+
+PARTED = (
+    own("70 GPa").partition("[[structure.support]]")[0].replace("bar.inp", "parted.vtu")
+    + '[[structure.support]]\non = ["ends"]\n'
+    + '[[structure.boundary]]\nname = "left"\non = "left"\n[[structure.boundary]]\nname = "right"\non = "right"\n'
+)
+LINE = """\
+[[line]]
+name = "lap"
+normal = { at = "left", other_at = "right", direction = "x" }
+tangent = { at = "left", other_at = "right", direction = "y" }
+normal_stiffness = "2 N/um"
+tangential_stiffness = "1.5 N/um"
+friction_coefficient = 0.3
+preload = "11 N"
+balanced_preload = true
+"""

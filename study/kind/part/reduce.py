@@ -27,7 +27,7 @@ from reduction.errors import JointError
 from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom import ReducedModel
-from study.case.model_doubt import warn_of_linear_cells, warn_of_size
+from study.case.model_doubt import warn_of_linear_cells, warn_of_seams, warn_of_size
 from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
 from study.case.surface import make_surface
 from study.case.tables import Case
@@ -254,6 +254,8 @@ def _file(case: Case[PartTable], folder: Path) -> MeshedPart:
         mesh = read_mesh(folder / table.file, table.length_unit)
     warn_of_size(float(np.ptp(mesh.points, axis=0).max()), table.length_unit)
     warn_of_linear_cells(mesh, table.file)
+    if not case.joint and not any(place.other_at for line in case.line for place in line.normal):
+        warn_of_seams(mesh, table.file)
     check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {table.file} are")
     return MeshedPart(mesh=mesh)
 
