@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fe.errors import MeshError
-from fe.file.file_material import list_differences, read_file_material
+from fe.file.file_material import describe_material, list_differences, read_file_material
 from fe.material import Material
 
 #: The same steel in N, mm and s.
@@ -43,6 +43,17 @@ def test_the_material_of_the_solid_cells_is_read_in_its_units(tmp_path: Path, na
         "young",
         "density",
     ]
+
+
+def test_a_deck_in_inches_has_its_moduli_in_psi(tmp_path: Path) -> None:
+    # Density in lbf s^2 / in^4; 206 GPa and 7850 kg/m^3 to the digits that are given.
+    text = DECK.replace("206000.", "2.9877774e7").replace("7.85e-9", "7.345445e-4") + SECTION
+    (tmp_path / "a.inp").write_text(text)
+    material = read_file_material(tmp_path / "a.inp", 0.0254).material
+    assert material is not None
+    assert material.young == pytest.approx(STEEL.young, rel=1e-6)
+    assert material.density == pytest.approx(STEEL.density, rel=1e-6)
+    assert describe_material(material, 0.0254).endswith("7850 kg/m^3 (read in lbf, inch and s)")
 
 
 @pytest.mark.parametrize(
