@@ -12,6 +12,7 @@ from pathlib import Path
 
 from fe.errors import MeshError
 from fe.file.mesh import MESH_FORMATS
+from fe.file.mesh_file import cannot_open
 from fe.file.registry import FileMaterial, format_of, suffixes
 from fe.material import Material
 from geometry.errors import InputError
@@ -62,7 +63,10 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
     if file.suffix.lower() not in suffixes(MESH_FORMATS) or not file.is_file():
         return CarriedMaterial()
     read = format_of(MESH_FORMATS, file).materials
-    found = () if read is None else read(file)
+    try:
+        found = () if read is None else read(file)
+    except OSError as error:
+        raise cannot_open(file, error) from error
     if not found:
         return CarriedMaterial()
     names = " and ".join(f'"{each.name}"' for each in found)

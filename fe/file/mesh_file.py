@@ -61,7 +61,7 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     try:
         found = format_of(MESH_FORMATS, file).read(file)
     except OSError as error:
-        raise MeshError(f"mesh file {file} cannot be opened ({error.strerror}): check that you may read it") from error
+        raise cannot_open(file, error) from error
     mesh, labels = solid_mesh(found, source=str(file), length_unit_in_metre=length_unit_in_metre)
     check_quality(mesh, source=file, labels=labels)
     return mesh
@@ -78,6 +78,12 @@ def require_mesh_file(file: Path) -> None:
     _refuse_suffix(file, suffixes(MESH_FORMATS))
     if not file.is_file():
         raise MeshError(f"mesh file {file} does not exist: check its path")
+
+
+def cannot_open(file: Path, error: OSError) -> MeshError:
+    """The refusal of a file, or of one that it includes, that the system does not open."""
+    named = f"{error.filename}: " if error.filename and Path(str(error.filename)) != file else ""
+    return MeshError(f"mesh file {file} cannot be opened ({named}{error.strerror}): check that you may read it")
 
 
 def write_mesh(

@@ -82,6 +82,7 @@ def test_a_material_that_a_part_cannot_have_is_named_with_its_obstacle(
         ("a.inp", DECK.replace("206000.", "hard"), r'the \*ELASTIC of material "STEEL" is cut short or no number'),
         ("a.inp", DECK.replace("0.29", "0.7"), r'material "STEEL": poisson = 0.7 must lie between'),
         ("a.bdf", "BEGIN BULK\nMAT1,3,hard,,.3,1.\nENDDATA\n", "MAT1 3 cannot be read"),
+        ("a.bdf", f"BEGIN BULK\nINCLUDE '{'x' * 300}'\nENDDATA\n", r"a\.bdf cannot be opened \(.*name too long\)"),
     ],
 )
 def test_a_damaged_material_is_one_sentence(tmp_path: Path, name: str, text: str, says: str) -> None:
