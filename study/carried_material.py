@@ -7,10 +7,8 @@ from fe.material import Material
 from study.run_context import RunContext
 
 
-def use_carried_material(
-    file: str, carried: CarriedMaterial, length_unit: float, remedy: str, run: RunContext
-) -> Material:
-    """The material of a file, with a note, and a warning where it is unusual.
+def check_carried_material(file: str, carried: CarriedMaterial, length_unit: float, remedy: str) -> Material:
+    """The material of a file, if it can be that of a solid.
 
     Parameters
     ----------
@@ -22,8 +20,6 @@ def use_carried_material(
         Unit of its coordinates [m].
     remedy
         Where the user can give a material, as an imperative clause.
-    run
-        Tells.
 
     Raises
     ------
@@ -33,15 +29,24 @@ def use_carried_material(
     if carried.material is None:
         why = f"{carried.obstacle}: " if carried.obstacle else f"{file} carries no material: "
         raise MeshError(why + remedy)
-    material, told = carried.material, describe_material(carried.material, length_unit)
+    material = carried.material
     values = ((material.young, YOUNGS_MODULUS), (material.density, MATERIAL_DENSITY))
     refusals = [words for value, check in values if (words := check.refusal(value, None))]
     if refusals:
+        told = describe_material(material, length_unit)
         raise MeshError(
             f"the material {carried.name} of {file} is {told}: {refusals[0]}; if the file has other units, {remedy}"
         )
-    run.note(f"the material {carried.name} of {file} is used: {told}")
-    for value, check in values:
+    return material
+
+
+def use_carried_material(
+    file: str, carried: CarriedMaterial, length_unit: float, remedy: str, run: RunContext
+) -> Material:
+    """`check_carried_material` with a note of the values, and a warning where they are unusual; `run` tells them."""
+    material = check_carried_material(file, carried, length_unit, remedy)
+    run.note(f"the material {carried.name} of {file} is used: {describe_material(material, length_unit)}")
+    for value, check in ((material.young, YOUNGS_MODULUS), (material.density, MATERIAL_DENSITY)):
         if doubt := check.doubt(value, None):
             run.warn(f"the material {carried.name} of {file}: {doubt}")
     return material

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from fe.mesh import Mesh
     from study.run_context import RunContext
 
+REMEDY = "give --young, --poisson and --density"
+
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
@@ -82,13 +84,15 @@ class OwnMesh:
         from casefile.quantity import MATERIAL_DENSITY, YOUNGS_MODULUS
         from fe.file.file_material import describe_material, list_differences, read_file_material
         from fe.material import STEEL, Material
-        from study.carried_material import use_carried_material
+        from study.carried_material import check_carried_material, use_carried_material
 
         given = (self.young, self.poisson, self.density)
         carried = read_file_material(source, unit)
-        base = STEEL
-        if None in given and (carried.material is not None or carried.obstacle):
-            base = use_carried_material(str(source), carried, unit, "give --young, --poisson and --density", run)
+        base, has_one = STEEL, carried.material is not None or carried.obstacle
+        if has_one and not any(value is not None for value in given):
+            base = use_carried_material(str(source), carried, unit, REMEDY, run)
+        elif has_one and None in given:
+            base = check_carried_material(str(source), carried, unit, REMEDY)
         young = base.young if self.young is None else _typed("--young", self.young, YOUNGS_MODULUS)
         density = base.density if self.density is None else _typed("--density", self.density, MATERIAL_DENSITY)
         poisson = base.poisson if self.poisson is None else self.poisson

@@ -171,6 +171,11 @@ def test_modes_refuse_a_material_that_cannot_be_that_of_the_mesh(
 def test_modes_tell_the_material_that_they_use(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["modes", "bar.inp", "--length-unit", "m", "--fix", "clamp", "--n-modes", "1", "--no-pictures"]) == 0
     assert "the material ALLOY of bar.inp is used: 70 GPa, 0.33, 2700 kg/m^3" in capfd.readouterr().err
+    words = ["modes", "bar.inp", "--length-unit", "m", "--fix", "clamp", "--n-modes", "1", "--no-pictures"]
+    assert main([*words, "--young", "80 GPa"]) == 0
+    told = capfd.readouterr().err
+    assert "is used" not in told
+    assert "whose young the options replace" in told
 
 
 def test_modes_of_bodies_that_are_not_joined_name_the_remedy(
