@@ -68,8 +68,6 @@ class OwnMesh:
         mesh = read_mesh(source, length_unit_in_metre=unit)
         known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
         warn_of_size(float(np.ptp(mesh.points, axis=0).max()), unit)
-        warn_of_linear_cells(mesh, str(source))
-        warn_of_seams(mesh, str(source))
         if self.free and self.fix:
             raise SupportError("--free and --fix contradict each other: leave one out")
         if not self.free and not self.fix:
@@ -77,6 +75,8 @@ class OwnMesh:
         for name in self.fix:
             if name not in mesh.node_sets and name not in mesh.face_sets:
                 raise SupportError(f"--fix {name}: {source} has no such set, it has {known}")
+        warn_of_linear_cells(mesh, str(source))
+        warn_of_seams(mesh, str(source))
         return mesh, material
 
     def _material(self, source: Path, unit: float, run: "RunContext") -> "Material":
