@@ -75,13 +75,14 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
     Raises
     ------
     MeshError
-        Cells of a type that is no element here, no solid cells, linear and quadratic cells that touch, or node numbers
-        that point at nothing.
+        Cells of a type that is no element here, no solid cells, linear and quadratic cells that touch, two cells on the
+        same nodes, or node numbers that point at nothing.
     """
     _refuse_other_solids(file_mesh, source)
     _refuse_wild_numbers(file_mesh, source)
     cells, number = _solid_cells(file_mesh)
     _refuse_mixed_order(cells, source)
+    _refuse_twins(cells, source)
 
     used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
     new_node = np.full(len(file_mesh.points), -1)
@@ -204,6 +205,15 @@ def _is_quadrilateral_on_triangles(
             on = np.sort(cells[cell_type][:, face], axis=1)
             corners[len(face)].update(map(tuple, on[np.isin(on, shared).sum(axis=1) >= 3].tolist()))
     return any(not corners[3].isdisjoint(combinations(square, 3)) for square in corners[4])
+
+
+def _refuse_twins(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
+    """Two cells on the same nodes, in another order, would count their stiffness and mass twice."""
+    twins = sum(len(nodes) - len(_once(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
+    if twins:
+        raise MeshError(
+            f"mesh file {source} has {twins} cells on the same nodes as other ones: remove the duplicates"
+        )
 
 
 def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:

@@ -457,6 +457,16 @@ def test_a_surface_mesh_is_refused(tmp_path: Path) -> None:
         read_mesh(tmp_path / "skin.vtu")
 
 
+def test_a_cell_that_is_there_twice_counts_once_or_is_refused(tmp_path: Path) -> None:
+    """Its stiffness and mass would count twice; node by node the same it is one cell, as version 2 of Gmsh has it."""
+    same = BRICK + "*element, type=C3D8\n 9, 11, 21, 22, 12, 15, 25, 26, 16\n"
+    mesh = read_mesh(write_deck(tmp_path / "same.inp", same))
+    assert measure_cell_quality(mesh).volume.sum() == pytest.approx(2)
+    turned = BRICK + "*element, type=C3D8\n 9, 21, 22, 12, 11, 25, 26, 16, 15\n"
+    with pytest.raises(MeshError, match="has 1 cells on the same nodes as other ones"):
+        read_mesh(write_deck(tmp_path / "turned.inp", turned))
+
+
 def test_linear_and_quadratic_cells_that_touch_are_refused(tmp_path: Path) -> None:
     points = np.vstack([HEX20.nodes, HEX8.nodes[[1, 2, 5, 6]] + [2, 0, 0]])
     cells = {"hexahedron20": np.arange(20)[None], "hexahedron": np.array([[1, 20, 21, 2, 5, 22, 23, 6]])}
