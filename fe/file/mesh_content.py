@@ -211,9 +211,7 @@ def _refuse_twins(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: st
     """Two cells on the same nodes, in another order, would count their stiffness and mass twice."""
     twins = sum(len(nodes) - len(_once(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
     if twins:
-        raise MeshError(
-            f"mesh file {source} has {twins} cells on the same nodes as other ones: remove the duplicates"
-        )
+        raise MeshError(f"mesh file {source} has {twins} cells on the same nodes as other ones: remove the duplicates")
 
 
 def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:
