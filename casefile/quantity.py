@@ -19,6 +19,8 @@ from casefile.plausibility import Plausibility
 from correlation.campaign.measurement_unit import root_units, unit_registry
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+#: "m3" and "mm2", as units are often written without a caret.
+BARE_EXPONENT = re.compile(r"(?<![A-Za-z])([mcdnuk]?m|in|ft|s)([234])(?![\d.])")
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,7 @@ def read_quantity(value: object, dimension: Dimension) -> float:
         raise ValueError(f'write a decimal point, not a comma, e.g. "{dimension.example}"')
     if not unit and dimension is not RATIO:
         raise ValueError(f'give a unit, e.g. "{dimension.example}"')
+    unit = BARE_EXPONENT.sub(r"\1^\2", unit)
     # Refused before Decimal sees it: float() overflows to inf on numbers that no unit could mend.
     _finite(float(number))
     si = _finite(_si(Decimal(number), unit, dimension))

@@ -29,6 +29,7 @@ PLAIN_WORDS = (
     (r"^Input should be a valid string$", 'must be text in quotes, e.g. "name"'),
     (r"^Input should be a valid (list|tuple)$", "must be a list in brackets, e.g. [1, 2]"),
     (r"^(List|Tuple) should have at least (\d+) items? after validation, not (\d+)$", r"must have at least \2, not \3"),
+    (r"^String should have at least 1 character$", "must not be empty"),
     (r"^Input should be a valid dictionary.*", "must be a table of keys"),
     (r"^Input should be ", "must be "),
     (r"^Input should ", "must "),

@@ -15,7 +15,7 @@ RIGID = 1e-13
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DenseModes:
-    r"""All eigenpairs of :math:`M v = \mu (K + \sigma M) v`, which are those of K, M in other clothes.
+    r"""All eigenpairs of :math:`M v = \mu (K + \sigma M) v`, which are those of K and M in another form.
 
     With V^T (K + sigma M) V = I and V^T M V = diag(mu),
 

@@ -40,6 +40,10 @@ class SupportError(InputError):
     """Supports that name nothing, or leave a rigid-body motion free."""
 
 
+class LooseBody(SupportError):
+    """One body of several that the supports leave a rigid-body motion."""
+
+
 class MatrixFileError(InputError):
     """A file of sparse matrices, or of their degrees of freedom, that cannot be used."""
 

@@ -11,6 +11,7 @@
         │   ├── fe.errors.InvertedCell
         │   └── fe.errors.BesideMesh
         ├── fe.errors.SupportError
+        │   └── fe.errors.LooseBody
         ├── fe.errors.{MatrixFileError, BackendError}
         ├── reduction.errors.{RomError, JointError, MatrixError, ExchangeError}
         ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}

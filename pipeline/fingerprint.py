@@ -18,6 +18,8 @@ from pipeline.source_facts import source_facts
 
 #: Libraries whose results may change in the last digits from one version to the next.
 NUMERICAL_LIBRARIES = ("numpy", "scipy")
+#: Bytes of an array that are copied at a time: a reduced model has gigabytes of them.
+AT_ONCE = 16_000_000
 
 
 def canonical(value: Any) -> Any:
@@ -69,8 +71,7 @@ def _canonical_object(value: Any) -> Any:
             raise TypeError(
                 f"an array of {value.dtype} cannot be the input of a cached stage: its content cannot be seen"
             )
-        # Bytes in C order whatever the layout in memory.
-        return ["array", value.dtype.str, list(value.shape), hashlib.sha256(value.tobytes()).hexdigest()]
+        return ["array", value.dtype.str, list(value.shape), _array_hash(value)]
     if is_sparse(value):
         rows = value.tocsr(copy=True)
         rows.sum_duplicates()
@@ -80,6 +81,16 @@ def _canonical_object(value: Any) -> Any:
         fields = {name: canonical(getattr(value, name)) for name in type(value).model_fields}
         return ["model", _name(type(value)), fields]
     raise TypeError(f"{_name(type(value))} cannot be the input of a cached stage: its content cannot be seen")
+
+
+def _array_hash(array: Any) -> str:
+    """Hash of the bytes of an array in C order, whatever its layout in memory, of which no copy is made at once."""
+    digest = hashlib.sha256()
+    rows = array if array.ndim else array.reshape(1)
+    step = max(1, AT_ONCE * len(rows) // max(rows.nbytes, 1))
+    for first in range(0, len(rows), step):
+        digest.update(rows[first : first + step].tobytes())
+    return digest.hexdigest()
 
 
 @cache

@@ -258,8 +258,8 @@ def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
 
 
 def default_workers() -> int:
-    """One process for each core [-]."""
-    return os.cpu_count() or 1
+    """One process for each core that this process may use, as taskset or a batch system allots them [-]."""
+    return len(os.sched_getaffinity(0))
 
 
 @contextmanager

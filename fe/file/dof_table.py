@@ -155,6 +155,8 @@ def read_dof_table(path: Path | str) -> DofLabels:
     rows = [row for row, _, _ in found]
     if sorted(rows) != list(range(len(rows))):
         counted = sorted(rows)
+        if counted == list(range(1, len(rows) + 1)):
+            raise MatrixFileError(f'"{path}" counts its rows from 1: count them from 0')
         first = next((k for k, row in enumerate(counted) if row != k), len(rows))
         what = "twice" if first and counted[first - 1] == counted[first] else "without a row of that number before it"
         raise MatrixFileError(f'"{path}" has the row {counted[first]} {what}: number the rows without gaps')
@@ -173,7 +175,8 @@ def _csv(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
 
 
 def _entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
-    reader = csv.DictReader(lines, skipinitialspace=True)
+    # Spreadsheets part columns by semicolons where the comma is that of decimals.
+    reader = csv.DictReader(lines, skipinitialspace=True, delimiter=";" if lines and ";" in lines[0] else ",")
     names = [name.strip().lower() for name in reader.fieldnames or ()]
     missing = {"dof", "node", "direction"} - set(names)
     if missing:

@@ -1,7 +1,8 @@
 """The material that a mesh file carries itself, such as an Abaqus deck or Nastran bulk data.
 
 A file has no units: with its unit of length, forces in N and times in s, moduli are in N per that length squared, and
-densities in N s^2 per its fourth power, such as MPa and tonne/mm^3 for millimetres.
+densities in N s^2 per its fourth power, such as MPa and tonne/mm^3 for millimetres. With inches or feet go forces in
+lbf, so that moduli in inches are in psi.
 """
 
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from pathlib import Path
 
 from fe.errors import MeshError
 from fe.file.mesh import MESH_FORMATS
+from fe.file.mesh_file import cannot_open
 from fe.file.registry import FileMaterial, format_of, suffixes
 from fe.material import Material
 from geometry.errors import InputError
@@ -18,7 +20,9 @@ from geometry.errors import InputError
 #: Relative difference below which two values are the same one, written with other digits.
 SAME = 1e-3
 #: Names of units of length in messages.
-LENGTH_UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e-6: "um"}
+LENGTH_UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e-6: "um", 0.0254: "inch", 0.3048: "ft"}
+#: Unit of force that goes with a unit of length, in newtons and by name; with the others it is the newton.
+FORCE_UNITS = dict.fromkeys((0.0254, 0.3048), (4.4482216152605, "lbf"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +63,10 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
     if file.suffix.lower() not in suffixes(MESH_FORMATS) or not file.is_file():
         return CarriedMaterial()
     read = format_of(MESH_FORMATS, file).materials
-    found = () if read is None else read(file)
+    try:
+        found = () if read is None else read(file)
+    except OSError as error:
+        raise cannot_open(file, error) from error
     if not found:
         return CarriedMaterial()
     names = " and ".join(f'"{each.name}"' for each in found)
@@ -75,11 +82,12 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
     assert only.young is not None
     assert only.poisson is not None
     assert only.density is not None
+    force, _ = _force_unit(length_unit_in_metre)
     try:
         material = Material(
-            young=only.young / length_unit_in_metre**2,
+            young=only.young * force / length_unit_in_metre**2,
             poisson=only.poisson,
-            density=only.density / length_unit_in_metre**4,
+            density=only.density * force / length_unit_in_metre**4,
         )
     except InputError as error:
         raise MeshError(f"mesh file {file}: material {names}: {error}") from error
@@ -90,7 +98,11 @@ def describe_material(material: Material, length_unit_in_metre: float) -> str:
     """Values of a carried material, and the units in which they were taken."""
     unit = LENGTH_UNITS.get(length_unit_in_metre, f"{length_unit_in_metre:g} m")
     values = f"{material.young / 1e9:.4g} GPa, {material.poisson:.4g}, {material.density:.5g} kg/m^3"
-    return f"{values} (read in N, {unit} and s)"
+    return f"{values} (read in {_force_unit(length_unit_in_metre)[1]}, {unit} and s)"
+
+
+def _force_unit(length_unit_in_metre: float) -> tuple[float, str]:
+    return FORCE_UNITS.get(length_unit_in_metre, (1.0, "N"))
 
 
 def list_differences(given: Material, carried: Material) -> Sequence[str]:

@@ -140,7 +140,7 @@ def read_matrices(
         Sources of the matrices; without one the damping is zero.
     dofs
         File of `fe.file.dof_table.read_dof_table`. Without it, row k is node k in direction x, counted from 0; DMIG
-        cards name their degrees of freedom themselves.
+        cards and files of Abaqus name their degrees of freedom themselves.
     units
         Units of the files.
 
@@ -174,7 +174,7 @@ def _on_one_table(
     if named and (len(named) < len(found) or dofs is not None):
         raise MatrixFileError(
             f'"{sources[next(iter(named))].file}" names its degrees of freedom itself: give all matrices as DMIG '
-            "cards, and no table of them"
+            "cards or files of Abaqus, and no table of them"
         )
     if named:
         return _united(found, list(named.values()))

@@ -19,7 +19,7 @@ class MatrixSource:
     ----------
     file
         File of one of the formats in `fe.file.matrix`: MatrixMarket, Harwell-Boeing, Nastran's OUTPUT4 and DMIG cards,
-        CalculiX, sparse ``.npz``.
+        CalculiX, Abaqus, sparse ``.npz``.
     name
         In a file of several matrices, which one; empty for the only one.
     """

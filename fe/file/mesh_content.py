@@ -1,5 +1,6 @@
 """Content of a mesh file, and its conversion to a mesh of solid cells with named sets."""
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -11,13 +12,15 @@ from numpy.typing import NDArray
 from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.mesh import Mesh
+from geometry.errors import InputWarning
 
 #: An axis named "_" may differ from one array to the next.
 Indices = Int[NDArray[np.int64], " _"]
 Faces = Int[NDArray[np.int64], "_ 2"]
 
 #: Cell types of points, curves and surfaces by how their name begins: they carry sets and are then dropped.
-LOWER_DIMENSIONAL = ("vertex", "line", "triangle", "quad", "polygon")
+SURFACES = ("triangle", "quad", "polygon")
+LOWER_DIMENSIONAL = ("vertex", "line", *SURFACES)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,6 +39,8 @@ class FileMesh:
         Cell number through all blocks and local face by name, each (k, 2) [-].
     labels
         The number that the file itself gives to each cell, if it gives one, shape (n_cell,) [-].
+    left_out
+        Parts of the model in the file that no cell or set stands for, such as "*TIE".
     """
 
     points: Float[NDArray[np.float64], "point 3"]
@@ -44,13 +49,15 @@ class FileMesh:
     cell_sets: Mapping[str, Indices] = field(default_factory=dict)
     face_sets: Mapping[str, Faces] = field(default_factory=dict)
     labels: Indices | None = None
+    left_out: tuple[str, ...] = ()
 
 
 def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float) -> tuple[Mesh, Indices | None]:
     """Keep the solid cells and their nodes, and turn sets of surface, curve and point cells into face or node sets.
 
     Nodes that no solid cell uses are dropped, and all sets renumbered. A named set of surface cells becomes a face set
-    if each one of them is a face of a solid cell, else the set of its nodes.
+    if each one of them is a face of a solid cell, else the set of its nodes, with a warning. Another one tells what
+    else of the file is left out.
 
     Parameters
     ----------
@@ -68,13 +75,14 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
     Raises
     ------
     MeshError
-        Cells of a type that is no element here, no solid cells, linear and quadratic cells that touch, or node numbers
-        that point at nothing.
+        Cells of a type that is no element here, no solid cells, linear and quadratic cells that touch, two cells on the
+        same nodes, or node numbers that point at nothing.
     """
     _refuse_other_solids(file_mesh, source)
     _refuse_wild_numbers(file_mesh, source)
     cells, number = _solid_cells(file_mesh)
     _refuse_mixed_order(cells, source)
+    _refuse_twins(cells, source)
 
     used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
     new_node = np.full(len(file_mesh.points), -1)
@@ -85,7 +93,7 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
         name: np.column_stack([number[faces[:, 0]], faces[:, 1]])[number[faces[:, 0]] >= 0]
         for name, faces in file_mesh.face_sets.items()
     }
-    cell_sets = {}
+    cell_sets, loose = {}, []
     for name, members in file_mesh.cell_sets.items():
         cell_sets[name] = _kept(number, members)
         lower = members[number[members] < 0]
@@ -96,6 +104,12 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
                 face_sets[name] = found
             else:
                 node_sets[name] = _kept(new_node, np.concatenate([np.ravel(nodes) for _, nodes in carried]))
+                loose += [name] if any(cell_type.startswith(SURFACES) for cell_type, _ in carried) else []
+    if file_mesh.left_out:
+        _warn(source, f"the model is its solid cells alone, without {' and '.join(file_mesh.left_out)}")
+    if loose:
+        names = " and ".join(f'"{name}"' for name in loose)
+        _warn(source, f"shells of {names} lie on no face of a solid cell: they name nodes, and stiffen nothing")
     mesh = Mesh(
         points=file_mesh.points[used] * length_unit_in_metre,
         cells={cell_type: new_node[nodes] for cell_type, nodes in cells.items()},
@@ -108,6 +122,10 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
         labels = np.empty(mesh.n_cell, dtype=np.int64)
         labels[number[number >= 0]] = file_mesh.labels[number >= 0]
     return mesh, labels
+
+
+def _warn(source: str, what: str) -> None:
+    warnings.warn(f"mesh file {source}: {what}", InputWarning, stacklevel=4)
 
 
 def _is_solid(cell_type: str) -> bool:
@@ -187,6 +205,13 @@ def _is_quadrilateral_on_triangles(
             on = np.sort(cells[cell_type][:, face], axis=1)
             corners[len(face)].update(map(tuple, on[np.isin(on, shared).sum(axis=1) >= 3].tolist()))
     return any(not corners[3].isdisjoint(combinations(square, 3)) for square in corners[4])
+
+
+def _refuse_twins(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
+    """Two cells on the same nodes, in another order, would count their stiffness and mass twice."""
+    twins = sum(len(nodes) - len(_once(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
+    if twins:
+        raise MeshError(f"mesh file {source} has {twins} cells on the same nodes as other ones: remove the duplicates")
 
 
 def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:

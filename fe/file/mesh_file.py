@@ -57,18 +57,33 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     file = Path(path)
     if not (np.isfinite(length_unit_in_metre) and length_unit_in_metre > 0):
         raise MeshError(f"length unit {length_unit_in_metre} m must be positive: 0.001 stands for millimetres")
-    _refuse_suffix(file, suffixes(MESH_FORMATS))
-    if not file.is_file():
-        raise MeshError(f"mesh file {file} does not exist: check its path")
+    require_mesh_file(file)
     try:
         found = format_of(MESH_FORMATS, file).read(file)
     except OSError as error:
-        raise MeshError(f"mesh file {file} cannot be opened ({error.strerror}): check that you may read it") from error
-    except RecursionError as error:
-        raise MeshError(f"mesh file {file} includes itself: remove that *INCLUDE") from error
+        raise cannot_open(file, error) from error
     mesh, labels = solid_mesh(found, source=str(file), length_unit_in_metre=length_unit_in_metre)
     check_quality(mesh, source=file, labels=labels)
     return mesh
+
+
+def require_mesh_file(file: Path) -> None:
+    """Refuse what cannot be a mesh file, before it is opened.
+
+    Raises
+    ------
+    MeshError
+        An unknown suffix, or no file of that name.
+    """
+    _refuse_suffix(file, suffixes(MESH_FORMATS))
+    if not file.is_file():
+        raise MeshError(f"mesh file {file} does not exist: check its path")
+
+
+def cannot_open(file: Path, error: OSError) -> MeshError:
+    """The refusal of a file, or of one that it includes, that the system does not open."""
+    named = f"{error.filename}: " if error.filename and Path(str(error.filename)) != file else ""
+    return MeshError(f"mesh file {file} cannot be opened ({named}{error.strerror}): check that you may read it")
 
 
 def write_mesh(

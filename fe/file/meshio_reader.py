@@ -8,7 +8,7 @@ from typing import Any
 
 from fe.errors import MeshError
 
-FORMATS = {"vtu": "VTK unstructured grid (.vtu)", "gmsh": "Gmsh mesh (.msh)", "nastran": "Nastran bulk data (.bdf)"}
+FORMATS = {"vtu": "VTK unstructured grid (.vtu)", "gmsh": "Gmsh mesh (.msh)"}
 
 
 def import_meshio() -> Any:
@@ -32,7 +32,7 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
     path
         The file.
     file_format
-        "vtu", "gmsh" or "nastran": meshio's guess from ".msh" would be ANSYS.
+        "vtu" or "gmsh": meshio's guess from ".msh" would be ANSYS.
 
     Raises
     ------

@@ -12,6 +12,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from casefile.plausibility import BODY_SIZE, FIRST_FREQUENCY
+from fe.coincident_nodes import find_coincident_nodes
+from fe.element import HEX8
+from fe.mesh import Mesh
 from geometry.errors import InputWarning
 from reduction.jointed_system import JointedSystem
 from reduction.stuck import stick_at_rest, stuck_stiffness
@@ -130,3 +133,24 @@ def warn_of_size(longest: float, unit: float) -> None:
     text = f"{longest / unit:g} {UNITS[unit]}" if unit in UNITS else ""
     if doubt := BODY_SIZE.doubt(longest, text):
         warnings.warn(f"the longest side of the body: {doubt}", InputWarning, stacklevel=2)
+
+
+def warn_of_linear_cells(mesh: Mesh, file: str) -> None:
+    """Warn of hexahedra whose edges stay straight, which make a slender body tens of per cent too stiff."""
+    if HEX8.cell_type in mesh.cells:
+        warnings.warn(
+            f"{file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes",
+            InputWarning,
+            stacklevel=2,
+        )
+
+
+def warn_of_seams(mesh: Mesh, file: str) -> None:
+    """Warn of nodes that lie on each other and are not one: bodies, or volumes of a body, that were not joined."""
+    if pairs := len(find_coincident_nodes(mesh)):
+        warnings.warn(
+            f"{file} has {pairs} pairs of nodes at one place, where nothing joins the mesh: merge them in your mesher, "
+            'unless two bodies touch there (docs/own_part.md, "Two bodies that touch")',
+            InputWarning,
+            stacklevel=2,
+        )

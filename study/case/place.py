@@ -43,6 +43,8 @@ COMPANIONS = {
     "place": set[str](),
 }
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+#: Relative difference of two sums that rounding makes.
+ROUNDING = 1e-9
 #: Names of many listed in a message.
 MOST_LISTED = 12
 
@@ -172,7 +174,8 @@ class PlaceFinder:
                     f'at = "{place.at}" has {len(result)} stations but other_at = "{place.other_at}" {len(against)}: '
                     "name two sets that face each other, station by station"
                 )
-            result = [row - other for row, other in zip(result, against, strict=True)]
+            order = self._partners(rom, place, len(result))
+            result = [row - against[other] for row, other in zip(result, order, strict=True)]
         if place.station is None:
             return result
         if place.station >= len(result):
@@ -181,6 +184,27 @@ class PlaceFinder:
                 f"{len(result) - 1}"
             )
         return [result[place.station]]
+
+    def _partners(self, rom: ReducedModel, place: PlaceTable, n_station: int) -> list[int]:
+        """Station of the other set that faces each one: sets of a mesh have their nodes in any order.
+
+        Of all pairs the sum of squared distances is the least; where places are not known, the order of sets counts.
+        """
+        from scipy.optimize import linear_sum_assignment
+        from scipy.spatial.distance import cdist
+
+        axis = int(np.flatnonzero(_unit(place))[0])
+        here, there = (
+            [self.dofs[int(row)].coordinates for row in rom.rows(str(name), axis)] if self.dofs else []
+            for name in (place.at, place.other_at)
+        )
+        order = np.arange(n_station)
+        if self.dofs and not any(each is None for each in (*here, *there)):
+            squared = cdist(np.array(here), np.array(there), "sqeuclidean")
+            least = linear_sum_assignment(squared)[1]
+            if squared[order, least].sum() < (1 - ROUNDING) * squared[order, order].sum():
+                order = least
+        return [int(each) for each in order]
 
     def _of_node(self, place: PlaceTable) -> Row:
         moving = [(n, dof) for n, dof in enumerate(self.dofs) if dof.direction != "modal"]
@@ -220,10 +244,15 @@ def _known(name: str, known: Sequence[str]) -> str:
     return f": there are {', '.join(known[:MOST_LISTED])}{more}"
 
 
-def _station_rows(place: PlaceTable, rom: ReducedModel, name: str) -> list[Row]:
+def _unit(place: PlaceTable) -> Float[NDArray[np.float64], "3"]:
+    """Direction of a place at stations."""
     assert place.direction is not None
-    components = AXES[place.direction] if isinstance(place.direction, str) else place.direction
-    unit = np.array(components) / np.linalg.norm(components)
+    components = np.array(AXES[place.direction] if isinstance(place.direction, str) else place.direction)
+    return np.asarray(components / np.linalg.norm(components))
+
+
+def _station_rows(place: PlaceTable, rom: ReducedModel, name: str) -> list[Row]:
+    unit = _unit(place)
     axes = [axis for axis in range(3) if unit[axis]]
     columns = [rom.rows(name, axis) for axis in axes]
     if len({len(column) for column in columns}) != 1:

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from casefile.quantity import Dimension
     from fe.material import Material
     from fe.mesh import Mesh
+    from study.run_context import RunContext
+
+REMEDY = "give --young, --poisson and --density"
 
 
 @Parameter(name="*")
@@ -39,8 +42,8 @@ class OwnMesh:
         """Whether anything is given that only a mesh file needs."""
         return bool(self.fix or self.free or self.length_unit is not None)
 
-    def read(self, source: Path) -> "tuple[Mesh, Material]":
-        """The mesh of a file, and the material.
+    def read(self, source: Path, run: "RunContext") -> "tuple[Mesh, Material]":
+        """The mesh of a file, and the material, with a note of that which the file carries.
 
         Raises
         ------
@@ -49,12 +52,10 @@ class OwnMesh:
         """
         import numpy as np
 
-        from casefile.quantity import LENGTH, MATERIAL_DENSITY, YOUNGS_MODULUS
+        from casefile.quantity import LENGTH
         from fe.errors import SupportError
-        from fe.file.file_material import describe_material, list_differences, read_file_material
         from fe.file.mesh_file import read_mesh
-        from fe.material import STEEL, Material
-        from study.case.model_doubt import warn_of_size
+        from study.case.model_doubt import warn_of_linear_cells, warn_of_seams, warn_of_size
 
         if not source.is_file():
             raise InputError(
@@ -63,23 +64,7 @@ class OwnMesh:
         if self.length_unit is None:
             raise InputError(f"{source}: the unit of its coordinates is not given: add it, such as --length-unit mm")
         unit = _typed("--length-unit", self.length_unit, LENGTH, number="1 ")
-        carried = read_file_material(source, unit).material
-        base = carried or STEEL
-        young = base.young if self.young is None else _typed("--young", self.young, YOUNGS_MODULUS)
-        density = base.density if self.density is None else _typed("--density", self.density, MATERIAL_DENSITY)
-        poisson = base.poisson if self.poisson is None else self.poisson
-        try:
-            material = Material(young=young, poisson=poisson, density=density)
-        except InputError as error:  # it names its field, which is the option
-            name, _, value = str(error).partition(" = ")
-            raise InputError(f"--{name} {value}") from None
-        if carried is not None and (names := list_differences(material, carried)):
-            warnings.warn(
-                f"{source} carries a material of {describe_material(carried, unit)}, whose {' and '.join(names)} the "
-                "options replace",
-                InputWarning,
-                stacklevel=2,
-            )
+        material = self._material(source, unit, run)
         mesh = read_mesh(source, length_unit_in_metre=unit)
         known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
         warn_of_size(float(np.ptp(mesh.points, axis=0).max()), unit)
@@ -90,7 +75,40 @@ class OwnMesh:
         for name in self.fix:
             if name not in mesh.node_sets and name not in mesh.face_sets:
                 raise SupportError(f"--fix {name}: {source} has no such set, it has {known}")
+        warn_of_linear_cells(mesh, str(source))
+        warn_of_seams(mesh, str(source))
         return mesh, material
+
+    def _material(self, source: Path, unit: float, run: "RunContext") -> "Material":
+        """The options' values, and the file's or those of steel for the rest."""
+        from casefile.quantity import MATERIAL_DENSITY, YOUNGS_MODULUS
+        from fe.file.file_material import describe_material, list_differences, read_file_material
+        from fe.material import STEEL, Material
+        from study.carried_material import check_carried_material, use_carried_material
+
+        given = (self.young, self.poisson, self.density)
+        carried = read_file_material(source, unit)
+        base, has_one = STEEL, carried.material is not None or carried.obstacle
+        if has_one and not any(value is not None for value in given):
+            base = use_carried_material(str(source), carried, unit, REMEDY, run)
+        elif has_one and None in given:
+            base = check_carried_material(str(source), carried, unit, REMEDY)
+        young = base.young if self.young is None else _typed("--young", self.young, YOUNGS_MODULUS)
+        density = base.density if self.density is None else _typed("--density", self.density, MATERIAL_DENSITY)
+        poisson = base.poisson if self.poisson is None else self.poisson
+        try:
+            material = Material(young=young, poisson=poisson, density=density)
+        except InputError as error:  # it names its field, which is the option
+            name, _, value = str(error).partition(" = ")
+            raise InputError(f"--{name} {value}") from None
+        if carried.material is not None and (names := list_differences(material, carried.material)):
+            warnings.warn(
+                f"{source} carries a material of {describe_material(carried.material, unit)}, whose "
+                f"{' and '.join(names)} the options replace",
+                InputWarning,
+                stacklevel=3,
+            )
+        return material
 
 
 #: Commands take it as their default: one object, since it cannot be changed.

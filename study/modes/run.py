@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fe.errors import SupportError
+from fe.errors import LooseBody, SupportError
 from figure.scene.off_screen import require_egl
 from geometry.errors import InputError
 from study.kind.registry import open_case
@@ -57,10 +57,20 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
         return draw(opened, run, n_mode, film_of)
     if run.pictures:
         require_egl()
-    mesh, material = own.read(source)
+    mesh, material = own.read(source, run)
     try:
         step = run.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4)
         shapes = step.run(compute_mesh_shapes, mesh, material, own.fix, n_mode)
     except SupportError as error:
-        raise SupportError(f"{source} with --fix {' --fix '.join(own.fix)}: {error}") from None
+        raise SupportError(f"{source} with --fix {' --fix '.join(own.fix)}: {error}{_advice(error)}") from None
     return write_shapes(shapes, source.stem, film_of, run)
+
+
+def _advice(error: SupportError) -> str:
+    """What else can be done about one body of several that nothing holds."""
+    if not isinstance(error, LooseBody):
+        return ""
+    return (
+        '; where bodies touch, contacts of a case of kind "part" join them (docs/own_part.md, "Two bodies that '
+        'touch"), or common nodes, merged in your mesher'
+    )

@@ -106,7 +106,9 @@ def _mesh(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     fixed = np.unique(np.concatenate([mesh.nodes(name) for name in chosen]))
     middle = mesh.points[fixed].mean(axis=0)
     tip = mesh.points[int(np.linalg.norm(mesh.points - middle, axis=1).argmax())]
-    material = f"# The material is that of {file.name}.\n" if carried.material is not None else STEEL
+    material = f"# The material is that of {file.name}.\n"
+    if carried.material is None:
+        material = STEEL if not carried.obstacle else f"# Assumed, since {carried.obstacle}:\n{STEEL}"
     text = f"""\
 [structure]
 kind = "part"

@@ -77,6 +77,14 @@ def test_a_sound_file_gives_si_values(tmp_path: Path) -> None:
     assert [(mesh.element, mesh.layers) for mesh in case.mesh] == [("hex8", 4), ("hex20", 2)]
 
 
+def test_a_text_that_must_not_be_empty_is_told_without_the_words_of_pydantic(tmp_path: Path) -> None:
+    class FileCase(CaseModel):
+        file: Annotated[str, Field(min_length=1)]
+
+    with pytest.raises(CaseError, match=r'my\.toml:2: file = "": must not be empty'):
+        load_case(written(tmp_path, 'schema = 2\nfile = ""\n'), FileCase)
+
+
 def test_windows_line_ends_and_a_byte_order_mark_change_nothing(tmp_path: Path) -> None:
     case = load_case(written(tmp_path, "\ufeff" + SOUND.replace("\n", "\r\n")), StudyCase)
     assert case.blade.length == 0.25

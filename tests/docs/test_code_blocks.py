@@ -14,8 +14,6 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from fe.file.imported_matrices import read_matrices
-from fe.file.matrix_file import MatrixSource
 from reduction.jointed_system import CubicSpring, JointedSystem
 from study.case.setup import read_case
 from study.shipped_cases import LIMITS, SOLVE
@@ -71,7 +69,7 @@ def test_energies_and_a_backbone_of_a_case_are_those_of_the_page(capsys: pytest.
 
 def test_matrices_are_exported_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    run(fenced("docs/matrices.md", "python")[2], "docs/matrices.md", system=SYSTEM, pi=np.pi)
+    run(fenced("docs/matrices.md", "python")[1], "docs/matrices.md", system=SYSTEM, pi=np.pi)
     assert (tmp_path / "structure.mat").is_file()
     assert (tmp_path / "structure.json").is_file()
 
@@ -122,29 +120,10 @@ def test_nastrans_matrices_are_reduced_as_the_page_says(tmp_path: Path, monkeypa
     stiffness = {(node, node, axis): 2e4 for node in nodes for axis in axes}
     stiffness |= {(first, second, axis): -1e4 for first, second in chain for axis in axes}
     Path("model.pch").write_text(dmig("MAAX", mass) + dmig("KAAX", stiffness))
-    rom = run(fenced("docs/matrices.md", "python")[1], "docs/matrices.md")["rom"]
+    rom = run(fenced("docs/matrices.md", "python")[0], "docs/matrices.md")["rom"]
     # Nodes 20 and 31 move, in three directions alike: k - c and k + c over 1 kg.
     squared = scipy.linalg.eigvalsh(rom.stiffness, rom.mass)  # type: ignore[attr-defined]
     np.testing.assert_allclose(squared, [1e4] * 3 + [3e4] * 3, rtol=1e-9)  # nothing is left out; round-off
-
-
-def test_matrices_of_abaqus_are_converted_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    labels = [(node, axis) for node in (7, 1, 2) for axis in (1, 6)]  # not in the order of the numbers
-    triangle = {(2, 0): -1e4, (4, 2): -1e4, (0, 0): 2e4, (2, 2): 2e4, (4, 4): 1e4} | {(k, k): 5.0 for k in (1, 3, 5)}
-    for name, entries in (("STIF", triangle), ("MASS", {(k, k): 1.0 + k for k in range(6)})):
-        lines = [f"{','.join(map(str, labels[a] + labels[b]))}, {value:.15e}" for (a, b), value in entries.items()]
-        Path(f"JOB_{name}1.mtx").write_text("** a comment\n" + "\n".join(lines) + "\n")
-    run(fenced("docs/matrices.md", "python")[0], "docs/matrices.md")
-    sources = [MatrixSource(file=Path(f"{name}.mtx")) for name in ("mass", "stiffness")]
-    read = read_matrices(*sources, dofs=Path("dofs.csv"))
-    assert read.dofs.rows([1, 7], [5]).tolist() == [1, 5]
-    by_hand = np.zeros((6, 6))
-    for (a, b), value in triangle.items():
-        by_hand[a, b] = by_hand[b, a] = value
-    expected = scipy.linalg.eigvalsh(by_hand, np.diag(1.0 + np.arange(6)))
-    found = scipy.linalg.eigvalsh(read.stiffness.toarray(), read.mass.toarray())
-    np.testing.assert_allclose(found, expected, rtol=1e-9)  # 15 digits in the files; round-off
 
 
 def test_the_effect_of_ones_own_is_the_example_word_for_word() -> None:

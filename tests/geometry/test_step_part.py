@@ -103,6 +103,19 @@ def test_an_open_surface_is_refused_with_the_place_of_a_gap(tmp_path: Path) -> N
         read_body(path)
 
 
+def test_solids_that_are_apart_are_not_intersected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an assembly of sixty parts that took so long that the file was called damaged."""
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("two solids were intersected")
+
+    monkeypatch.setattr(cq.Shape, "intersect", refuse)
+    one = cq.Solid.makeBox(10, 10, 10)
+    apart = written(cq.Compound.makeCompound([one, one.translate(cq.Vector(20, 0, 0))]), tmp_path / "apart.step")
+    with pytest.raises(InputError, match="holds 2 solids: export the one body"):
+        read_body(apart)
+
+
 def test_several_solids_are_refused_and_their_overlap_is_told(tmp_path: Path) -> None:
     one = cq.Solid.makeBox(10, 10, 10)
     apart = written(cq.Compound.makeCompound([one, one.translate(cq.Vector(20, 0, 0))]), tmp_path / "apart.step")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from geometry.errors import ComputationFailed, InputError
-from pipeline.parallel import ONE_THREAD, Task, run_parallel
+from pipeline.parallel import ONE_THREAD, Task, default_workers, run_parallel
 from pipeline.progress import SilentProgress
 from pipeline.store import Stage, Store
 
@@ -122,6 +122,12 @@ def test_results_come_in_the_order_of_the_tasks_and_the_second_time_from_the_sto
     monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a process was started"))
     outcomes = run_parallel(tasks, Store(tmp_path / "cache"), SilentProgress(), "work")
     assert [(outcome.value, outcome.cached) for outcome in outcomes] == [(25, True), (4, True), (16, True)]
+
+
+def test_there_are_as_many_processes_as_cores_that_are_allotted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch system gives a job four cores of a hundred."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {3, 5, 90})
+    assert default_workers() == 3
 
 
 def test_without_a_store_results_come_back_all_the_same(stages: Stages) -> None:

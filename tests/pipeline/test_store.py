@@ -1,12 +1,14 @@
 """A kept result is the computed one: found when nothing changed, computed when anything did, and never half there."""
 
 import errno
+import hashlib
 import os
 import signal
 import subprocess
 import sys
 import textwrap
 import time
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -70,6 +72,20 @@ def test_an_array_is_known_by_its_values_and_not_by_its_layout() -> None:
     assert fingerprint.canonical(rows) == fingerprint.canonical(np.asfortranarray(rows))
     assert fingerprint.canonical(rows) != fingerprint.canonical(rows.reshape(3, 2))
     assert fingerprint.canonical(rows) != fingerprint.canonical(rows.astype(np.float32))
+
+
+def test_a_large_array_is_never_copied_whole() -> None:
+    """A reduced model has gigabytes, in Fortran's order; its hash is that of all its bytes."""
+    large = np.asfortranarray(np.arange(8_000_000.0).reshape(-1, 8))
+    whole = hashlib.sha256(large.tobytes()).hexdigest()
+    tracemalloc.start()
+    assert fingerprint.canonical(large)[-1] == whole
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    # A part of 16 MB and its bytes at most.
+    assert peak < large.nbytes / 1.5
+    for small in (np.zeros(0), np.array(3.0), np.zeros((0, 3)), np.zeros((3, 0)), np.array(["a", "bc"])):
+        assert fingerprint.canonical(small)[-1] == hashlib.sha256(small.tobytes()).hexdigest()
 
 
 def test_a_file_is_known_by_its_content(tmp_path: Path) -> None:

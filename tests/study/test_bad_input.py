@@ -226,7 +226,8 @@ def test_what_a_mesh_file_does_not_say_must_be_said_and_make_sense(
     refusal: Refusal, at_home: Path, words: list[str], said: str
 ) -> None:
     write_mesh(part(), at_home / "part.inp")
-    message = refusal("modes", "part.inp", *words)
+    # Cells of eight nodes have a warning above it.
+    *_, message = refusal("modes", "part.inp", *words).splitlines(keepends=True)
     assert message.startswith("stickslip: " + said)
     assert message.count("\n") == 1
 

@@ -121,6 +121,16 @@ def test_a_mesh_is_fixed_at_its_set_and_driven_far_from_it(here: Path) -> None:
     assert cli.main(["solve", "bar.toml", "--out", "solved", "--quiet"]) == 0
 
 
+def test_a_mesh_of_several_materials_gets_one_with_a_word(here: Path) -> None:
+    write_bar("bar.inp")
+    deck = Path("bar.inp")
+    for name in ("SOFT", "HARD"):
+        with deck.open("a") as more:
+            more.write(f"*MATERIAL, NAME={name}\n*ELASTIC\n{len(name) + ord(name[0])}e9, 0.3\n*DENSITY\n2700.\n")
+    assert new("part", "bar.inp", "--length-unit", "m") == 0
+    assert 'bar.inp has the materials "SOFT" and "HARD"' in Path("bar.toml").read_text()
+
+
 def test_a_set_that_is_not_there_is_one_sentence_with_those_that_are(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

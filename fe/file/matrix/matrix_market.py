@@ -66,10 +66,7 @@ def read_matrix_market(path: Path) -> Mapping[str, FileMatrix]:
 def _heading(path: Path, stream: BinaryIO) -> tuple[str, str]:
     words = stream.readline(_HEADING).decode("latin-1").lower().split()
     if len(words) != 5 or words[0].encode() != _BANNER or words[1] != "matrix":
-        raise MatrixFileError(
-            f'"{path}" is no MatrixMarket file, or damaged: its first line must say what follows; convert a file of '
-            "Abaqus (node, degree of freedom, node, degree of freedom, value) first"
-        )
+        raise MatrixFileError(f'"{path}" is no MatrixMarket file, or damaged: its first line must say what follows')
     layout, field, symmetry = words[2:]
     if field == "pattern":
         raise MatrixFileError(f'"{path}" holds places without values (pattern): write it as real')

@@ -17,6 +17,7 @@ from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.file.calculix_deck import mesh_text
 from fe.file.dof_table import LARGEST_LABEL
+from fe.file.keyword_deck import KeywordBlock, read_keyword_blocks
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.registry import FileFormat, FileMaterial
@@ -42,43 +43,69 @@ OTHER_TYPES = (
 )
 #: Keywords that make or move nodes and elements by rule: skipping them would lose parts of the mesh in silence.
 GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
+#: Keywords of what joins, stiffens or loads with mass, and is not read.
+LEFT_OUT = (
+    "TIE", "EQUATION", "MPC", "RIGID BODY", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING",
+    "EMBEDDED ELEMENT", "FASTENER", "PRE-TENSION SECTION", "CYCLIC SYMMETRY MODEL", "NONSTRUCTURAL MASS",
+    "BEAM SECTION", "BEAM GENERAL SECTION",
+)  # fmt: skip
 #: Members of a set in one line: more than any machine meshes.
 MOST_GENERATED = 20_000_000
 FLATTEN = 'write the deck "flat", without parts and instances, from the program that made it'
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Block:
-    """One keyword line with its parameters, and the data lines that follow it."""
+SetParts = dict[str, list[NDArray[np.int64]]]
 
-    keyword: str
-    parameters: dict[str, str]
-    lines: list[str] = field(default_factory=list)
 
-    def entries(self) -> list[str]:
-        """All comma-separated entries of the data lines; continuation lines end or begin with a comma."""
-        return [entry for line in self.lines for entry in map(str.strip, line.split(",")) if entry]
+@dataclass(kw_only=True)
+class _Sets:
+    """Members of each set; names are kept as first spelt and found in any case, as those programs do."""
+
+    nodes: SetParts = field(default_factory=dict)
+    cells: SetParts = field(default_factory=dict)
+    faces: SetParts = field(default_factory=dict)
+
+    def of(self, kind: str) -> SetParts:
+        """Those of "nodes", "cells" or "faces"."""
+        found: SetParts = getattr(self, kind)
+        return found
 
 
 @dataclass(kw_only=True)
 class _Deck:
-    """What has been read so far; set names are kept as first spelt and found in any case, as those programs do."""
+    """What has been read so far."""
 
     path: Path
     points: list[NDArray[np.float64]] = field(default_factory=list)
     node_labels: list[NDArray[np.int64]] = field(default_factory=list)
     blocks: list[tuple[str, NDArray[np.int64]]] = field(default_factory=list)
     cell_labels: list[NDArray[np.int64]] = field(default_factory=list)
-    node_sets: dict[str, list[NDArray[np.int64]]] = field(default_factory=dict)
-    cell_sets: dict[str, list[NDArray[np.int64]]] = field(default_factory=dict)
-    face_sets: dict[str, list[NDArray[np.int64]]] = field(default_factory=dict)
+    part: _Sets = field(default_factory=_Sets)
+    assembly: _Sets = field(default_factory=_Sets)
+    is_in_assembly: bool = False
+    instance: str | None = None
+    is_in_instance: bool = False
+    placement: list[list[float]] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+    @property
+    def is_above_parts(self) -> bool:
+        """Whether names and numbers are those of the assembly: they are apart from those of its part."""
+        return self.is_in_assembly and not self.is_in_instance
+
+    @property
+    def sets(self) -> _Sets:
+        """Sets of the part or of the assembly, whichever is read; a flat deck is a part."""
+        return self.assembly if self.is_above_parts else self.part
 
     def damaged(self, reason: str) -> MeshError:
         return MeshError(f"mesh file {self.path} cannot be read as an Abaqus or CalculiX deck: {reason}")
 
 
 def read_inp(path: Path) -> FileMesh:
-    """Read nodes, elements, `*NSET`, `*ELSET` and `*SURFACE` of a flat deck, with its includes.
+    """Read nodes, elements, `*NSET`, `*ELSET` and `*SURFACE` of a deck of one part, with its includes.
+
+    A set of the part that has the name of one of the assembly is called "INSTANCE.NAME", as Abaqus calls it.
 
     Raises
     ------
@@ -87,14 +114,16 @@ def read_inp(path: Path) -> FileMesh:
         remedy.
     """
     deck = _Deck(path=path)
-    readers = {"NODE": _nodes, "ELEMENT": _elements, "NSET": _set, "ELSET": _set, "SURFACE": _surface}
-    instances = 0
-    for block in _blocks(path):
+    readers = {
+        "NODE": _nodes, "ELEMENT": _elements, "NSET": _set, "ELSET": _set, "SURFACE": _surface,
+        "ASSEMBLY": _begin_assembly, "END ASSEMBLY": _end_assembly, "INSTANCE": _instance,
+        "END INSTANCE": _end_instance,
+    }  # fmt: skip
+    for block in read_keyword_blocks(path):
         if block.keyword in GENERATORS or (block.keyword == "NODE" and "SYSTEM" in block.parameters):
             raise deck.damaged(f"*{block.keyword} makes or moves nodes by rule, so write them out one by one")
-        instances += block.keyword == "INSTANCE"
-        if instances > 1:
-            raise deck.damaged(f"it holds several part instances, so {FLATTEN}")
+        if block.keyword in LEFT_OUT:
+            deck.left_out.append(f"*{block.keyword}")
         reader = readers.get(block.keyword)
         if reader is not None:
             try:
@@ -134,7 +163,7 @@ def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
         A line that is no number.
     """
     deck, found, used, current = _Deck(path=path), dict[str, FileMaterial](), set[str](), ""
-    for block in _blocks(path):
+    for block in read_keyword_blocks(path):
         if block.keyword == "SOLID SECTION":
             used.add(block.parameters.get("MATERIAL", "").upper())
         elif block.keyword == "MATERIAL":
@@ -150,7 +179,7 @@ def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
     return tuple(material for name, material in found.items() if name in used or not used)
 
 
-def _with_property(material: FileMaterial, block: _Block) -> FileMaterial:
+def _with_property(material: FileMaterial, block: KeywordBlock) -> FileMaterial:
     if len(block.lines) > 1:
         return replace(material, obstacle=f"has a *{block.keyword} that depends on temperature or fields")
     numbers = [float(entry) for entry in block.entries()]
@@ -161,40 +190,30 @@ def _with_property(material: FileMaterial, block: _Block) -> FileMaterial:
     return replace(material, young=numbers[0], poisson=numbers[1])
 
 
-def _blocks(path: Path) -> Iterator[_Block]:
-    block = None
-    with path.open(encoding="latin-1") as lines:
-        for raw in lines:
-            line = raw.strip()
-            if not line or line.startswith("**"):
-                continue
-            if not line.startswith("*"):
-                if block is not None:
-                    block.lines.append(line)
-                continue
-            if block is not None:
-                yield block
-            keyword, *parameters = line[1:].split(",")
-            pairs = (parameter.partition("=") for parameter in parameters if parameter.strip())
-            block = _Block(
-                keyword=" ".join(keyword.upper().split()),
-                parameters={key.strip().upper(): value.strip().strip('"') for key, _, value in pairs},
-            )
-            if block.keyword == "INCLUDE":
-                yield from _blocks(_included(path, block.parameters.get("INPUT", "")))
-                block = None
-    if block is not None:
-        yield block
+def _begin_assembly(deck: _Deck, _: KeywordBlock) -> None:
+    deck.is_in_assembly = True
 
 
-def _included(path: Path, name: str) -> Path:
-    beside = path.parent / name
-    if not name or not beside.is_file():
-        raise MeshError(f'mesh file {path} includes "{name}", which is not beside it: put it there')
-    return beside
+def _end_assembly(deck: _Deck, _: KeywordBlock) -> None:
+    deck.is_in_assembly = False
 
 
-def _nodes(deck: _Deck, block: _Block) -> None:
+def _instance(deck: _Deck, block: KeywordBlock) -> None:
+    if deck.instance is not None:
+        raise deck.damaged(f"it holds several part instances, so {FLATTEN}")
+    deck.instance, deck.is_in_instance = block.parameters.get("NAME", ""), True
+    deck.placement = [[float(entry) for entry in line.rstrip(",").split(",")] for line in block.lines]
+    if [len(row) for row in deck.placement] not in ([], [3], [3, 7]):
+        raise ValueError("a translation has 3 numbers, and a rotation 7")
+
+
+def _end_instance(deck: _Deck, _: KeywordBlock) -> None:
+    deck.is_in_instance = False
+
+
+def _nodes(deck: _Deck, block: KeywordBlock) -> None:
+    if deck.is_above_parts or not block.lines:
+        return  # reference points, which belong to no element
     rows = [line.rstrip(",").split(",") for line in block.lines]
     short = next((row for row in rows if len(row) < 4), None)
     if short is not None:
@@ -204,10 +223,10 @@ def _nodes(deck: _Deck, block: _Block) -> None:
     deck.points.append(table[:, 1:])
     deck.node_labels.append(labels)
     if "NSET" in block.parameters:
-        _members(deck, deck.node_sets, block.parameters["NSET"], block.keyword).append(labels)
+        _members(deck, "nodes", block.parameters["NSET"], block.keyword).append(labels)
 
 
-def _elements(deck: _Deck, block: _Block) -> None:
+def _elements(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("TYPE", "").upper()
     # Letters behind the number (R, H, I, T) change how those programs integrate the element, not its nodes.
     own = ((f"{element.abaqus}[A-Z]*", element.cell_type, element.n_node) for element in ELEMENTS.values())
@@ -223,12 +242,14 @@ def _elements(deck: _Deck, block: _Block) -> None:
     deck.blocks.append((cell_type, table[:, 1:]))
     deck.cell_labels.append(table[:, 0])
     if "ELSET" in block.parameters:
-        _members(deck, deck.cell_sets, block.parameters["ELSET"], block.keyword).append(table[:, 0])
+        _members(deck, "cells", block.parameters["ELSET"], block.keyword).append(table[:, 0])
 
 
-def _set(deck: _Deck, block: _Block) -> None:
-    sets = deck.node_sets if block.keyword == "NSET" else deck.cell_sets
-    members = _members(deck, sets, block.parameters.get(block.keyword, ""), block.keyword)
+def _set(deck: _Deck, block: KeywordBlock) -> None:
+    kind = "nodes" if block.keyword == "NSET" else "cells"
+    members = _members(deck, kind, block.parameters.get(block.keyword, ""), block.keyword)
+    if deck.is_above_parts and "INSTANCE" not in block.parameters and any(e.isdigit() for e in block.entries()):
+        return  # of reference points
     if "GENERATE" in block.parameters:
         for line in block.lines:
             first, last, step = ([*(int(entry) for entry in line.rstrip(",").split(",")), 1])[:3]
@@ -239,46 +260,68 @@ def _set(deck: _Deck, block: _Block) -> None:
                 )
             members.append(np.arange(first, last + 1, step))
         return
+    if kind == "nodes" and "ELSET" in block.parameters:
+        members.extend(_nodes_of(deck, block.parameters["ELSET"]))
     entries = block.entries()
     numbers = [int(entry) for entry in entries if entry.isdigit()]
     members.append(np.array(numbers, dtype=np.int64))
     for other in (entry for entry in entries if not entry.isdigit()):
-        members.extend(_known_set(deck, sets, other))
+        members.extend(_known_set(deck, kind, other))
 
 
-def _surface(deck: _Deck, block: _Block) -> None:
+def _nodes_of(deck: _Deck, name: str) -> Iterator[NDArray[np.int64]]:
+    """Nodes of the elements of a set."""
+    wanted = np.concatenate([np.zeros(0, dtype=np.int64), *_known_set(deck, "cells", name)])
+    for labels, (_, nodes) in zip(deck.cell_labels, deck.blocks, strict=True):
+        yield np.unique(nodes[np.isin(labels, wanted)])
+
+
+def _surface(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("NAME", "")
     if block.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-        members = _members(deck, deck.node_sets, name, block.keyword)
+        members = _members(deck, "nodes", name, block.keyword)
         for entry in (line.split(",")[0].strip() for line in block.lines):
-            members.extend([np.array([int(entry)])] if entry.isdigit() else _known_set(deck, deck.node_sets, entry))
+            members.extend([np.array([int(entry)])] if entry.isdigit() else _known_set(deck, "nodes", entry))
         return
-    faces = _members(deck, deck.face_sets, name, block.keyword)
+    faces = _members(deck, "faces", name, block.keyword)
     if faces:
         raise deck.damaged(f'the surface "{name}" is defined twice, so rename one')
     for line in block.lines:
         entry, label = ([*map(str.strip, line.split(",")), ""])[:2]
         if label.upper() not in LABELS:
             raise deck.damaged(f'surface "{name}" names the face "{label}", which is none of S1 to S6')
-        cells = [np.array([int(entry)])] if entry.isdigit() else _known_set(deck, deck.cell_sets, entry)
+        cells = [np.array([int(entry)])] if entry.isdigit() else _known_set(deck, "cells", entry)
         # Which face that is depends on the type of the cell, so it is found when all cells are known.
         faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)
 
 
-def _members(deck: _Deck, sets: dict[str, list[NDArray[np.int64]]], name: str, keyword: str) -> list[NDArray[np.int64]]:
+def _members(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[np.int64]]:
     """Of a set by its name; a second one of the same name adds to the first, as in those programs."""
     if not name:
         parameter = {"SURFACE": "NAME", "NODE": "NSET", "ELEMENT": "ELSET"}.get(keyword, keyword)
         raise deck.damaged(f"a set of *{keyword} has no name, so give it one: *{keyword}, {parameter}=NAME")
-    spelt = next((known for known in sets if known.upper() == name.upper()), name)
-    return sets.setdefault(spelt, [])
+    sets = deck.sets.of(kind)
+    return sets.setdefault(_spelt(sets, name) or name, [])
 
 
-def _known_set(deck: _Deck, sets: dict[str, list[NDArray[np.int64]]], name: str) -> list[NDArray[np.int64]]:
-    for known, members in sets.items():
-        if known.upper() == name.upper():
-            return list(members)
+def _known_set(deck: _Deck, kind: str, name: str) -> list[NDArray[np.int64]]:
+    """Members of a set of the part or the assembly that is read, or of the part that the assembly holds."""
+    of_part = name.upper().removeprefix(f"{deck.instance}.".upper())
+    for sets, wanted in ((deck.sets.of(kind), name), (deck.part.of(kind), of_part)):
+        if (spelt := _spelt(sets, wanted)) is not None:
+            return list(sets[spelt])
     raise deck.damaged(f'a set or surface refers to the set "{name}", which is not defined before it')
+
+
+def _spelt(sets: SetParts, name: str) -> str | None:
+    return next((known for known in sets if known.upper() == name.upper()), None)
+
+
+def _all_sets(deck: _Deck, kind: str) -> SetParts:
+    """Sets of the part and of its assembly, whose names may be the same by chance, as Abaqus/CAE gives them."""
+    above = deck.assembly.of(kind)
+    part = deck.part.of(kind)
+    return {name if _spelt(above, name) is None else f"{deck.instance}.{name}": part[name] for name in part} | above
 
 
 def _file_mesh(deck: _Deck) -> FileMesh:
@@ -286,17 +329,33 @@ def _file_mesh(deck: _Deck) -> FileMesh:
     nodes = _Numbering(deck, "node", np.concatenate(deck.node_labels))
     cells = _Numbering(deck, "element", np.concatenate(deck.cell_labels))
     face_sets = {}
-    for name, parts in deck.face_sets.items():
+    for name, parts in _all_sets(deck, "faces").items():
         faces = np.concatenate([*parts, np.empty((0, 2), dtype=np.int64)])
         face_sets[name] = _labelled_faces(deck, name, cells.of(faces[:, 0]), faces[:, 1])
     return FileMesh(
-        points=np.concatenate(deck.points),
+        points=_placed(np.concatenate(deck.points), deck.placement),
         blocks=tuple((cell_type, nodes.of(table)) for cell_type, table in deck.blocks),
-        node_sets={name: nodes.of(np.concatenate(parts)) for name, parts in deck.node_sets.items() if parts},
-        cell_sets={name: cells.of(np.concatenate(parts)) for name, parts in deck.cell_sets.items() if parts},
+        node_sets={name: nodes.of(np.concatenate(parts)) for name, parts in _all_sets(deck, "nodes").items() if parts},
+        cell_sets={name: cells.of(np.concatenate(parts)) for name, parts in _all_sets(deck, "cells").items() if parts},
         face_sets=face_sets,
         labels=np.concatenate(deck.cell_labels),
+        left_out=tuple(dict.fromkeys(deck.left_out)),
     )
+
+
+def _placed(
+    points: Float[NDArray[np.float64], "point 3"], placement: list[list[float]]
+) -> Float[NDArray[np.float64], "point 3"]:
+    """Points of a part where its instance is: moved, then turned about an axis through two points by degrees."""
+    if placement:
+        points = points + placement[0]
+    if len(placement) > 1:
+        first, second, angle = np.split(np.array(placement[1]), [3, 6])
+        axis, angle = (second - first) / np.linalg.norm(second - first), np.deg2rad(angle)
+        arm = points - first
+        turned = np.cos(angle) * arm + np.sin(angle) * np.cross(axis, arm)
+        points = first + turned + (1 - np.cos(angle)) * np.outer(arm @ axis, axis)
+    return points
 
 
 def _labelled_faces(

@@ -47,7 +47,7 @@ def read_msh(path: Path) -> FileMesh:
     _refuse_version(path)
     _refuse_double_names(path)
     _refuse_wild_number(path)
-    with _entities_without_group_allowed():
+    with _meshio_as_gmsh_writes():
         found = read_with_meshio(path, "gmsh")
     blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells)
     starts = np.cumsum([0, *(len(nodes) for _, nodes in blocks)])
@@ -60,10 +60,11 @@ def read_msh(path: Path) -> FileMesh:
     # MSH 2 keeps groups as one number per cell; in MSH 4 the same array holds groups that have no name.
     names = {(int(tag), int(dimension)): name for name, (tag, dimension) in found.field_data.items()}
     for tags, block, start in zip(found.cell_data.get("gmsh:physical", []), found.cells, starts, strict=False):
-        for tag in np.unique(tags[tags > 0]).tolist():
+        groups = np.abs(tags)  # of cells that a group holds reversed they are negative
+        for tag in np.unique(groups[groups > 0]).tolist():
             name = names.get((tag, block.dim), f"{DIMENSION_NAMES[block.dim]}_{tag}")
             if name not in named:
-                members.setdefault(name, []).append(np.flatnonzero(tags == tag) + start)
+                members.setdefault(name, []).append(np.flatnonzero(groups == tag) + start)
     return FileMesh(
         points=np.asarray(found.points, dtype=np.float64),
         blocks=blocks,
@@ -131,25 +132,31 @@ def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
 
 
 @contextlib.contextmanager
-def _entities_without_group_allowed() -> Iterator[None]:
-    """Let meshio read a file where only some entities belong to a physical group, as "Save all elements" writes it.
+def _meshio_as_gmsh_writes() -> Iterator[None]:
+    """Let meshio read what Gmsh writes and meshio does not expect.
 
-    Its array of group numbers then lacks blocks and its mesh refuses that, though the named groups are complete. So the
-    class of mesh it builds is exchanged, while it reads, for one that leaves such an array out.
+    Where only some entities belong to a physical group, as "Save all elements" writes it, its array of group numbers
+    lacks blocks and its mesh refuses that, though the named groups are complete. So the class of mesh it builds is
+    exchanged, while it reads, for one that leaves such an array out. An entity that a group holds reversed has the
+    number of the group with a minus, and meshio takes it for another group.
     """
     from meshio.gmsh import _gmsh41
 
-    mesh_class = _gmsh41.Mesh
+    mesh_class, read_entities = _gmsh41.Mesh, _gmsh41._read_entities
 
     def tolerant(points: Any, cells: Any, cell_data: dict[str, Any], **rest: Any) -> Any:
         complete = {name: parts for name, parts in cell_data.items() if len(parts) == len(cells)}
         return mesh_class(points, cells, cell_data=complete, **rest)
 
-    _gmsh41.Mesh = tolerant
+    def without_signs(*arguments: Any) -> Any:
+        groups, bounds = read_entities(*arguments)
+        return tuple({tag: [abs(each) for each in found] for tag, found in kind.items()} for kind in groups), bounds
+
+    _gmsh41.Mesh, _gmsh41._read_entities = tolerant, without_signs
     try:
         yield
     finally:
-        _gmsh41.Mesh = mesh_class
+        _gmsh41.Mesh, _gmsh41._read_entities = mesh_class, read_entities
 
 
 def _refuse_version(path: Path) -> None:

@@ -1,11 +1,15 @@
-"""Nastran bulk data, read through meshio: grid points and elements, with sets from properties, SET1 and SPC1 cards.
+"""Nastran bulk data: grid points and elements, with sets from properties, SET1, SPC and SPC1 cards.
 
 Nastran gives numbers and no names. A property is called as a comment of Femap or HyperMesh calls it, else
 "property_7"; node sets are called "set_5" and "spc_5". Shells on faces of solid elements name these faces.
+
+Written here because meshio's reader passes over elements in fields of 16 characters, included files and all that joins
+or loads elements without a word, and does not know continuation lines whose blanks at the end were left out.
 """
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,67 +17,161 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
+from fe.file.bulk_data import BulkCard, read_bulk_cards
+from fe.file.matrix_content import fortran_real
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
-from fe.file.meshio_reader import read_with_meshio
 from fe.file.registry import FileFormat, FileMaterial
 
-#: Cards that meshio reads; with a star, in fields of 16 characters, it passes over elements without a word.
-SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CPYRA")
+#: Cell type without and with midside nodes, and the numbers of nodes.
+SOLIDS = {
+    "CTETRA": (("tetra", 4), ("tetra10", 10)),
+    "CPYRAM": (("pyramid", 5), ("pyramid13", 13)),
+    "CPYRA": (("pyramid", 5), ("pyramid13", 13)),
+    "CPENTA": (("wedge", 6), ("wedge15", 15)),
+    "CHEXA": (("hexahedron", 8), ("hexahedron20", 20)),
+}
+#: Of surfaces and lines, which carry sets, the corners alone.
+OTHERS = {
+    **dict.fromkeys(("CTRIA3", "CTRIAR", "CTRIA6"), ("triangle", 3)),
+    **dict.fromkeys(("CQUAD4", "CQUADR", "CQUAD8", "CSHEAR"), ("quad", 4)),
+    **dict.fromkeys(("CBAR", "CBEAM", "CROD", "CTUBE", "CBUSH"), ("line", 2)),
+}
+#: Places of nodes in VTK's order, where it is another one: Nastran lists the edges between two ends before the second.
+ORDER = {
+    "hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
+    "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
+}
+#: What joins, stiffens or loads with mass, and is not read.
+LEFT_OUT = re.compile(
+    r"R(BE1|BE2|BE3|BAR1?|ROD|JOINT|TRPLT|SSCON|SPLINE)|MPC|MPCADD|CONM[12]|CMASS\d|NSML?1?|CELAS\d|CDAMP\d|CVISC|CGAP"
+    r"|CBUSH(1D|2D)?|CFAST|CWELD|CSEAM|CBAR|CBEAM3?|CBEND|CROD|CONROD|CTUBE|GENEL|DMIG"
+)
 #: "$HMNAME PROP 7"clamp" 4" and "$ Femap Property 7 : clamp".
 NAMES = re.compile(r'^\$(?:HMNAME\s+PROP\s+(\d+)\s*"([^"]+)"|\s*Femap\b.*\bProperty\s+(\d+)\s*:\s*(.*\S))')
 #: Fields of a card that come before the members of a set, and what the set is called.
-SET_CARDS = {"SET1": (2, "set"), "SPC1": (3, "spc")}
+SET_CARDS = {"SET1": (1, "set"), "SPC1": (2, "spc")}
 
 Indices = Int[NDArray[np.int64], " _"]
 
 
+@dataclass(kw_only=True)
+class _Cells:
+    """Elements of one type: their numbers, properties and nodes by label."""
+
+    label: list[int] = field(default_factory=list)
+    property_: list[int] = field(default_factory=list)
+    nodes: list[list[int]] = field(default_factory=list)
+
+
+@dataclass(kw_only=True)
+class _Model:
+    """What has been read so far."""
+
+    points: dict[int, list[float]] = field(default_factory=dict)
+    cells: dict[str, _Cells] = field(default_factory=dict)
+    sets: list[BulkCard] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+
 def read_bdf(path: Path) -> FileMesh:
-    """Read a bulk data file.
+    """Read a bulk data file with its includes.
 
     Raises
     ------
     MeshError
-        The file cannot be read, holds solid elements in fields of 16 characters, or grid points in coordinate systems
-        of their own; the message names the remedy.
+        A card that cannot be read, or grid points in coordinate systems of their own; the message names the remedy.
     """
-    text = path.read_text(encoding="latin-1")
-    lines = text.splitlines()
-    starred = next((line for line in lines if line.upper().startswith(tuple(f"{card}*" for card in SOLIDS))), None)
-    if starred is not None:
-        raise MeshError(
-            f'mesh file {path} has elements in fields of 16 characters ("{starred[:8].strip()}"): write it with fields '
-            "of 8 (grid points may keep 16)"
-        )
-    begin = next((number for number, line in enumerate(lines) if line.strip().upper().startswith("BEGIN BULK")), None)
-    if begin is None:
-        raise MeshError(f'mesh file {path} has no line "BEGIN BULK": write it with one, and with ENDDATA at its end')
-    if not any(line.startswith("ENDDATA") for line in lines[begin:]):  # meshio would look for it for ever
-        raise MeshError(f'mesh file {path} has no line "ENDDATA" behind "BEGIN BULK": it is cut short, write it again')
-    found = read_with_meshio(path, "nastran")
-    if np.any(np.asarray(found.point_data.get("nastran:ref", 0)) != 0):
-        raise MeshError(
-            f"mesh file {path} gives grid points in a coordinate system of their own: write them in the basic one"
-        )
-    label = np.asarray(found.points_id, dtype=np.int64)
-    sizes = [len(block.data) for block in found.cells]
-    references = found.cell_data.get("nastran:ref", [])
-    if references and [len(part) for part in references] != sizes:
-        raise MeshError(f"mesh file {path} has elements with and without a property: give one to each")
-    given = [np.asarray(part, dtype=np.int64) for part in references]
-    property_ = np.concatenate(given or [np.zeros(sum(sizes), dtype=np.int64)])
-    called = dict(_names(lines))
+    model = _Model()
+    for card in read_bulk_cards(path):
+        try:
+            _take(path, model, card)
+        except (ValueError, LookupError, OverflowError) as error:
+            if isinstance(error, MeshError):
+                raise
+            raise MeshError(
+                f"mesh file {path} has a {card.name} {card.field(0)} that cannot be read ({error}): mend the card"
+            ) from None
+    label = np.array(list(model.points), dtype=np.int64)
+    property_ = np.array([number for cells in model.cells.values() for number in cells.property_], dtype=np.int64)
+    called = dict(_names(path.read_text(encoding="latin-1").splitlines()))
     names = {int(number): called.get(int(number), f"property_{number}") for number in np.unique(property_)}
     if len(set(names.values())) < len(names):
         twice = next(name for name in names.values() if list(names.values()).count(name) > 1)
         raise MeshError(f'mesh file {path} has two properties called "{twice}": rename one')
+    labels = np.array([number for cells in model.cells.values() for number in cells.label], dtype=np.int64)
+    if len(np.unique(labels)) < len(labels):
+        values, count = np.unique(labels, return_counts=True)
+        raise MeshError(f"mesh file {path} has two elements {values[count > 1][0]}: number them anew")
     return FileMesh(
-        points=np.asarray(found.points, dtype=np.float64),
-        blocks=tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells),
-        node_sets=_node_sets(path, lines, label),
-        cell_sets={name: np.flatnonzero(property_ == number) for number, name in names.items() if references},
-        labels=np.concatenate([np.asarray(part, dtype=np.int64) for part in found.cells_id]),
+        points=np.array(list(model.points.values()), dtype=np.float64).reshape(-1, 3),
+        blocks=tuple((cell_type, _numbered(path, label, cell_type, cells)) for cell_type, cells in model.cells.items()),
+        node_sets=_node_sets(path, model.sets, label),
+        cell_sets={name: np.flatnonzero(property_ == number) for number, name in names.items()},
+        labels=labels,
+        left_out=tuple(dict.fromkeys(model.left_out)),
     )
+
+
+def _take(path: Path, model: _Model, card: BulkCard) -> None:
+    if card.name == "GRID":
+        _refuse_own_system(path, card.field(1))
+        number, point = int(card.field(0)), [_number(card.field(k)) or 0.0 for k in (2, 3, 4)]
+        if model.points.setdefault(number, point) != point:
+            raise MeshError(f"mesh file {path} has two grid points {number}: number them anew")
+    elif card.name == "GRDSET":
+        _refuse_own_system(path, card.field(1))
+    elif card.name in SOLIDS or card.name in OTHERS:
+        _add_cell(model, card)
+    elif card.name in SET_CARDS or card.name == "SPC":
+        model.sets.append(card)
+    if LEFT_OUT.fullmatch(card.name):
+        model.left_out.append(card.name)
+
+
+def _refuse_own_system(path: Path, system: str) -> None:
+    if system not in {"", "0"}:
+        raise MeshError(
+            f"mesh file {path} gives grid points in a coordinate system of their own: write them in the basic one"
+        )
+
+
+def _add_cell(model: _Model, card: BulkCard) -> None:
+    number = int(card.field(0))
+    if card.name in OTHERS:
+        cell_type, n_node = OTHERS[card.name]
+    else:
+        linear, quadratic = SOLIDS[card.name]
+        cell_type, n_node = linear if len(card.fields) <= 2 + linear[1] else quadratic
+    nodes = [card.field(2 + k) for k in range(n_node)]
+    if "" in nodes and cell_type != "line":  # a spring may have one end on the ground
+        raise ValueError(f"{nodes.count('')} of {n_node} nodes are missing; give all midside nodes or none")
+    cells = model.cells.setdefault(cell_type, _Cells())
+    cells.label.append(number)
+    cells.property_.append(int(card.field(1) or number))
+    cells.nodes.append([int(node or nodes[0]) for node in nodes])
+
+
+def _numbered(path: Path, label: Indices, cell_type: str, cells: _Cells) -> Int[NDArray[np.int64], "_ _"]:
+    """Places of the nodes of cells among the grid points, in VTK's order."""
+    nodes = np.array(cells.nodes, dtype=np.int64)
+    place = _place(label, nodes)
+    if (place < 0).any():
+        cell, node = np.argwhere(place < 0)[0]
+        raise MeshError(
+            f"mesh file {path} has the element {cells.label[cell]} on grid point {nodes[cell, node]}, which is not "
+            "there: write it again"
+        )
+    return place[:, ORDER.get(cell_type, slice(None))]
+
+
+def _place(label: Indices, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Place of each label, -1 of one that is not there."""
+    if not len(label):
+        return np.full(wanted.shape, -1)
+    order = np.argsort(label)
+    place = order[np.searchsorted(label, wanted, sorter=order).clip(max=len(label) - 1)]
+    return np.where(label[place] == wanted, place, -1)
 
 
 def _names(lines: list[str]) -> Iterator[tuple[int, str]]:
@@ -84,99 +182,81 @@ def _names(lines: list[str]) -> Iterator[tuple[int, str]]:
             yield int(number), name
 
 
-def _node_sets(path: Path, lines: list[str], label: Indices) -> dict[str, Indices]:
-    """Members of SET1 and SPC1 cards that are grid points; of a SET1 of elements there are none."""
-    order = np.argsort(label)
+def _node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, Indices]:
+    """Members of SET1, SPC and SPC1 cards that are grid points; of a SET1 of elements there are none."""
     members: dict[str, list[int]] = {}
-    for fields in _cards(lines):
-        card = fields[0].upper().rstrip("*")
-        if card not in SET_CARDS:
-            continue
-        first, kind = SET_CARDS[card]
+    for card in cards:
         try:
-            members.setdefault(f"{kind}_{int(fields[1])}", []).extend(_listed(fields[first:], label))
+            if card.name == "SPC":
+                name, found = f"spc_{int(card.field(0))}", [int(card.field(k)) for k in (1, 4) if card.field(k)]
+            else:
+                first, kind = SET_CARDS[card.name]
+                name, found = f"{kind}_{int(card.field(0))}", _listed(card.fields[first:], label)
         except (ValueError, LookupError, OverflowError) as error:
-            raise MeshError(f"mesh file {path} has a {card} card that cannot be read ({error}): mend it") from None
-    found = {}
-    for name, numbers in members.items():
-        wanted = np.array(numbers, dtype=np.int64)
-        place = order[np.searchsorted(label, wanted, sorter=order).clip(max=len(label) - 1)]
-        kept = place[label[place] == wanted]
-        if len(kept):
-            found[name] = kept
+            raise MeshError(f"mesh file {path} has a {card.name} card that cannot be read ({error}): mend it") from None
+        members.setdefault(name, []).extend(found)
+    places = {name: _place(label, np.array(numbers, dtype=np.int64)) for name, numbers in members.items()}
+    return {name: place[place >= 0] for name, place in places.items() if (place >= 0).any()}
+
+
+def _listed(fields: list[str], label: Indices) -> list[int]:
+    """Numbers, and those of "3 THRU 9" that are labels of grid points."""
+    found: list[int] = []
+    filled = [field for field in fields if field]
+    for k, entry in enumerate(filled):
+        if entry.upper() == "THRU":
+            # The last one follows as a number; few of a long range may be grid points.
+            found.extend(label[(label > found[-1]) & (label < int(filled[k + 1]))].tolist())
+        else:
+            found.append(int(entry))
     return found
 
 
 def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
     """MAT1 cards of the PSOLID properties, or all of them if there is no such property.
 
+    Densities are multiplied by PARAM,WTMASS, as Nastran does.
+
     Raises
     ------
     MeshError
         A field that is no number.
     """
-    found, used = dict[str, FileMaterial](), set[str]()
-    for fields in _cards(path.read_text(encoding="latin-1").splitlines()):
-        card, values = fields[0].upper().rstrip("*"), [*fields[1:], *[""] * 6]
-        if card == "PSOLID":
-            used.add(values[1])
-        elif card in {"MAT9", "MAT11"}:
-            found[values[0]] = FileMaterial(name=values[0], obstacle=f"is given by {card}, which is not isotropic")
-        elif card == "MAT1":
-            # In fields of 16 characters the density stands behind the continuation.
-            numbers = [field for field in values[1:] if field not in {"*", "+"}]
-            try:
-                young, shear, poisson, density = (_number(field) for field in numbers[:4])
-            except ValueError as error:
-                raise MeshError(
-                    f"mesh file {path}: MAT1 {values[0]} cannot be read ({error}): mend the card"
-                ) from error
-            if poisson is None and young is not None and shear:
-                poisson = young / (2 * shear) - 1
-            if young is None and poisson is not None and shear is not None:
-                young = 2 * shear * (1 + poisson)
-            found[values[0]] = FileMaterial(name=values[0], young=young, poisson=poisson, density=density)
-    return tuple(material for name, material in found.items() if name in used or not used)
+    found, used, unit_of_mass = dict[str, FileMaterial](), set[str](), 1.0
+    for card in read_bulk_cards(path):
+        try:
+            if card.name == "PSOLID":
+                used.add(card.field(1))
+            elif card.name in {"MAT9", "MAT11"}:
+                obstacle = f"is given by {card.name}, which is not isotropic"
+                found[card.field(0)] = FileMaterial(name=card.field(0), obstacle=obstacle)
+            elif card.name == "MAT1":
+                found[card.field(0)] = _material(card)
+            elif card.name == "PARAM" and card.field(0).upper() == "WTMASS":
+                unit_of_mass = fortran_real(card.field(1))
+        except ValueError as error:
+            raise MeshError(
+                f"mesh file {path}: {card.name} {card.field(0)} cannot be read ({error}): mend the card"
+            ) from error
+    materials = [material for name, material in found.items() if name in used or not used]
+    return tuple(
+        material if material.density is None else replace(material, density=material.density * unit_of_mass)
+        for material in materials
+    )
 
 
-def _number(field: str) -> float | None:
-    """Number of a field, whose exponent may stand without a letter: "7.85-9"; None if it is blank."""
-    return float(re.sub(r"(?<=[\d.])([+-]\d+)$", r"e\1", field.upper().replace("D", "E"))) if field else None
+def _material(card: BulkCard) -> FileMaterial:
+    young, shear, poisson, density = (_number(card.field(k)) for k in range(1, 5))
+    if poisson is None and young is not None and shear:
+        poisson = young / (2 * shear) - 1
+    if young is None and poisson is not None and shear is not None:
+        young = 2 * shear * (1 + poisson)
+    return FileMaterial(name=card.field(0), young=young, poisson=poisson, density=density)
 
 
-def _cards(lines: list[str]) -> Iterator[list[str]]:
-    """Fields of each card with its continuations."""
-    card: list[str] = []
-    for raw in lines:
-        line = raw.split("$")[0].rstrip().expandtabs(8)
-        if not line:
-            continue
-        if "," in line:
-            fields = [field.strip() for field in line.split(",")]
-        else:
-            width = 16 if "*" in line[:8] else 8
-            fields = [line[:8].strip(), *(line[k : k + width].strip() for k in range(8, min(len(line), 72), width))]
-        if line[0] in " +*," and card:
-            card += fields[1:9]
-        else:
-            if card:
-                yield card
-            card = fields[:9]
-    if card:
-        yield card
-
-
-def _listed(fields: list[str], label: Indices) -> list[int]:
-    """Numbers, and those of "3 THRU 9" that are labels of grid points."""
-    found: list[int] = []
-    filled = [field for field in fields if field and not field.startswith("+")]
-    for k, field in enumerate(filled):
-        if field.upper() == "THRU":
-            # The last one follows as a number; few of a long range may be grid points.
-            found.extend(label[(label > found[-1]) & (label < int(filled[k + 1]))].tolist())
-        else:
-            found.append(int(field))
-    return found
+def _number(text: str) -> float | None:
+    """Number of a field; None if it is blank."""
+    return fortran_real(text) if text else None
 
 
 MESH_FORMATS.register(

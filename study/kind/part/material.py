@@ -2,14 +2,16 @@
 
 from pathlib import Path
 
-from casefile.plausibility import MATERIAL_DENSITY, YOUNGS_MODULUS
 from casefile.table import at_key, located
-from fe.errors import MeshError
 from fe.file.file_material import CarriedMaterial, describe_material, list_differences, read_file_material
+from fe.file.mesh_file import require_mesh_file
 from fe.material import Material
+from study.carried_material import use_carried_material
 from study.case.tables import Case
 from study.kind.part.table import PartTable
 from study.run_context import RunContext
+
+REMEDY = "add [structure.material], with young, poisson and density"
 
 
 def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> Material:
@@ -33,11 +35,12 @@ def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> 
     carried = CarriedMaterial()
     if table.length_unit is not None:
         with at_key(case, "structure", "file"):
+            require_mesh_file(folder / table.file)  # else it would be one without a material
             carried = read_file_material(folder / table.file, table.length_unit)
     if table.material is None:
         assert table.length_unit is not None
         with located(case, "structure"):
-            return _use(table.file, carried, table.length_unit, run)
+            return use_carried_material(table.file, carried, table.length_unit, REMEDY, run)
     with located(case, "structure", "material"):
         material = table.material.material()
     if carried.material is not None and (names := list_differences(material, carried.material)):
@@ -47,23 +50,4 @@ def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> 
             f"{table.file} carries the material {carried.name}, {told}, whose {' and '.join(names)} is not that of "
             "[structure.material]: the case is used; remove the table to use the file's"
         )
-    return material
-
-
-def _use(file: str, carried: CarriedMaterial, length_unit: float, run: RunContext) -> Material:
-    if carried.material is None:
-        why = f"{carried.obstacle}: " if carried.obstacle else f"{file} carries no material: "
-        raise MeshError(f"{why}add [structure.material], with young, poisson and density")
-    material, told = carried.material, describe_material(carried.material, length_unit)
-    values = ((material.young, YOUNGS_MODULUS), (material.density, MATERIAL_DENSITY))
-    refusals = [words for value, check in values if (words := check.refusal(value, None))]
-    if refusals:
-        raise MeshError(
-            f"the material {carried.name} of {file} is {told}: {refusals[0]}; if the file has other units, add "
-            "[structure.material]"
-        )
-    run.note(f"the material {carried.name} of {file} is used: {told}")
-    for value, check in values:
-        if doubt := check.doubt(value, None):
-            run.warn(f"the material {carried.name} of {file}: {doubt}")
     return material

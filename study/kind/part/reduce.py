@@ -11,7 +11,6 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from casefile.table import at_key, located
-from fe.element import HEX8
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
 from fe.mesh import Mesh
@@ -28,7 +27,7 @@ from reduction.errors import JointError
 from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom import ReducedModel
-from study.case.model_doubt import warn_of_size
+from study.case.model_doubt import warn_of_linear_cells, warn_of_seams, warn_of_size
 from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
 from study.case.surface import make_surface
 from study.case.tables import Case
@@ -105,7 +104,7 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
     """
     case: Case[PartTable] = opened.case
     material = find_part_material(case, opened.folder, run)
-    meshed = (_step if case.structure.is_step else _file)(case, opened.folder, run)
+    meshed = _step(case, opened.folder, run) if case.structure.is_step else _file(case, opened.folder)
     result = places(case, meshed.mesh)
     matrices, reduced = _reduced(case, opened.title, material, result, run)
     return PartModel(meshed=meshed, places=result, matrices=matrices, reduced=reduced)
@@ -247,15 +246,16 @@ def _at_selector(case: Case[PartTable]) -> Iterator[None]:
             raise
 
 
-def _file(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
+def _file(case: Case[PartTable], folder: Path) -> MeshedPart:
     """The mesh of a file."""
     table = case.structure
     assert table.length_unit is not None
     with at_key(case, "structure", "file"):
         mesh = read_mesh(folder / table.file, table.length_unit)
     warn_of_size(float(np.ptp(mesh.points, axis=0).max()), table.length_unit)
-    if HEX8.cell_type in mesh.cells:
-        run.warn(f"{table.file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes")
+    warn_of_linear_cells(mesh, table.file)
+    if not case.joint and not any(place.other_at for line in case.line for place in line.normal):
+        warn_of_seams(mesh, table.file)
     check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {table.file} are")
     return MeshedPart(mesh=mesh)
 

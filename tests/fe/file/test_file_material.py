@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fe.errors import MeshError
-from fe.file.file_material import list_differences, read_file_material
+from fe.file.file_material import describe_material, list_differences, read_file_material
 from fe.material import Material
 
 #: The same steel in N, mm and s.
@@ -26,8 +26,9 @@ FREE = "MAT1,3,206000.,,.29,7.85e-9\n"
         ("a.nas", "BEGIN BULK\n" + LARGE + "ENDDATA\n"),
         ("a.bdf", "BEGIN BULK\n" + FREE + "ENDDATA\n"),
         ("a.bdf", "BEGIN BULK\nMAT1,3,206000.,79844.961,,7.85e-9\nENDDATA\n"),
+        ("a.bdf", "BEGIN BULK\nPARAM,WTMASS,1.-3\nMAT1,3,206000.,,.29,7.85e-6\nENDDATA\n"),
     ],
-    ids=["deck", "unused material", "fields of 8", "fields of 16", "commas", "shear modulus"],
+    ids=["deck", "unused material", "fields of 8", "fields of 16", "commas", "shear modulus", "unit of mass"],
 )
 def test_the_material_of_the_solid_cells_is_read_in_its_units(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
@@ -42,6 +43,17 @@ def test_the_material_of_the_solid_cells_is_read_in_its_units(tmp_path: Path, na
         "young",
         "density",
     ]
+
+
+def test_a_deck_in_inches_has_its_moduli_in_psi(tmp_path: Path) -> None:
+    # Density in lbf s^2 / in^4; 206 GPa and 7850 kg/m^3 to the digits that are given.
+    text = DECK.replace("206000.", "2.9877774e7").replace("7.85e-9", "7.345445e-4") + SECTION
+    (tmp_path / "a.inp").write_text(text)
+    material = read_file_material(tmp_path / "a.inp", 0.0254).material
+    assert material is not None
+    assert material.young == pytest.approx(STEEL.young, rel=1e-6)
+    assert material.density == pytest.approx(STEEL.density, rel=1e-6)
+    assert describe_material(material, 0.0254).endswith("7850 kg/m^3 (read in lbf, inch and s)")
 
 
 @pytest.mark.parametrize(
@@ -70,6 +82,7 @@ def test_a_material_that_a_part_cannot_have_is_named_with_its_obstacle(
         ("a.inp", DECK.replace("206000.", "hard"), r'the \*ELASTIC of material "STEEL" is cut short or no number'),
         ("a.inp", DECK.replace("0.29", "0.7"), r'material "STEEL": poisson = 0.7 must lie between'),
         ("a.bdf", "BEGIN BULK\nMAT1,3,hard,,.3,1.\nENDDATA\n", "MAT1 3 cannot be read"),
+        ("a.bdf", f"BEGIN BULK\nINCLUDE '{'x' * 300}'\nENDDATA\n", r"a\.bdf cannot be opened \(.*name too long\)"),
     ],
 )
 def test_a_damaged_material_is_one_sentence(tmp_path: Path, name: str, text: str, says: str) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
+import scipy.linalg
 import scipy.sparse as sp
 
 from fe.calculix_run import find_ccx
@@ -284,6 +285,7 @@ def test_a_free_structure_in_single_precision_is_not_taken_for_an_indefinite_one
         ("d.csv", "dof,node,direction\n0,1,x\n1,1,w\n", 'line 3: cannot read "1, 1, w": "w" is no direction'),
         ("d.csv", "dof,node,direction\n0,one,x\n", 'line 2: cannot read "0, one, x": give whole numbers'),
         ("d.csv", "dof,node,direction\n0,1,x\n0,2,x\n", "has the row 0 twice"),
+        ("d.csv", "dof,node,direction\n1,1,x\n2,2,x\n", "counts its rows from 1: count them from 0"),
         ("d.csv", "dof,node,direction\n0,1,x\n2,2,x\n", "has the row 2 without a row of that number before it"),
         ("d.csv", "dof,node,direction\n0,1,x\n1,1,x\n", "rows 0 and 1 are both said to be node 1 x"),
         ("d.mapping", "Matrix Eqn Node DOF\n", "lists no equation"),
@@ -321,3 +323,25 @@ def test_nodes_and_directions_that_no_row_has_are_refused() -> None:
     assert numbered(3).rows([2, 0], [0]).tolist() == [2, 0]
     with pytest.raises(MatrixFileError, match="there is no file"):
         read_dof_table("none.csv")
+
+
+def test_columns_of_a_table_may_be_parted_by_semicolons(tmp_path: Path) -> None:
+    (tmp_path / "d.csv").write_text("dof;node;direction\n0;4;x\n1;4;rotz\n")
+    read = read_dof_table(tmp_path / "d.csv")
+    assert (read.node.tolist(), read.direction.tolist()) == ([4, 4], [0, 5])
+
+
+def test_matrices_of_abaqus_have_the_frequencies_of_those_that_were_written(tmp_path: Path) -> None:
+    labels = [(node, axis) for node in (7, 1, 2) for axis in (1, 6)]  # not in the order of the numbers
+    triangle = {(2, 0): -1e4, (4, 2): -1e4, (0, 0): 2e4, (2, 2): 2e4, (4, 4): 1e4} | {(k, k): 5.0 for k in (1, 3, 5)}
+    for name, entries in (("STIF", triangle), ("MASS", {(k, k): 1.0 + k for k in range(6)})):
+        lines = [f"{','.join(map(str, labels[a] + labels[b]))}, {value:.15e}" for (a, b), value in entries.items()]
+        (tmp_path / f"JOB_{name}1.mtx").write_text("** a comment\n" + "\n".join(lines) + "\n")
+    found = read_matrices(*(MatrixSource(file=tmp_path / f"JOB_{name}1.mtx") for name in ("MASS", "STIF")))
+    assert found.dofs.rows([1, 7], [5]).tolist() == [1, 5]
+    by_hand = np.zeros((6, 6))
+    for (a, b), value in triangle.items():
+        by_hand[a, b] = by_hand[b, a] = value
+    expected = scipy.linalg.eigvalsh(by_hand, np.diag(1.0 + np.arange(6)))
+    squared = scipy.linalg.eigvalsh(found.stiffness.toarray(), found.mass.toarray())
+    np.testing.assert_allclose(squared, expected, rtol=1e-9)  # 15 digits in the files; round-off

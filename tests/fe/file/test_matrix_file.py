@@ -226,11 +226,44 @@ def test_numbers_of_fortran_are_read(text: str, value: float) -> None:
     assert fortran_real(text) == value
 
 
+#: As Abaqus writes it, of nodes 7, 1 and 2, not in the order of their numbers: one triangle.
+ABAQUS = """\
+**
+** STIFFNESS
+7,1, 7,1, 2.000000000000000e+04
+1,1, 7,1,-1.000000000000000e+04
+1,1, 1,1, 2.000000000000000e+04
+2,1, 1,1,-1.000000000000000e+04
+2,1, 2,1, 1.000000000000000e+04
+2,6, 2,6, 5.000000000000000e+00
+"""
+
+
+def test_a_matrix_of_abaqus_names_its_degrees_of_freedom(tmp_path: Path) -> None:
+    (tmp_path / "k.mtx").write_text(ABAQUS)
+    found = read(tmp_path / "k.mtx")
+    assert found.dofs is not None
+    assert list(zip(found.dofs.node.tolist(), found.dofs.direction.tolist(), strict=True)) == [
+        (1, 0), (2, 0), (2, 5), (7, 0)
+    ]  # fmt: skip
+    expected = [[2e4, -1e4, 0, -1e4], [-1e4, 1e4, 0, 0], [0, 0, 5, 0], [-1e4, 0, 0, 2e4]]
+    np.testing.assert_array_equal(found.matrix.toarray(), expected)
+    # Some versions write both halves.
+    (tmp_path / "k.mtx").write_text(ABAQUS + "7,1, 1,1, -1e4\n1,1, 2,1, -1e4\n")
+    np.testing.assert_array_equal(read(tmp_path / "k.mtx").matrix.toarray(), expected)
+
+
 BAD_TEXTS = [
     ("k.mtx", "%%MatrixMarket matrix coordinate real general\n2 3 1\n1 1 5.0\n", "2 x 3: it must be square"),
     ("k.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 5.0\n", "no MatrixMarket file, or damaged"),
     ("k.mtx", "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 5.0 1.0\n", "holds complex numbers"),
     ("k.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 5.0\n2 1 nan\n", "nan in row 1, column 0"),
+    ("k.mtx", ABAQUS.replace("2,6, 2,6,", "2,11, 2,11,"), "has the degree of freedom 11: leave all but displacements"),
+    ("k.mtx", ABAQUS.replace("5.000000000000000e+00", "1e36"), "node 2 rotz is held by 1e36.* without it"),
+    ("k.mtx", ABAQUS + "2,1, 2,1, 1.\n", "gives an entry twice"),
+    ("k.mtx", ABAQUS + "2,1, 2,1\n", "is no matrix of Abaqus, or damaged"),
+    ("k.mtx", ABAQUS.replace("7,1, 7,1", "-7,1, -7,1"), "is no matrix of Abaqus, or damaged"),
+    ("k.mtx", ABAQUS.rstrip(), "cut short within its last number"),
     ("k.hb", "nonsense", "no Harwell-Boeing heading"),
     ("k.matrix", HBMAT.replace("RSA", "CSA"), "type CSA, complex numbers"),
     ("k.matrix", HBMAT.replace("RSA", "RSE"), "type RSE, matrices of single elements"),

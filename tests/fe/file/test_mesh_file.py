@@ -17,6 +17,7 @@ from fe.file.registry import suffixes
 from fe.mesh import Mesh
 from fe.mesh_quality import measure_cell_quality
 from fe.mesher.block import Block, mesh_blocks
+from geometry.errors import InputWarning
 
 # Decks hold 13 digits of coordinates, the other formats all of them.
 DIGITS = {".inp": 1e-12, ".msh": 1e-15}
@@ -178,6 +179,68 @@ def test_a_deck_of_another_program_is_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(mesh.points[mesh.nodes("skin")][:, 1], 0)
 
 
+def test_lines_of_included_files_stand_where_the_deck_names_them(tmp_path: Path) -> None:
+    nodes = BRICK[BRICK.index(" 10, 0.") : BRICK.index("*element")]
+    last = BRICK[BRICK.index(" 8, 11, 21") :]
+    head = "*element, type=C3D8I, elset=BODY\n"
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "nodes.txt").write_text(nodes)
+    (tmp_path / "data" / "last.txt").write_text("*include, input=data/cell.txt\n")
+    (tmp_path / "data" / "cell.txt").write_text(last)
+    included = BRICK.replace(nodes, "*include, input=data/nodes.txt\n").replace(last, "*INCLUDE, INPUT=data/last.txt\n")
+    named = BRICK.replace("*Node,", "*Node, input=data/nodes.txt,").replace(nodes, "")
+    for text in (included, named.replace(head + last, head.replace("\n", ", input=data/cell.txt\n"))):
+        mesh = read_mesh(write_deck(tmp_path / "deck.inp", text))
+        assert (mesh.n_node, mesh.n_cell) == (12, 2)
+        assert measure_cell_quality(mesh).volume.sum() == pytest.approx(2)
+
+
+def test_a_keyword_goes_on_behind_a_comma_and_names_may_have_any_letters(tmp_path: Path) -> None:
+    text = BRICK.replace("*element, type=c3d8r, elset=body", "*element, type=c3d8r,\n elset=Körper").replace(
+        "*Node, nset=everything", "*Node, nset=everything,"
+    )
+    for coding in ("utf-8", "latin-1"):
+        (tmp_path / "deck.inp").write_bytes(text.encode(coding))
+        mesh = read_mesh(tmp_path / "deck.inp")
+        assert {name: len(cells) for name, cells in mesh.cell_sets.items()} == {"Körper": 1, "BODY": 1}
+
+
+#: As Abaqus/CAE writes it: names of sets of the part come again in the assembly, and so do numbers of nodes.
+ASSEMBLY = (
+    BRICK.replace("*Node, ", "*Part, name=bar\n*Node, ")
+    + "*nset, nset=Set-1\n everything\n*elset, elset=Set-1\n 7, 8\n*end part\n*assembly, name=all\n"
+    + "*instance, name=bar-1, part=bar\n 10., 0., 0.\n 10., 0., 0., 10., 0., 2., 90.\n*end instance\n"
+    + "*node\n 10, 5., 5., 5.\n*nset, nset=pilot\n 10\n*nset, nset=Set-1, instance=bar-1\n 10, 13, 14, 17\n"
+    + "*elset, elset=_right, instance=bar-1\n 8,\n*surface, name=right\n _right, S4\n"
+    + "*nset, nset=right, elset=_right\n*nset, nset=all\n bar-1.set-1\n*end assembly\n"
+)
+
+
+def test_sets_of_an_assembly_are_apart_from_those_of_its_part(tmp_path: Path) -> None:
+    mesh = read_mesh(write_deck(tmp_path / "deck.inp", ASSEMBLY))
+    # The part is moved by 10 along x, and turned by a right angle about z there.
+    assert (mesh.points.min(axis=0).round(12) == [9, 0, 0]).all()
+    assert (mesh.points.max(axis=0).round(12) == [10, 2, 1]).all()
+    sizes = {name: len(nodes) for name, nodes in mesh.node_sets.items()}
+    assert sizes == {"everything": 12, "bar-1.Set-1": 12, "Set-1": 4, "right": 8, "all": 12}
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["Set-1"]][:, 1], 0, atol=1e-15)
+    np.testing.assert_allclose(mesh.points[np.unique(mesh.points[:, 1].argmax())][:, 1], 2)
+    assert {name: len(cells) for name, cells in mesh.cell_sets.items()} == {"body": 2, "Set-1": 2, "_right": 1}
+
+
+def test_parts_of_a_model_that_are_left_out_are_told(tmp_path: Path) -> None:
+    text = BRICK + (
+        "*element, type=B31, elset=rod\n 30, 10, 11\n*beam section, elset=rod\n 1.,\n*tie, name=t\n a, b\n"
+        "*element, type=S3, elset=web\n 31, 10, 12, 16\n*tie, name=u\n c, d\n"
+    )
+    with pytest.warns(InputWarning) as told:
+        mesh = read_mesh(write_deck(tmp_path / "deck.inp", text))
+    first, second = (str(each.message) for each in told)
+    assert first.endswith("without *BEAM SECTION and *TIE")
+    assert 'shells of "web" lie on no face' in second
+    assert {"rod", "web"} <= {*mesh.node_sets}
+
+
 @pytest.mark.parametrize(
     ("label", "corners"),
     [("S1", "1234"), ("S2", "5678"), ("S3", "1562"), ("S4", "2673"), ("S5", "3784"), ("S6", "4851")],
@@ -213,7 +276,8 @@ def test_named_surfaces_curves_and_points_of_gmsh_become_sets(tmp_path: Path) ->
         field_data={"foot": np.array([1, 2]), "corner": np.array([2, 2]), "edge": np.array([3, 1])},
     )
     meshio.write(tmp_path / "old.msh", found, file_format="gmsh22", binary=False)
-    mesh = read_mesh(tmp_path / "old.msh")
+    with pytest.warns(InputWarning, match='"corner" lie on no face'):
+        mesh = read_mesh(tmp_path / "old.msh")
     assert mesh.n_node == 8
     np.testing.assert_array_equal(mesh.face_sets["foot"], [[0, 4]])
     np.testing.assert_array_equal(mesh.nodes("corner"), [0, 1, 5])
@@ -243,6 +307,28 @@ def test_a_cell_that_version_2_repeats_for_each_group_is_one_cell(tmp_path: Path
     mesh = read_mesh(tmp_path / "old.msh")
     assert mesh.n_cell == 1
     assert {name: members.tolist() for name, members in mesh.cell_sets.items()} == {"part": [0], "whole": [0]}
+
+
+#: A unit cube whose faces z = 0 and z = 1 are two surfaces; a group holds the second one reversed, by a number below 0.
+CUBE = "".join(f"{k + 1} {x:g} {y:g} {z:g}\n" for k, (x, y, z) in enumerate((HEX8.nodes + 1) / 2))
+CUBE_2 = (
+    f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{CUBE}$EndNodes\n$Elements\n3\n"
+    "1 3 2 7 1 1 2 3 4\n2 3 2 -7 2 5 6 7 8\n3 5 2 9 1 1 2 3 4 5 6 7 8\n$EndElements\n"
+)
+CUBE_4 = (
+    '$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 "ends"\n$EndPhysicalNames\n'
+    "$Entities\n0 0 2 1\n1 0 0 0 1 1 0 1 7 0\n2 0 0 1 1 1 1 1 -7 0\n1 0 0 0 1 1 1 0 0\n$EndEntities\n"
+    "$Nodes\n1 8 1 8\n3 1 0 8\n1\n2\n3\n4\n5\n6\n7\n8\n"
+    + "".join(line.partition(" ")[2] + "\n" for line in CUBE.splitlines())
+    + "$EndNodes\n$Elements\n3 3 1 3\n2 1 3 1\n1 1 2 3 4\n2 2 3 1\n2 5 6 7 8\n3 1 5 1\n3 1 2 3 4 5 6 7 8\n"
+    "$EndElements\n"
+)
+
+
+@pytest.mark.parametrize(("text", "name"), [(CUBE_2, "surface_7"), (CUBE_4, "ends")], ids=["2.2", "4.1"])
+def test_a_surface_that_a_group_of_gmsh_holds_reversed_belongs_to_it(text: str, name: str, tmp_path: Path) -> None:
+    mesh = read_mesh(write_deck(tmp_path / "cube.msh", text))
+    assert mesh.face_sets[name].tolist() == [[0, 4], [0, 5]]
 
 
 def test_fields_at_nodes_reach_vtk_and_gmsh_files(tmp_path: Path) -> None:
@@ -371,6 +457,16 @@ def test_a_surface_mesh_is_refused(tmp_path: Path) -> None:
         read_mesh(tmp_path / "skin.vtu")
 
 
+def test_a_cell_that_is_there_twice_counts_once_or_is_refused(tmp_path: Path) -> None:
+    """Its stiffness and mass would count twice; node by node the same it is one cell, as version 2 of Gmsh has it."""
+    same = BRICK + "*element, type=C3D8\n 9, 11, 21, 22, 12, 15, 25, 26, 16\n"
+    mesh = read_mesh(write_deck(tmp_path / "same.inp", same))
+    assert measure_cell_quality(mesh).volume.sum() == pytest.approx(2)
+    turned = BRICK + "*element, type=C3D8\n 9, 21, 22, 12, 11, 25, 26, 16, 15\n"
+    with pytest.raises(MeshError, match="has 1 cells on the same nodes as other ones"):
+        read_mesh(write_deck(tmp_path / "turned.inp", turned))
+
+
 def test_linear_and_quadratic_cells_that_touch_are_refused(tmp_path: Path) -> None:
     points = np.vstack([HEX20.nodes, HEX8.nodes[[1, 2, 5, 6]] + [2, 0, 0]])
     cells = {"hexahedron20": np.arange(20)[None], "hexahedron": np.array([[1, 20, 21, 2, 5, 22, 23, 6]])}
@@ -396,6 +492,8 @@ DAMAGE: dict[str, tuple[Callable[[str], str], str]] = {
     ),
     "nodes by rule": (lambda text: f"{text}*ngen\n 1, 2, 1\n", r"\*NGEN makes or moves nodes"),
     "instances": (lambda text: f"{text}*instance, name=a\n*instance, name=b\n", "several part instances"),
+    "no node": (lambda text: text[text.index("*element") :].join(["*node\n", ""]), r"no \*NODE lines"),
+    "odd place": (lambda text: f"{text}*instance, name=a\n 1., 2.\n", "a translation has 3 numbers"),
     "unknown set": (lambda text: f"{text}*elset, elset=new\n other\n", 'refers to the set "other"'),
     "unknown face": (lambda text: f"{text}*surface, name=new\n 7, S9\n", 'names the face "S9"'),
     "absent include": (lambda text: f"{text}*include, input=more.inp\n", 'includes "more.inp", which is not beside it'),

@@ -8,6 +8,7 @@ import pytest
 from fe.element import HEX20, TET10
 from fe.errors import MeshError
 from fe.file.mesh_file import read_mesh, write_mesh
+from geometry.errors import InputWarning
 
 #: A tetrahedron of ten nodes with legs of 2 and its midside nodes G5 (1-2), G6 (2-3), G7 (1-3), G8 (1-4), G9, G10.
 TETRA = """\
@@ -68,7 +69,13 @@ def test_a_brick_of_twenty_nodes_is_read_in_its_order(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("CTETRA         5", "CTETRA*        5", r'fields of 16 characters \("CTETRA\*"\): write it with fields of 8'),
+        ("CTETRA         5", "CTETRA    five  ", "has a CTETRA five that cannot be read"),
+        ("      14      15", "      14      55", "element 5 on grid point 55, which is not there"),
+        ("+             17      18", "+             17        ", "1 of 10 nodes are missing"),
+        ("CTRIA3         9", "CTRIA3         6", "two elements 6"),
+        ("GRID,12,,2.", "GRID,11,,2.", "two grid points 11"),
+        ("SET1,4", "INCLUDE 'more.bdf'\nSET1,4", "includes \"'more.bdf'\", which is not beside it"),
+        ("SET1,4", "INCLUDE part.bdf\nSET1,4", "includes itself"),
         ("BEGIN BULK", "$", 'has no line "BEGIN BULK"'),
         ("GRID,13,,", "GRID,13,9,", "coordinate system of their own: write them in the basic one"),
         ("+             17      18      19      20\n", "", "tetra cells of 4 nodes|cannot be read"),
@@ -83,6 +90,61 @@ def test_what_cannot_be_read_right_is_refused(tmp_path: Path, old: str, new: str
     assert old in TETRA
     with pytest.raises(MeshError, match=said):
         read_mesh(written(tmp_path, TETRA.replace(old, new)))
+
+
+#: The tetrahedron in lines of four fields.
+WIDE = "".join(
+    f"{name:8s}" + "".join(f"{number:16d}" for number in numbers) + "\n"
+    for name, numbers in (
+        ("CTETRA*", (5, 7, 11, 12)), ("*", (13, 14, 15, 16)), ("*", (17, 18, 19, 20)),
+    )
+)  # fmt: skip
+LAYOUTS = {
+    "fields of 16": TETRA.replace(TETRA[TETRA.index("CTETRA") : TETRA.index("CTRIA3")], WIDE),
+    "blank continuation": TETRA.replace("16+\n+ ", "16\n  "),
+    "lower case": TETRA.replace("$ Femap with NX Nastran Property", "$ femap")
+    .lower()
+    .replace("$ femap", "$ Femap Property"),
+    "bulk data alone": TETRA[TETRA.index("$ Femap") : TETRA.index("ENDDATA")],
+    "grid points in fields of 16": TETRA.replace(
+        "GRID,12,,2.,0.,0.",
+        "GRID*                 12                             2.0             0.0\n*                    0.0",
+    ),
+    "SPC cards": TETRA.replace("SPC1,2,123,11,12,13", "SPC,2,11,123,0.,12,123,0.\nSPC,2,13,123,0."),
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_every_layout_of_cards_is_the_same_mesh(tmp_path: Path, layout: str) -> None:
+    text = LAYOUTS[layout]
+    assert text != TETRA
+    expected = read_mesh(written(tmp_path, TETRA))
+    mesh = read_mesh(written(tmp_path, text))
+    np.testing.assert_array_equal(mesh.points, expected.points)
+    np.testing.assert_array_equal(mesh.cells["tetra10"], expected.cells["tetra10"])
+    assert {name: nodes.tolist() for name, nodes in mesh.node_sets.items()} == {
+        "set_4": [1, 2, 3, 0],
+        "spc_2": [0, 1, 2],
+    }
+    assert "body" in mesh.cell_sets
+
+
+def test_included_files_stand_where_they_are_named(tmp_path: Path) -> None:
+    first, last = TETRA.index("GRID,15"), TETRA.index("SET1")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "cells.bdf").write_text(TETRA[first:last])
+    mesh = read_mesh(written(tmp_path, TETRA[:first] + "include 'parts/\n cells.bdf'\n" + TETRA[last:]))
+    np.testing.assert_array_equal(mesh.cells["tetra10"], read_mesh(written(tmp_path, TETRA)).cells["tetra10"])
+
+
+def test_what_would_join_or_load_the_part_is_told_and_left_out(tmp_path: Path) -> None:
+    more = "CONM2,30,14,,0.1\nRBE2,31,14,123,12\nCBAR,32,9,14,12\nCTRIA3,33,4,12,13,20\nPLOTEL,34,11,14\n"
+    with pytest.warns(InputWarning) as told:
+        mesh = read_mesh(written(tmp_path, TETRA.replace("ENDDATA", more + "ENDDATA")))
+    first, second = (str(each.message) for each in told)
+    assert first.endswith("without CONM2 and RBE2 and CBAR")
+    assert 'shells of "property_4" lie on no face' in second
+    assert mesh.n_cell == 1
 
 
 def test_bulk_data_is_not_written(tmp_path: Path) -> None:

@@ -1,0 +1,18 @@
+"""Nodes that lie on each other without being one: seams along which a mesh is not joined."""
+
+import numpy as np
+from jaxtyping import Int
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fe.mesh import Mesh
+
+#: Nodes nearer than this share of the mesh's size are at one place: files have seven digits or more, and no cell is so
+#: small.
+NEAR = 1e-7
+
+
+def find_coincident_nodes(mesh: Mesh) -> Int[NDArray[np.int64], "pair 2"]:
+    """Pairs of nodes at one place, shape (n_pair, 2) [-]."""
+    size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    return np.asarray(cKDTree(mesh.points).query_pairs(NEAR * size, output_type="ndarray"), dtype=np.int64)

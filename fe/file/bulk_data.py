@@ -1,0 +1,116 @@
+"""Cards of Nastran bulk data, in fields of 8 or 16 characters or parted by commas.
+
+A card goes on in the lines that begin with a blank, a comma, "+" or "*"; a line holds eight fields of data, or four if
+they have 16 characters.
+
+References
+----------
+MSC Nastran Quick Reference Guide, Format of Bulk Data Entries; INCLUDE.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from fe.errors import MeshError
+
+#: Characters of a usual field, and those of a line that hold the name and the data.
+FIELD, WIDTH = 8, 72
+#: Sections before the bulk data.
+EXECUTIVE = re.compile(r"\s*(SOL\s+\S|CEND\b)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BulkCard:
+    """One card.
+
+    Parameters
+    ----------
+    name
+        In capitals, without the star of wide fields.
+    fields
+        Its data, blank ones as empty texts, without blanks at its end.
+    """
+
+    name: str
+    fields: list[str]
+
+    def field(self, place: int) -> str:
+        """One field, empty behind the last one."""
+        return self.fields[place] if place < len(self.fields) else ""
+
+
+def read_bulk_cards(path: Path) -> Iterator[BulkCard]:
+    """Cards between "BEGIN BULK" and "ENDDATA", or of a file without other sections, with all that is included.
+
+    Raises
+    ------
+    MeshError
+        A file with sections but without these lines, or an included one that is not there or includes itself.
+    """
+    lines = _lines(path)
+    begin = next((k for k, line in enumerate(lines) if line.strip().upper().startswith("BEGIN BULK")), None)
+    if begin is None and any(EXECUTIVE.match(line) for line in lines):
+        raise MeshError(f'mesh file {path} has no line "BEGIN BULK": write it with one, and with ENDDATA at its end')
+    if begin is not None and not any(_is_end(line) for line in lines[begin:]):
+        raise MeshError(f'mesh file {path} has no line "ENDDATA" behind "BEGIN BULK": it is cut short, write it again')
+    name, fields = "", list[str]()
+    for line in _whole(path, lines[0 if begin is None else begin + 1 :], (path,)):
+        data = _data(line)
+        if name and line[0] in " +*,":
+            fields += data
+            continue
+        if name:
+            yield _card(name, fields)
+        name, fields = line.split(",")[0][:FIELD].strip().rstrip("*").upper(), data
+    if name:
+        yield _card(name, fields)
+
+
+def _card(name: str, fields: list[str]) -> BulkCard:
+    last = max((k for k, field in enumerate(fields, start=1) if field), default=0)
+    return BulkCard(name=name, fields=fields[:last])
+
+
+def _lines(path: Path) -> list[str]:
+    return path.read_text(encoding="latin-1").splitlines()
+
+
+def _is_end(line: str) -> bool:
+    return line.strip().upper().startswith("ENDDATA")
+
+
+def _whole(path: Path, lines: list[str], outer: tuple[Path, ...]) -> Iterator[str]:
+    """Lines of cards without comments, and those of included files in their place."""
+    remaining = iter(lines)
+    for raw in remaining:
+        line = raw.split("$")[0].rstrip()
+        if _is_end(line):
+            return
+        if line[:FIELD].upper().rstrip() != "INCLUDE":
+            if line:
+                yield line
+            continue
+        name = raw[FIELD - 1 :].strip()
+        while name[:1] in {"'", '"'} and name.count(name[0]) < 2:  # a long name goes on in the next line
+            name += next(remaining, name[0]).strip()
+        file = path.parent / name.strip("'\" ")
+        if not file.is_file():
+            raise MeshError(f'mesh file {path} includes "{name}", which is not beside it: put it there')
+        if file in outer:
+            raise MeshError(f"mesh file {file} includes itself: remove that INCLUDE")
+        yield from _whole(file, _lines(file), (*outer, file))
+
+
+def _data(line: str) -> list[str]:
+    """Fields of data of one line: as many as it has place for."""
+    if "," in line:
+        head, *fields = (field.strip() for field in line.split(","))
+        count = 4 if "*" in head else 8
+    else:
+        line = line.expandtabs(FIELD)
+        width = 2 * FIELD if "*" in line[:FIELD] else FIELD
+        count = (WIDTH - FIELD) // width
+        fields = [line[k : k + width].strip() for k in range(FIELD, min(len(line), WIDTH), width)]
+    return (fields + [""] * count)[:count]

@@ -1,0 +1,94 @@
+"""Matrices that Abaqus writes for ``*MATRIX OUTPUT``: node, direction, node, direction and value in each line.
+
+Both nodes have directions 1 to 6, three displacements and three rotations. A symmetric matrix stores each pair once::
+
+    **  Assembled nodes
+    1,1, 1,1, 2.0000000e+04
+    2,1, 1,1,-1.0000000e+04
+
+References
+----------
+Abaqus Analysis User's Guide, Generating structural matrices; Abaqus Keywords Reference Guide, *MATRIX INPUT.
+"""
+
+import re
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from fe.errors import MatrixFileError
+from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, DofLabels
+from fe.file.matrix import MATRIX_FORMATS
+from fe.file.matrix_content import FileMatrix, refuse_cut_number
+from fe.file.registry import FileFormat
+
+#: Abaqus holds what ``*BOUNDARY`` fixes by 1e36 on the diagonal; no stiffness of a structure is as large as this.
+HELD = 1e30
+_ENTRY = re.compile(rb"^[ \t]*\d+[ \t]*,[ \t]*\d+[ \t]*,[ \t]*\d+[ \t]*,[ \t]*\d+[ \t]*,[^,\n]+$", re.MULTILINE)
+
+
+def read_matrix_output(path: Path) -> Mapping[str, FileMatrix]:
+    """Read one symmetric matrix, on the degrees of freedom that it names.
+
+    Raises
+    ------
+    MatrixFileError
+        A line that is none, an entry that is there twice, other degrees of freedom than displacements and rotations, or
+        one that a boundary condition holds.
+    """
+    refuse_cut_number(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of NumPy, of an empty file, which is refused below
+            table = np.loadtxt(path, dtype=np.float64, delimiter=",", comments="*", ndmin=2)
+        places = table[:, :4]
+        # Read as real numbers: what is no label is nan, 1.7 or too large; nodes within elements are negative.
+        if table.shape[1] != 5 or not ((places % 1 == 0) & (places >= 1) & (places <= LARGEST_LABEL)).all():
+            raise ValueError
+        first, first_dof, second, second_dof = places.T.astype(np.int64)
+    except (ValueError, LookupError):
+        raise MatrixFileError(
+            f'"{path}" is no matrix of Abaqus, or damaged: write it with *MATRIX OUTPUT, in lines of node, degree of '
+            "freedom, node, degree of freedom and value"
+        ) from None
+    highest = int(max(first_dof.max(), second_dof.max()))
+    if highest > len(DIRECTIONS):
+        raise MatrixFileError(
+            f'"{path}" has the degree of freedom {highest}: leave all but displacements and rotations, 1 to '
+            f"{len(DIRECTIONS)}, out of the model"
+        )
+    width = len(DIRECTIONS)
+    keys, index = np.unique(
+        np.stack([width * first + first_dof - 1, width * second + second_dof - 1]), return_inverse=True
+    )
+    rows, columns = index.reshape(2, -1)
+    dofs = DofLabels(node=keys // width, direction=keys % width)
+    place, mirrored = rows * len(keys) + columns, columns * len(keys) + rows
+    if len(np.unique(place)) < len(place):
+        raise MatrixFileError(f'"{path}" gives an entry twice: write it again')
+    # Its triangle is that of the order of the nodes in Abaqus, which need not be that of their numbers.
+    alone = ~np.isin(mirrored, place)
+    entries = np.concatenate([table[:, 4], table[alone, 4]])
+    both = (np.concatenate([rows, columns[alone]]), np.concatenate([columns, rows[alone]]))
+    matrix = sp.csr_array(sp.coo_array((entries, both), shape=(len(keys),) * 2))
+    held = np.flatnonzero(matrix.diagonal() >= HELD)
+    if len(held):
+        raise MatrixFileError(
+            f'"{path}": {dofs.name(int(held[0]))} is held by 1e36, as Abaqus writes what *BOUNDARY fixes: write the '
+            "matrices in a step without it, and fix nodes by [[structure.support]]"
+        )
+    return {"": FileMatrix(matrix=matrix, dofs=dofs)}
+
+
+MATRIX_FORMATS.register(
+    FileFormat(
+        name="matrix_output",
+        suffixes=(".mtx",),
+        recognise=lambda head: _ENTRY.search(head) is not None,
+        read=read_matrix_output,
+        write=None,
+    )
+)
