@@ -106,6 +106,9 @@ def test_numbers_that_may_be_decimals_or_thousands_are_doubted(tmp_path: Path, r
         ("time,force\n[ms],[kN]", ["time", "force"], ["ms", "kN"]),
         ("Channel 1,Channel 2\ntime,acc\ns,m/s²", ["Channel 1 time", "Channel 2 acc"], ["s", "m/s^2"]),
         ("acc,acc", ["acc", "acc (2)"], ["", ""]),
+        ("f,H\n\nUnits:\nHz,m/N", ["f", "H"], ["Hz", "m/N"]),  # of an analyser, with blank lines
+        ("Signals,4\n,\n',Signal 2\n',g", ["column 1", "Signal 2"], ["", "g_n"]),  # a spreadsheet's empty line
+        ("AxisUnit,Hz\n,\n',Signal 2\n',g", ["column 1", "Signal 2"], ["Hz", "g_n"]),
         ("time,", ["time", "column 2"], ["", ""]),
         ("# time, force", ["time", "force"], ["", ""]),
     ],
