@@ -153,7 +153,9 @@ def motions(judged: JudgedTable) -> list[Column]:
 
 
 def _add_channel(draft: Draft, judged: JudgedTable, column: Column) -> None:
-    """Sensor of a channel of a record, which has the name of its column."""
+    """Sensor of a channel of a record, which has the name of its column, unless another record has it."""
+    if draft.named("sensor", column.name) is not None:
+        return
     name = add_sensor(draft, judged, column, has_phase=None, needs_unit=True)
     entry = draft.named("sensor", name)
     if entry is not None and draft.named("sensor", column.name) is None:
