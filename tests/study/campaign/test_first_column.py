@@ -85,3 +85,10 @@ def test_parts_in_brackets_are_those_of_one_response(tmp_path: Path) -> None:
     (response,) = manifest["frf"]
     parts = [one for name, one in response["columns"].items() if name != "frequency"]
     assert parts == [{"real": f"Signal {n} (Real)", "imag": f"Signal {n} (Imag.)"} for n in (2, 3)]
+
+
+def test_channels_of_one_array_have_the_motion_of_most_of_them(tmp_path: Path) -> None:
+    beyond_a_node = np.stack([RATIO, 0.5 * RATIO, -0.3 * RATIO, 0.7 * RATIO], axis=1)
+    savemat(tmp_path / "a.mat", {"freq": LINES, "FRF": beyond_a_node})
+    _, manifest = drafted(tmp_path)
+    assert [sensor["quantity"] for sensor in manifest["sensor"]] == ["displacement"] * 4
