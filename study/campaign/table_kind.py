@@ -168,12 +168,14 @@ def _lacks_response(judged: JudgedTable) -> str:
     if judged.of_role(Role.FORCE):
         return "it has a force and no response"
     if not any(guess.role in {Role.TIME, Role.FREQUENCY} for guess in judged.columns.values()):
-        if (either := _either(judged)) and judged.table.file.format in OF_ARRAYS:
+        either = _either(judged)
+        if either and judged.table.file.format in OF_ARRAYS:
             return either
         named = ", ".join(f'"{column.name}"' for column in judged.table.columns[:4])
         return (
             f"nothing says what its columns {named} are: write a header such as frequency [Hz], force [N], tip [mm], "
             "phase [deg] above them, or name them below [run.columns] (docs/campaign.md)"
+            + (f"; {either}" if either else "")
         )
     return "it has no response"
 

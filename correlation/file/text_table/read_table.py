@@ -49,6 +49,9 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         comments: list[str] = []
         lines = _lines(path.name, stream, comments)
         sample = list(itertools.islice(lines, SAMPLE))
+        if len(sample) > 2 and all(_unquoted(text) is not None for _, text in sample):
+            lines = ((number, _unquoted(text) or text) for number, text in lines)
+            sample = [(number, _unquoted(text) or text) for number, text in sample]
         if not sample:
             raise CampaignError(f"{path.name}: has no rows; give a table with numbers below a line of names")
         remarks = list(comments)
@@ -90,6 +93,16 @@ def _with_axis_unit(columns: tuple[Column, ...], facts: Mapping[str, str]) -> tu
     if not unit_text(label) or first.unit or first.name != "column 1" or len(columns) < 2:
         return columns
     return replace(first, unit=unit_text(label), unit_label=label), *columns[1:]
+
+
+def _unquoted(text: str) -> str | None:
+    """The fields of a line that a spreadsheet took for one and put into quotation marks; None for another line."""
+    line = text.strip()
+    if len(line) < 2 or line[0] != '"' or line[-1] != '"':
+        return None
+    inside = line[1:-1].replace('""', "")
+    has_several = any(separator in inside for separator in ",;\t") and '"' not in inside
+    return line[1:-1].replace('""', '"') if has_several else None
 
 
 def _lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Line]:
