@@ -118,6 +118,8 @@ MOST_SETTINGS = 60
 #: Samples of a history are nearer than this share of a period [-].
 NYQUIST = 0.5
 HERTZ = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
+#: A turn is a peak of this share of all displacements [-]; a slow cycle has at least so many rows.
+PROMINENT, ROWS_OF_CYCLE = 0.02, 20
 #: A force that answers an imposed displacement has more of its power beside its first line [-].
 DISTORTED = 1e-3
 
@@ -154,6 +156,8 @@ def judge_table(table: Table) -> JudgedTable:
         return _as(judged, Kind.NOT_USED, f"its numbers are complex, and it has no frequency: {_to_add(table)}")
     if either := _either(judged):
         return _as(judged, Kind.NOT_USED, either)
+    if len(table.columns[0].values) >= FEWEST_SAMPLES and _is_cycled(judged):
+        return _as(judged, Kind.LOOP, "a force and a displacement that goes to and fro slowly, and no time")
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
         return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
     return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *unknown_units(judged)]))
@@ -167,6 +171,8 @@ def _lacks_response(judged: JudgedTable) -> str:
         return f"it has no response in a unit that is known: {'; '.join(unknown)}"
     if judged.of_role(Role.FORCE):
         return "it has a force and no response"
+    if all(column.words for column in judged.table.columns):
+        return "it has texts and no numbers"
     if not any(guess.role in {Role.TIME, Role.FREQUENCY} for guess in judged.columns.values()):
         either = _either(judged)
         if either and judged.table.file.format in OF_ARRAYS:
@@ -416,6 +422,19 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
         return _as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, and it has phases and no force")
     why = f"{lines}: these are spectra, and no frequency responses"
     return _as(judged, Kind.NOT_USED, f"{why}; export the ratio of response and force, and call it H")
+
+
+def _is_cycled(judged: JudgedTable) -> bool:
+    """Whether a force and a displacement without a time are those of slow cycles, each of many rows."""
+    from scipy.signal import find_peaks
+
+    responses, forces = judged.of_role(Role.RESPONSE), judged.of_role(Role.FORCE)
+    quantities = [judged.columns[column.name].quantity for column in (*responses, *forces)]
+    if quantities != ["displacement", "force"] or judged.settings:
+        return False
+    moved = responses[0].values.real
+    turns = find_peaks(moved, prominence=PROMINENT * max(float(np.ptp(moved)), 1e-300))[0]
+    return 2 <= len(turns) <= len(moved) / ROWS_OF_CYCLE
 
 
 def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
