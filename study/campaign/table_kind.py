@@ -375,7 +375,9 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}
     ratio = [column for column in responses if ratio_quantity(column.unit)]
     if ratio:
-        return _as(judged, Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}')
+        return _as(
+            _only_ratios(judged), Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}'
+        )
     if judged.of_role(Role.COHERENCE):
         return _as(judged, Kind.FREQUENCY_RESPONSE, "it has a coherence")
     if words & RATIOS and not judged.of_role(Role.FORCE):
@@ -392,13 +394,13 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
 def _only_ratios(judged: JudgedTable) -> JudgedTable:
     """A table without complex columns of other names than those of ratios beside such ones, as spectra are."""
     called = {
-        column.name: bool(set(name_words(judged.table.short_name(column))) & RATIOS)
+        column.name: bool(ratio_quantity(column.unit) or set(name_words(judged.table.short_name(column))) & RATIOS)
         for column in judged.of_role(Role.RESPONSE)
         if np.iscomplexobj(column.values)
     }
     if not any(called.values()):
         return judged
-    why = "complex numbers beside a frequency response by its name, and its own name does not say that it is one"
+    why = "complex numbers beside a frequency response, and neither their unit nor their name says that they are one"
     change = {
         name: replace(judged.columns[name], role=Role.FOREIGN, evidence=why)
         for name, ratio in called.items()
