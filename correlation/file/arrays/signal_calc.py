@@ -41,7 +41,7 @@ def read_signal_units(file: MeasuredFile) -> MeasuredFile:
 
     again = {f"W{name[1:]}" for name in labels if name.startswith("X")}
     again |= {name.replace(VALUES, FIRST) for name in again}
-    left_out = {name: "not read: a block under a window, which stands there without it" for name in again & {*labels}}
+    left_out = dict.fromkeys(again & {*labels}, "not read: a block under a window, which stands there without it")
     columns = tuple(labelled(column) for column in file.columns if column.name not in again)
     return replace(file, columns=columns, facts={**file.facts, **left_out})
 
