@@ -420,7 +420,9 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
     has_phase = any(np.iscomplexobj(column.values) for column in judged.of_role(Role.RESPONSE)) or any(
         guess.role is Role.PHASE or guess.part is Part.IMAGINARY for guess in guesses
     )
-    if has_phase and not judged.of_role(Role.FORCE) and not words & SPECTRUM_WORDS:
+    # What has the unit of a motion, and not of its ratio to a force, is its spectrum.
+    of_motion = any(column.unit for column in judged.of_role(Role.RESPONSE))
+    if has_phase and not of_motion and not judged.of_role(Role.FORCE) and not words & SPECTRUM_WORDS:
         return _as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, and it has phases and no force")
     why = f"{lines}: these are spectra, and no frequency responses"
     return _as(judged, Kind.NOT_USED, f"{why}; export the ratio of response and force, and call it H")

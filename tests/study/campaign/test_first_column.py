@@ -55,8 +55,12 @@ def test_complex_parts_from_zero_hertz_are_frequency_responses(tmp_path: Path) -
     assert set(manifest) & {"frf", "run"} == {"frf"}
 
 
-def test_lines_from_zero_hertz_without_phases_are_spectra(tmp_path: Path) -> None:
-    write_csv(tmp_path / "point1.csv", "Frequency [Hz],tip [mm]", LINES, np.abs(RATIO))
+@pytest.mark.parametrize("header", ["tip [mm]", "tip (Real) [mm],tip (Imag) [mm]"])
+def test_lines_from_zero_hertz_without_phases_or_in_the_unit_of_a_motion_are_spectra(
+    tmp_path: Path, header: str
+) -> None:
+    parts = (np.abs(RATIO),) if "," not in header else (RATIO.real, RATIO.imag)
+    write_csv(tmp_path / "point1.csv", f"Frequency [Hz],{header}", LINES, *parts)
     assert "lines of a Fourier transform" in refusal(tmp_path)
 
 
