@@ -1,6 +1,6 @@
 """The measured files of a campaign folder, each read once, and the rows of one that an entry of the manifest takes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -83,6 +83,28 @@ def take_rows(
         if not mask.any():
             raise table.problem("missing", f"every row of {file.path.name} lacks a value: remove the entry")
     return with_rows(file, columns, mask)
+
+
+def without_padding(file: MeasuredFile, names: Iterable[str]) -> MeasuredFile:
+    """The file without rows at its end in which some columns have no number, as beside longer columns.
+
+    Parameters
+    ----------
+    file
+        All of the file.
+    names
+        Columns, of which one with a number keeps a row.
+    """
+    columns = [file.column(name) for name in names]
+    lengths = {len(column.values) for column in columns}
+    if len(lengths) != 1:
+        return file
+    there = np.any([np.isfinite(column.values) for column in columns], axis=0)
+    length, end = len(there), int(np.flatnonzero(there)[-1]) + 1 if there.any() else len(there)
+    if end == length:
+        return file
+    cut = (replace(one, values=one.values[:end]) if len(one.values) == length else one for one in file.columns)
+    return replace(file, columns=tuple(cut))
 
 
 def _has(table: TomlTable, file: MeasuredFile, column: Column, value: object) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
-from correlation.campaign.measured_files import MeasuredFiles, take_rows, with_rows
+from correlation.campaign.measured_files import MeasuredFiles, take_rows, with_rows, without_padding
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, MeasuredSensor, Measurement, Suspicion
 from correlation.campaign.passes import (
     SWEEP_WORDS,
@@ -238,6 +238,7 @@ def _steady_state(
     entry: RunEntry, file: MeasuredFile, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, order: int
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
     """Harmonics of one steady state over time, and what they suspect of it."""
+    file = without_padding(file, entry.own["time"].columns.values())
     time = entry.own["time"].or_unit(file, "s").real_values(file, "s")
     measured = [(number, sensor) for number, sensor in enumerate(sensors) if sensor.name in entry.signals]
     values = np.array(

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Suspicion
+from correlation.campaign.measurement import ROTATION_UNIT, SI_UNIT, Suspicion
 from correlation.data_quality.size_cause import list_causes
 from correlation.data_quality.wrong_unit import format_times
 from correlation.data_type.measured_response import MeasuredResponse
@@ -78,6 +78,14 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
     system = model.in_configuration(response.configuration).system
     sensors = motion_sensors(model, response.sensors)
     rows = np.array([sensor.gain * sensor.row for sensor in sensors])
+    # The gain of a sensor or drive in volts or percent is not known, and any factor may be it.
+    calibrated = np.array(
+        [
+            unit.partition(" per ")[0] in {SI_UNIT[sensor.quantity], ROTATION_UNIT[sensor.quantity]}
+            and unit.partition(" per ")[2] in {"N", "m/s^2"}
+            for sensor, unit in zip(sensors, response.units, strict=True)
+        ]
+    )
     found: list[tuple[int, float, complex]] = []
     fit = response.fit
     for mode in mend_modes(model, response.modes) if fit is not None else ():
@@ -87,7 +95,7 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
         measured = fit.residues[:, int(np.argmin(np.abs(fit.frequency - mode.frequency)))]
         omega, shape = 2 * np.pi * float(frequency[partner]), shapes[:, partner]
         of_model = (rows @ shape) * complex(shape @ system.dynamic[1]) / (2j * omega)
-        tells = (np.abs(of_model) > MOVES * np.abs(of_model).max()) & (measured != 0)
+        tells = (np.abs(of_model) > MOVES * np.abs(of_model).max()) & (measured != 0) & calibrated
         found += [
             (row, omega, complex(np.log(measured[row] / of_model[row]))) for row in np.flatnonzero(tells).tolist()
         ]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY
-from correlation.campaign.measured_files import take_rows, with_rows
+from correlation.campaign.measured_files import take_rows, with_rows, without_padding
 from correlation.campaign.measurement import CONFIGURATIONS, MeasuredSensor, Measurement
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
@@ -78,6 +78,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     # A line that one sensor lacks is one of the others; a sample is one of all channels.
     needed = None if "time" in own else _columns(*own.values())
     file = take_rows(table, context.files.read(table.take("file", str)), names, needed=needed)
+    file = without_padding(file, own["time"].columns.values()) if "time" in own else file
     level = _read_level(table)
     tests = [test.name for test in context.tests]
     test = tests.index(table.choice("test", tests)) if "test" in table.values else -1

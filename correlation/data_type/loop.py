@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from correlation.campaign.measured_files import take_rows
+from correlation.campaign.measured_files import take_rows, without_padding
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
@@ -27,6 +27,7 @@ def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
     columns.finish()
     names = [*displacement.columns.values(), *force.columns.values()]
     file = take_rows(table, context.files.read(table.take("file", str)), names)
+    file = without_padding(file, names)
     x, f = displacement.real_values(file, "m"), force.real_values(file, "N")
     with table.reading(file.path.name):
         loops = analyse_loop(x, f)

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.campaign.measured_files import take_rows
+from correlation.campaign.measured_files import take_rows, without_padding
 from correlation.campaign.measurement import CONFIGURATIONS
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
@@ -153,6 +153,7 @@ def _read(table: TomlTable, context: DataContext, analyse: Callable[..., tuple[R
     )
     start, end = (table.converted(key, lambda value: si_quantity(value, "s"), np.nan) for key in ("start", "end"))
     near = table.converted("modes", _frequencies, NO_MODES)
+    file = without_padding(file, time.columns.values())
     instants = time.or_unit(file, "s").real_values(file, "s")
     signal = value.real_values(file, sensor.unit)
     step = float(np.median(np.diff(instants))) if len(instants) > 1 else 0.0

@@ -1,8 +1,9 @@
 """Times and frequencies that a file says by numbers: a sampling rate, or a first value and a step."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -43,11 +44,12 @@ def add_abscissas(file: MeasuredFile) -> MeasuredFile:
             groups.setdefault((_path(file, column), len(column.values)), []).append(column)
     added: dict[str, Column] = {}
     units: dict[str, str] = {}
+    above = cache(lambda: next((step for facts in (_numbers(file, ""), file.facts) if (step := _step(facts))), None))
     for (path, length), columns in groups.items():
         beside = groups.get(("", length), []) if path else []
         if any(_may_be_abscissa(one) for one in [*columns, *beside]):
             continue
-        if (abscissa := _of_pair(file, path, length) or _of_rate(file, path, columns)) is not None:
+        if (abscissa := _of_pair(file, path, length) or _of_rate(file, path, columns, above)) is not None:
             added[columns[0].name] = abscissa
             label = file.facts.get(f"{path}{_mark(file)}quantity{_mark(file)}label", "")
             units |= {one.name: unit_text(label) for one in columns if not one.unit and label}
@@ -58,12 +60,13 @@ def add_abscissas(file: MeasuredFile) -> MeasuredFile:
     return replace(file, columns=tuple(result)) if added else file
 
 
-def _of_rate(file: MeasuredFile, path: str, columns: Sequence[Column]) -> Column | None:
+def _of_rate(
+    file: MeasuredFile, path: str, columns: Sequence[Column], above: Callable[[], float | None]
+) -> Column | None:
     """The time of some columns by a sampling rate or step beside them, above them, or among their attributes."""
     if any(np.iscomplexobj(one.values) for one in columns):
         return None
-    texts = [dict(columns[0].facts), _numbers(file, path), _numbers(file, ""), dict(file.facts)]
-    step = next((step for facts in texts if (step := _step(facts)) is not None), None)
+    step = _step(columns[0].facts) or _step(_numbers(file, path)) or above()
     if step is None:
         return None
     values = step * np.arange(len(columns[0].values))

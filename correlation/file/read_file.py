@@ -5,6 +5,8 @@ from pathlib import Path
 
 from correlation.errors import CampaignError
 from correlation.file.abscissa import add_abscissas
+from correlation.file.arrays.first_column import pair_first_columns
+from correlation.file.arrays.signal_calc import read_signal_units
 from correlation.file.column import MeasuredFile
 from correlation.file.decibel import read_decibels
 from correlation.file.format import HEAD, MEASURED_FILES, MeasuredFileFormat
@@ -47,7 +49,7 @@ def read_file(path: Path) -> MeasuredFile:
     if not (measured.columns or measured.shapes or measured.nodes):
         reasons = "; ".join(f"{name}: {text}" for name, text in measured.facts.items() if text.startswith("not read"))
         raise CampaignError(f"{path.name}: has no numbers ({reasons[:200] or 'no channels'}); give another file")
-    measured = add_abscissas(measured)
+    measured = add_abscissas(pair_first_columns(read_signal_units(measured)))
     return replace(measured, columns=tuple(read_decibels(column) for column in measured.columns))
 
 

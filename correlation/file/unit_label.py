@@ -119,7 +119,7 @@ def find_unit(label: str) -> Label:
         found = find_unit(match["unit"])
         if unit_text(found.unit, name=found.name) and not found.is_doubtful:
             return found._replace(unit=f"{found.unit} {match['word']}")
-    if (match := BRACKETED.match(label)) and match["name"]:
+    if (match := BRACKETED.match(label)) and match["name"] and not unit_text(match["name"]):  # "(m/s^2)(N)"
         token = match["square"] if match["square"] is not None else match["round"]
         rest, sign = match["rest"].strip(), match["both"][0]
         if not unit_text(token) and unit_text((found := find_unit(match["name"])).unit) and not found.is_doubtful:

@@ -115,12 +115,14 @@ def _unrounded(time: Samples) -> Samples:
     steps = np.diff(time)
     if np.ptp(steps) <= WHOLE * steps.mean() or _lacks_samples(steps):
         return time
-    digit = _last_digit(time)
-    if not digit.all():
-        return time
     sample = np.arange(len(time))
-    clock = np.polynomial.Polynomial.fit(sample, time, 1, w=1 / digit)(sample)
-    return np.asarray(clock) if (np.abs(time - clock) <= HALF * digit).all() else time
+    for digit in (_last_digit(time), _last_digit_of_decade(time)):
+        if not digit.all():
+            continue
+        clock = np.polynomial.Polynomial.fit(sample, time, 1, w=1 / digit)(sample)
+        if (np.abs(time - clock) <= HALF * digit).all():
+            return np.asarray(clock)
+    return time
 
 
 def _lacks_samples(steps: Samples) -> bool:
@@ -148,6 +150,21 @@ def _last_digit(time: Samples) -> Samples:
                 part = np.where(unit > 0, time / unit, 0.0)
             if np.abs(part - np.round(part)).max() < WHOLE:
                 size = np.maximum(size, unit)
+                break
+    return size
+
+
+def _last_digit_of_decade(time: Samples) -> Samples:
+    """Size of the last digit in each decade, as where five digits, but four decimals at least, are written [s]."""
+    size = np.zeros(len(time))
+    power = np.floor(np.log10(np.where(time == 0, np.inf, np.abs(time))))
+    power[time == 0] = power.min()
+    for decade in np.unique(power):
+        there = power == decade
+        for digit in range(MOST_DIGITS):
+            part = time[there] / 10.0 ** (decade - digit)
+            if np.abs(part - np.round(part)).max() < WHOLE:
+                size[there] = 10.0 ** (decade - digit)
                 break
     return size
 

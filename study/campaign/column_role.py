@@ -93,6 +93,7 @@ WORDS: dict[Role, frozenset[str]] = {
             "omega",
             "om",
             "drivefrequency",
+            "kreisfrequenz",
         ]
     ),
     Role.TIME: frozenset(["time", "t", "zeit", "times"]),
@@ -118,9 +119,34 @@ RATIOS = frozenset(["frf", "h", "tf", "receptance", "mobility", "accelerance", "
 FORCE_WORDS = FORCE_QUANTITY | {"hammer", "impact"}
 #: The letter of a force: F, Fx, F1, F_amp. By itself, "F" may also be a frequency.
 FORCE_SYMBOL = re.compile(r"F(?:[xyz]|_?\d+)?(?![A-Za-z])")
+#: The small letter of a force, which is that of a frequency unless some values are negative.
+SMALL_FORCE_SYMBOL = re.compile(r"f(?:[xyz]|_?\d+)?(?![A-Za-z])")
 #: Names of a pressure, as of a microphone.
 PRESSURE_WORDS = frozenset(
     ["mic", "microphone", "mikrofon", "pressure", "sound", "spl", "schall", "schalldruck", "druck"]
+)
+#: Names of the spectrum of one or two channels, which is no ratio of them.
+SPECTRUM_WORDS = frozenset(
+    [
+        "fft",
+        "spectrum",
+        "spectra",
+        "spec",
+        "spektrum",
+        "autospectrum",
+        "crossspectrum",
+        "autopower",
+        "crosspower",
+        "psd",
+        "asd",
+        "csd",
+        "apsd",
+        "cpsd",
+    ]
+)
+#: Names of what scatters about a mean.
+SPREAD_WORDS = frozenset(
+    ["std", "stddev", "stdev", "sd", "sigma", "deviation", "uncertainty", "error", "err", "variance", "streuung"]
 )
 #: Names of a voltage that drives a shaker or is meant to.
 DRIVE_WORDS = frozenset(
@@ -143,6 +169,10 @@ LOAD_CELL_NAME = re.compile(r"(?:R|LC|load[ _]?cell)[ _]?[1-9](?![0-9])", re.IGN
 RATIO = re.compile(r"\(?(.+?)\)?/\(?(m?N|kN|lbf|kgf|V)\)?")
 #: Place of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
+#: What a column is a part of, in brackets: "H (Real)", "Signal 2 (Imag.)", "tip (phase)".
+IN_BRACKETS = re.compile(
+    rf"[\[(]\s*({'|'.join([*sorted(frozenset().union(*PARTS.values())), 'phase', 'phas'])})\.?\s*[\])]", re.IGNORECASE
+)
 #: How the evidence of the parts of a lock-in amplifier ends.
 QUADRATURE = "are signed: in phase, and in quadrature"
 #: Why a column is not used though it is a channel.
@@ -183,7 +213,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
     ratio = ratio_quantity(unit)
     if ratio:
         return Recognised(role=Role.RESPONSE, part=part, quantity=ratio, unit=unit, evidence=said, stem=stem)
-    if foreign := _foreign(words, unit, quantity):
+    if foreign := _foreign(words, unit, quantity) or _spectrum(words, name, by_name) or _spread(words):
         return Recognised(role=Role.FOREIGN, unit=unit, evidence=foreign)
     if by_name is Role.PHASE or (quantity == "angle" and not set(words) & _motions()):
         return _recognise_phase(column, unit, said, stem)
@@ -192,7 +222,12 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if quantity in {"time", "frequency"} and _may_be_abscissa(column):
         role = Role.TIME if quantity == "time" else Role.FREQUENCY
         return Recognised(role=role, quantity=quantity, unit=unit, evidence=said)
-    if by_name in {Role.TIME, Role.FREQUENCY} and quantity in {"", "time", "frequency"} and _may_be_abscissa(column):
+    if (
+        (by_name is Role.TIME or by_name is Role.FREQUENCY)
+        and quantity in {"", "time", "frequency"}
+        and _may_be_abscissa(column)
+        and not _contradicts(column, words, by_name)
+    ):
         return _abscissa_by_name(by_name, name, unit, words)
     if quantity == "force" and LOAD_CELL_NAME.match(name):
         why = f'called "{name}": a load cell'
@@ -225,7 +260,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
 
 
 def recognise_force_symbol(column: Column, name: str) -> Recognised | None:
-    """A column without a unit that is called F, Fx, F_amp or the like as a force; None for another name.
+    """A column without a unit that is called F, Fx, F_amp as a force, with negative values also f; None for others.
 
     Parameters
     ----------
@@ -234,7 +269,7 @@ def recognise_force_symbol(column: Column, name: str) -> Recognised | None:
     name
         Its name within its table.
     """
-    if not FORCE_SYMBOL.match(name):
+    if not (FORCE_SYMBOL.match(name) or (SMALL_FORCE_SYMBOL.match(name) and _has_sign(column))):
         return None
     words = name_words(name)
     return _force_without_unit(column, name, _part(column, words), _stem(words, name))
@@ -246,7 +281,7 @@ def unit_of(column: Column, name: str) -> tuple[str, str]:
         return column.unit, f"unit {column.unit} in the file"
     if re.fullmatch(r"V\d*", name):
         return "V", f'called "{name}"'
-    ending, unit = find_suffix(INDEX.sub("", split_label(name)[0]))
+    ending, unit = find_suffix(INDEX.sub("", split_label(name)[0]).rstrip("_"))  # MATLAB has "Acc (g)" as "Acc_g_"
     return (unit, f'its name ends in "_{ending}"') if unit else ("", "")
 
 
@@ -259,9 +294,10 @@ def listed_unit(column: Column, quantity: str) -> str:
 
 def name_words(name: str) -> list[str]:
     """Words of a name without its unit, in small letters: "leftAcc_mm_s2" gives left and acc."""
-    plain = re.sub(r"[\[({].*", "", split_label(name)[0]) or name
+    label = split_label(name)[0]
+    plain = (re.sub(r"[\[({].*", "", label) or name).rstrip("_")
     ending, _ = find_suffix(plain)
-    plain = plain[: -len(ending) - 1] if ending else plain
+    plain = " ".join([plain[: -len(ending) - 1] if ending else plain, *IN_BRACKETS.findall(label)])
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", plain)
     return re.findall(r"[^\W\d_²³]+|\d+", unicodedata.normalize("NFC", plain).lower())
 
@@ -279,7 +315,8 @@ def _stem(words: list[str], name: str) -> str:
 
 def _abscissa_by_name(role: Role, name: str, unit: str, words: list[str]) -> Recognised:
     """A time or frequency by its name, where no unit is known in s, Hz or rad/s."""
-    usual = "s" if role is Role.TIME else "rad/s" if set(words) & {"omega", "om"} else "Hz"
+    angular = bool(set(words) & {"omega", "om", "angular", "circular", "kreisfrequenz"})
+    usual = "s" if role is Role.TIME else "rad/s" if angular else "Hz"
     says = "" if unit else f", and the file says no unit: {usual}"
     return Recognised(role=role, unit=unit or usual, evidence=f'called "{name}"{says}', assumed=not unit)
 
@@ -297,6 +334,20 @@ def _foreign(words: list[str], unit: str, quantity: str) -> str:
         is_number = "/" not in unit and not _has_dimension(unit)  # such as a percentage
         return "" if is_number or is_motion_ratio(unit) else f"{unit} is a unit of no motion, force or voltage"
     return ""
+
+
+def _spectrum(words: list[str], name: str, by_name: Role | None) -> str:
+    """Why a column is a spectrum, also by a word in brackets; empty for another."""
+    named = sorted({*words, *re.findall(r"[a-z]+", name.lower())} & SPECTRUM_WORDS)
+    if not named or set(words) & RATIOS or by_name in {Role.TIME, Role.FREQUENCY}:
+        return ""
+    return f'by "{named[0]}" in its name a spectrum, which is neither a motion nor its ratio to a force'
+
+
+def _spread(words: list[str]) -> str:
+    """Why a column is the spread of another one; empty for another."""
+    named = sorted(set(words) & SPREAD_WORDS)
+    return f'by "{named[0]}" in its name the spread of another column' if named else ""
 
 
 def _has_dimension(unit: str) -> bool:
@@ -364,6 +415,20 @@ def ratio_quantity(unit: str) -> str:
 def _may_be_abscissa(column: Column) -> bool:
     """Whether values change and are no complex numbers."""
     return not np.iscomplexobj(column.values) and len(np.unique(column.values)) > 1
+
+
+def _contradicts(column: Column, words: list[str], by_name: Role) -> bool:
+    """Whether values are none of a frequency, which has no sign, or of a time "T1" that may be a temperature."""
+    if by_name is Role.FREQUENCY:
+        return _has_sign(column)
+    return (
+        not set(words) & WORDS[Role.TIME] - {"t"} and not column.unit and bool((np.diff(column.values.real) < 0).any())
+    )
+
+
+def _has_sign(column: Column) -> bool:
+    """Whether some values are negative, as no frequency is."""
+    return bool((column.values.real < 0).any())
 
 
 def _recognise_phase(column: Column, unit: str, said: str, stem: str) -> Recognised:

@@ -354,7 +354,7 @@ def is_response_controlled(judged: JudgedTable, force: NDArray[Any], response: C
     """Whether the force varies over the frequencies of a series and the response does not."""
     mask = judged.mask(dict(rows))
     drive, answer = np.abs(force[mask]), np.abs(response.values[mask])
-    if not (drive > 0).all() or not (answer > 0).all():
+    if not len(drive) or not (drive > 0).all() or not (answer > 0).all():
         return False
     spread = float((np.quantile(answer, 0.9) - np.quantile(answer, 0.1)) / np.median(answer))
     return bool(drive.max() / drive.min() > CONTROL_FORCE and spread < CONTROL_RESPONSE)

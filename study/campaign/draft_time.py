@@ -53,7 +53,7 @@ def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:
 
 def draft_loops(draft: Draft, judged: JudgedTable) -> None:
     """One loop per combination of the settings."""
-    time, force = judged.of_role(Role.TIME)[0], force_column(judged)
+    time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
     displacement = next(one for one in motions(judged) if judged.columns[one.name].quantity == "displacement")
     assert force is not None
     for rows in judged.rows():
@@ -153,7 +153,9 @@ def motions(judged: JudgedTable) -> list[Column]:
 
 
 def _add_channel(draft: Draft, judged: JudgedTable, column: Column) -> None:
-    """Sensor of a channel of a record, which has the name of its column."""
+    """Sensor of a channel of a record, which has the name of its column, unless another record has it."""
+    if draft.named("sensor", column.name) is not None:
+        return
     name = add_sensor(draft, judged, column, has_phase=None, needs_unit=True)
     entry = draft.named("sensor", name)
     if entry is not None and draft.named("sensor", column.name) is None:
@@ -184,12 +186,14 @@ def _name_loop(judged: JudgedTable, rows: dict[str, Any]) -> str:
 
 
 def _cycles(
-    judged: JudgedTable, time: Column, displacement: Column, rows: dict[str, Any], mask: np.ndarray
+    judged: JudgedTable, time: Column | None, displacement: Column, rows: dict[str, Any], mask: np.ndarray
 ) -> str | Marked:
     """Frequency of the cycles: a setting in hertz, or the strongest one of the displacement."""
     for column in judged.settings:
         if judged.columns[column.name].unit == "Hz":
             return f"{rows[column.name]:g} Hz"
+    if time is None:
+        return Marked(value="1 Hz", assumed="the file has no time; friction does not depend on it, a dashpot does")
     instants = time.values[mask]
     signal = displacement.values[mask] - displacement.values[mask].mean()
     step = float(np.median(np.diff(instants))) * SECONDS.get(judged.columns[time.name].unit, 1.0)

@@ -1,8 +1,13 @@
 """Tables of a measured file, one for each set of channels that was measured together."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from correlation.file.column import MeasuredFile
 from study.campaign.array_set import sets_by_array
 from study.campaign.channel_set import (
+    role_of,
     sets_by_abscissa,
     sets_by_harmonic,
     sets_by_header,
@@ -10,6 +15,7 @@ from study.campaign.channel_set import (
     sets_by_quantity,
     split_sets,
 )
+from study.campaign.column_role import Role
 from study.campaign.dataset_set import sets_by_dataset, sets_by_dataset_harmonic
 from study.campaign.table import Table, split_tables
 
@@ -35,4 +41,14 @@ def find_tables(file: MeasuredFile) -> tuple[list[Table], list[str]]:
         parts = [split_sets(table, finders) for table in tables]
         tables = [table for sets, _ in parts for table in sets]
         left_out += [sentence for _, lost in parts for sentence in lost]
-    return tables, left_out
+    return [_without_padding(table) for table in tables], left_out
+
+
+def _without_padding(table: Table) -> Table:
+    """A table without rows at its end that have no time, as below a run that is shorter than others beside it."""
+    times = [one for one in table.columns if role_of(table, one) is Role.TIME]
+    there = np.any([np.isfinite(one.values) for one in times], axis=0) if times else np.ones(1, dtype=np.bool_)
+    if not there.any() or there[-1]:
+        return table
+    end = int(np.flatnonzero(there)[-1]) + 1
+    return replace(table, columns=tuple(replace(one, values=one.values[:end]) for one in table.columns))

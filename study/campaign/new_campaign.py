@@ -39,6 +39,10 @@ from study.campaign.table_kind import JudgedTable, Kind, judge_table
 BESIDE = {".toml", ".md", ".json", ".py", ".m", ".png", ".jpg", ".jpeg", ".pdf", ".docx", ".svg", ".ini", ".log", ""}
 
 
+#: Those that may hold numbers.
+HOLDERS = {".json", ".log", ""}
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NewCampaign:
     """What was drafted.
@@ -125,6 +129,12 @@ def _may_be_measured(path: Path) -> bool:
     )
 
 
+def _others(folder: Path) -> str:
+    """Names of some files that are not read; empty for none."""
+    names = [path.name for path in sorted(folder.iterdir()) if path.is_file() and path.suffix.lower() in HOLDERS]
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+
+
 def _has_measured(folder: Path) -> bool:
     """Whether a folder that is no campaign of its own has files that may be measured."""
     if folder.name.startswith(".") or (folder / MANIFEST).exists():
@@ -148,6 +158,10 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         No usable file.
     """
     folder = measured.folder
+    if not measured.files and not measured.unreadable and (others := _others(folder)):
+        raise CampaignError(
+            f'"{folder}" has no measured file of a known format, but {others}: save their numbers as CSV'
+        )
     draft = Draft(title=folder.resolve().name, answers=answers)
     for name, reason in measured.unreadable.items():
         sentence = reason.removeprefix(name).lstrip(":, ")

@@ -91,13 +91,13 @@ def _leave_out(draft: Draft, message: str) -> bool:
             names = [entry["name"] for entry in draft.entries["record"]]
             if record[1] in names:
                 doomed["record", names.index(record[1])] = line
-    dead = NAMED_SENSOR.search(message)
+    dead = {match[1]: line for line in lines if (match := NAMED_SENSOR.search(line))}
     if not doomed and dead:
         for kind in ("run", "frf"):
             for entry in draft.entries[kind]:
-                entry["columns"].pop(dead[1], None)
+                entry["columns"] = {name: column for name, column in entry["columns"].items() if name not in dead}
             draft.entries[kind] = [entry for entry in draft.entries[kind] if _has_sensor(draft, entry)]
-        draft.left_out.append(" ".join(message.split()))
+        draft.left_out += dead.values()
         _drop_unused(draft)
         return True
     test = NAMED_TEST.search(message)

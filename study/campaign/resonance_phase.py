@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from correlation.file.column import Column
+from study.campaign.column_role import INDEX
 from study.campaign.draft import Draft
 from study.campaign.draft_frequency import force_column, phase_evidence
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, name_motion, opposite_sign
@@ -60,6 +61,9 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
 def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
     """Motions of sensors of unknown quantity whose phases at the peaks are those of one at the force.
 
+    All channels of one array have the motion of most of them: beyond a node a displacement has the phase of an
+    acceleration.
+
     Parameters
     ----------
     tables
@@ -72,10 +76,14 @@ def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, M
     Quantities by the names of `phase_evidence`, with the evidence.
     """
     clear: dict[str, list[PhaseEvidence]] = {}
+    arrays: dict[str, set[str]] = {}
     for judged in tables:
         for name, column, evidence in _under_force(judged):
-            is_resonance = evidence.is_passed and evidence.time_sign == time_sign
-            if is_resonance and judged.columns[column.name].quantity in {"", "voltage"}:
+            if judged.columns[column.name].quantity not in {"", "voltage"}:
+                continue
+            if index := INDEX.search(column.name):
+                arrays.setdefault(column.name[: index.start()], set()).add(name)
+            if evidence.is_passed and evidence.time_sign == time_sign:
                 clear.setdefault(name, []).append(evidence)
     found: dict[str, Marked] = {}
     for name, items in clear.items():
@@ -85,6 +93,12 @@ def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, M
         if 3 * len(own) >= 2 * len(items):
             why = f"{_tell_phase(own, len(items), time_sign)}, as that of {motion} at the force"
             found[name] = Marked(value=motion, assumed=why)
+    for names in arrays.values():
+        told = [str(found[name].value) for name in sorted(names) if name in found]
+        motion = max(AT_RESONANCE, key=told.count)
+        if told and (len(set(told)) > 1 or len(told) < len(names)):
+            why = f"{told.count(motion)} of {len(names)} channels of its array have the phase of {motion} at the force"
+            found |= dict.fromkeys(names, Marked(value=motion, assumed=why))
     return found
 
 

@@ -24,9 +24,9 @@ HARMONIC_IN_NAME = re.compile(
     r"(?<![A-Za-z])(?:H|harm(?:onic)?|order|ordnung)[ _]?(\d{1,2})(?:\.0+)?(?![\d.])", re.IGNORECASE
 )
 FREQUENCY_IN_NAME = re.compile(rf"{NUMBER}(k?)Hz(?![a-z])", re.IGNORECASE)
-REPEAT_IN_NAME = re.compile(r"(?<![a-z])(?:rep|repeat|repetition|wiederholung)[ _-]?(\d+)", re.IGNORECASE)
+REPEAT_IN_NAME = re.compile(r"(?<![a-z])(?:rep|repeat|repetition|wiederholung)[ _-]?#?(\d+)", re.IGNORECASE)
 RUN_IN_NAME = re.compile(
-    r"(?<![A-Za-z])(?:run|lauf|messung|measurement|meas|trial|versuch|test|record)[ _-]?(\d+)", re.IGNORECASE
+    r"(?<![A-Za-z])(?:run|lauf|messung|measurement|meas|trial|versuch|test|record)[ _-]?#?(\d+)", re.IGNORECASE
 )
 WAY = re.compile(r"(?<![a-z])(up|down)(?![a-z])[_ /-]?", re.IGNORECASE)
 #: Words of a name that tell a run, its level, direction, time or configuration, and no sensor.

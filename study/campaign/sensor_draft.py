@@ -96,9 +96,10 @@ def add_sensor(
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
         entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
     counts = are_counts(column, guess)
-    is_known = bool(guess.quantity) and guess.quantity != "voltage" and not counts
-    if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV"}):
-        why = "readings in volts: their sensitivity is unknown" if guess.unit else "the unit of its column is unknown"
+    is_known = bool(guess.quantity) and guess.quantity != "voltage" and not counts and guess.unit != "percent"
+    if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV", "percent"}):
+        of_unit = f"readings in {'percent' if guess.unit == 'percent' else 'volts'}: their sensitivity is unknown"
+        why = of_unit if guess.unit else "the unit of its column is unknown"
         entry["calibrated"] = Marked(value=False, assumed=OF_COUNTS if counts else why)
         unknown = Marked(value="V", assumed="the file says no unit that is known")
         entry["reading_unit"] = guess.unit or (COUNT if counts else unknown)

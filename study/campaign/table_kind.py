@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from correlation.file.arrays.first_column import OF_ARRAYS, rises_evenly
 from correlation.file.column import Column
 from correlation.file.quantity import MOTION_WORDS
 from study.campaign.column_role import (
     MOTIONS,
     PRESSURE_WORDS,
     RATIOS,
+    SPECTRUM_WORDS,
     UNKNOWN_UNIT,
     Part,
     Recognised,
@@ -22,6 +24,7 @@ from study.campaign.column_role import (
     recognise_column,
     recognise_force_symbol,
 )
+from study.campaign.first_column import EITHER, recognise_first_columns
 from study.campaign.lock_in import recognise_quadratures
 from study.campaign.mode_table import recognise_modes
 from study.campaign.motion_ratio import TRANSMISSIBILITY, is_motion_ratio
@@ -83,7 +86,9 @@ class JudgedTable:
         if not self.settings:
             return [{}]
         stacked = np.stack([column.values for column in self.settings], axis=1)
-        _, first = np.unique(stacked, axis=0, return_index=True)
+        known = np.flatnonzero(np.isfinite(stacked).all(axis=1))
+        _, first = np.unique(stacked[known], axis=0, return_index=True)
+        first = known[first]
         return [{column.name: value_of(column, row) for column in self.settings} for row in np.sort(first).tolist()]
 
     def mask(self, rows: Mapping[str, float | str]) -> np.ndarray:
@@ -97,6 +102,8 @@ class JudgedTable:
 
 #: What can be done about a unit that is not understood.
 REMEDY = "write a unit such as um, m/s^2, N or deg in its header, or the column with its unit in the manifest"
+#: Begins the evidence of a time or frequency beside the one that is the abscissa.
+SECOND = "a second"
 #: Begins the evidence of a channel that only the name of its file or group tells.
 OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.
@@ -111,6 +118,8 @@ MOST_SETTINGS = 60
 #: Samples of a history are nearer than this share of a period [-].
 NYQUIST = 0.5
 HERTZ = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
+#: A turn is a peak of this share of all displacements [-]; a slow cycle has at least so many rows.
+PROMINENT, ROWS_OF_CYCLE = 0.02, 20
 #: A force that answers an imposed displacement has more of its power beside its first line [-].
 DISTORTED = 1e-3
 
@@ -124,12 +133,14 @@ def judge_table(table: Table) -> JudgedTable:
         Table of a measured file.
     """
     columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
+    columns = recognise_first_columns(table, columns)
     columns = _time_stamps(table, _one_abscissa(table, _force_symbols(table, columns)))
     if modes := recognise_modes(table, columns):
         why = "natural frequencies, a row for each mode"
         return JudgedTable(table=table, kind=Kind.MODES, evidence=why, columns={**columns, **modes})
     columns = _name_of_file(table, _unknown_response(table, columns))
-    columns = recognise_controller(table, recognise_quadratures(table, _steps_of_level(table, columns)))
+    columns = recognise_quadratures(table, _steps_of_level(table, _dead_drives(table, columns)))
+    columns = recognise_controller(table, columns)
     roles = {guess.role for guess in columns.values()}
     if {column.name for column in table.columns} >= TIDY:
         return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
@@ -142,8 +153,11 @@ def judge_table(table: Table) -> JudgedTable:
     if Role.FREQUENCY in roles:
         return _judge_frequency(judged)
     if any(np.iscomplexobj(column.values) for column in table.columns):
-        why = "its numbers are complex, and it has no frequency: say its abscissa in Hz, as type 18 in dataset 58"
-        return _as(judged, Kind.NOT_USED, why)
+        return _as(judged, Kind.NOT_USED, f"its numbers are complex, and it has no frequency: {_to_add(table)}")
+    if either := _either(judged):
+        return _as(judged, Kind.NOT_USED, either)
+    if len(table.columns[0].values) >= FEWEST_SAMPLES and _is_cycled(judged):
+        return _as(judged, Kind.LOOP, "a force and a displacement that goes to and fro slowly, and no time")
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
         return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
     return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *unknown_units(judged)]))
@@ -157,13 +171,40 @@ def _lacks_response(judged: JudgedTable) -> str:
         return f"it has no response in a unit that is known: {'; '.join(unknown)}"
     if judged.of_role(Role.FORCE):
         return "it has a force and no response"
+    if all(column.words for column in judged.table.columns):
+        return "it has texts and no numbers"
     if not any(guess.role in {Role.TIME, Role.FREQUENCY} for guess in judged.columns.values()):
+        either = _either(judged)
+        if either and judged.table.file.format in OF_ARRAYS:
+            return either
         named = ", ".join(f'"{column.name}"' for column in judged.table.columns[:4])
         return (
             f"nothing says what its columns {named} are: write a header such as frequency [Hz], force [N], tip [mm], "
             "phase [deg] above them, or name them below [run.columns] (docs/campaign.md)"
+            + (f"; {either}" if either else "")
         )
     return "it has no response"
+
+
+def _to_add(table: Table) -> str:
+    """How the frequencies of complex numbers are added to a file of its format."""
+    if table.file.format == "uff":
+        return "say its abscissa in Hz, as type 18 in dataset 58"
+    if table.file.format in OF_ARRAYS:
+        return f'add a vector "freq" of their {len(table.columns[0].values)} frequencies in Hz'
+    return "add a column freq [Hz] with the frequency of each row"
+
+
+def _either(judged: JudgedTable) -> str:
+    """Why a column that rises in equal steps leaves a table without abscissa; empty without one."""
+    column = next((one for one in judged.table.columns if judged.columns[one.name].evidence == EITHER), None)
+    if column is None:
+        return ""
+    first, last = (f"{column.values[row].real:.6g}" for row in (0, -1))
+    return (
+        f'"{column.name}" goes from {first} to {last} in equal steps: if it is a time, call it time [s] in the file, '
+        "and if it is a frequency, freq [Hz]"
+    )
 
 
 def unknown_units(judged: JudgedTable) -> list[str]:
@@ -223,7 +264,7 @@ def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
         best = max(candidates, key=lambda column: len(np.unique(column.values)), default=None)
         for column in candidates:
             if column is not best:
-                result[column.name] = Recognised(role=Role.OTHER, evidence=f"a second {role.value}")
+                result[column.name] = Recognised(role=Role.OTHER, evidence=f"{SECOND} {role.value}")
     return result
 
 
@@ -263,7 +304,8 @@ def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[s
         result[name] = replace(columns[name], role=Role.RESPONSE, evidence="nothing but voltages: any may be the drive")
     for column in table.columns:
         guess = columns[column.name]
-        known = not guess.evidence.startswith(UNKNOWN_UNIT)
+        # A second time is no motion, nor is what may be a time.
+        known = not guess.evidence.startswith((UNKNOWN_UNIT, SECOND, EITHER))
         if (
             guess.role is Role.OTHER
             and known
@@ -288,6 +330,16 @@ def _steps_of_level(table: Table, columns: Mapping[str, Recognised]) -> dict[str
             why = f"it has {different} values: set points of the force"
             result[column.name] = replace(columns[column.name], role=Role.LEVEL, evidence=why)
     return result
+
+
+def _dead_drives(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Beside another force, one that is zero in all rows does not drive."""
+    forces = [one for one in table.columns if columns[one.name].role is Role.FORCE]
+    dead = [one.name for one in forces if not np.any(one.values)]
+    if len(dead) == len(forces):
+        return dict(columns)
+    why = "it is zero in all rows, and another one drives"
+    return {**columns, **{name: replace(columns[name], role=Role.OTHER, evidence=why) for name in dead}}
 
 
 def _settings(table: Table, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
@@ -323,15 +375,70 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}
     ratio = [column for column in responses if ratio_quantity(column.unit)]
     if ratio:
-        return _as(judged, Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}')
+        return _as(
+            _only_ratios(judged), Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}'
+        )
     if judged.of_role(Role.COHERENCE):
         return _as(judged, Kind.FREQUENCY_RESPONSE, "it has a coherence")
     if words & RATIOS and not judged.of_role(Role.FORCE):
-        return _as(judged, Kind.FREQUENCY_RESPONSE, f'a column is called "{sorted(words & RATIOS)[0]}"')
+        only = _only_ratios(judged)
+        return _as(only, Kind.FREQUENCY_RESPONSE, f'a column is called "{sorted(words & RATIOS)[0]}"')
     of_file = set(name_words(file_stem(judged.table.file.path.name))) & FRF_FILES
     if of_file and not judged.of_role(Role.FORCE):
         return _as(judged, Kind.FREQUENCY_RESPONSE, f'its file is called "{sorted(of_file)[0]}"')
+    if (kind := _of_lines(judged)) is not None:
+        return kind
     return _as(judged, Kind.STEPPED_SINE, "one row per frequency, and no ratio to a force")
+
+
+def _only_ratios(judged: JudgedTable) -> JudgedTable:
+    """A table without complex columns of other names than those of ratios beside such ones, as spectra are."""
+    called = {
+        column.name: bool(ratio_quantity(column.unit) or set(name_words(judged.table.short_name(column))) & RATIOS)
+        for column in judged.of_role(Role.RESPONSE)
+        if np.iscomplexobj(column.values)
+    }
+    if not any(called.values()):
+        return judged
+    why = "complex numbers beside a frequency response, and neither their unit nor their name says that they are one"
+    change = {
+        name: replace(judged.columns[name], role=Role.FOREIGN, evidence=why)
+        for name, ratio in called.items()
+        if not ratio
+    }
+    return replace(judged, columns={**judged.columns, **change})
+
+
+def _of_lines(judged: JudgedTable) -> JudgedTable | None:
+    """Kind of a table over the lines of a Fourier transform, which begin at 0 Hz; None over other frequencies."""
+    frequency = judged.of_role(Role.FREQUENCY)[0]
+    if frequency.values[0] != 0 or not rises_evenly(frequency):
+        return None
+    lines = "its frequencies are lines of a Fourier transform, in equal steps from 0 Hz"
+    words = {*name_words(f"{file_stem(judged.table.file.path.name)} {judged.table.path}")}
+    guesses = [judged.columns[column.name] for column in judged.table.columns]
+    has_phase = any(np.iscomplexobj(column.values) for column in judged.of_role(Role.RESPONSE)) or any(
+        guess.role is Role.PHASE or guess.part is Part.IMAGINARY for guess in guesses
+    )
+    # What has the unit of a motion, and not of its ratio to a force, is its spectrum.
+    of_motion = any(column.unit for column in judged.of_role(Role.RESPONSE))
+    if has_phase and not of_motion and not judged.of_role(Role.FORCE) and not words & SPECTRUM_WORDS:
+        return _as(judged, Kind.FREQUENCY_RESPONSE, f"{lines}, and it has phases and no force")
+    why = f"{lines}: these are spectra, and no frequency responses"
+    return _as(judged, Kind.NOT_USED, f"{why}; export the ratio of response and force, and call it H")
+
+
+def _is_cycled(judged: JudgedTable) -> bool:
+    """Whether a force and a displacement without a time are those of slow cycles, each of many rows."""
+    from scipy.signal import find_peaks
+
+    responses, forces = judged.of_role(Role.RESPONSE), judged.of_role(Role.FORCE)
+    quantities = [judged.columns[column.name].quantity for column in (*responses, *forces)]
+    if quantities != ["displacement", "force"] or judged.settings:
+        return False
+    moved = responses[0].values.real
+    turns = find_peaks(moved, prominence=PROMINENT * max(float(np.ptp(moved)), 1e-300))[0]
+    return 2 <= len(turns) <= len(moved) / ROWS_OF_CYCLE
 
 
 def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:

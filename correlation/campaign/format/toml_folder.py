@@ -13,12 +13,12 @@ from correlation.campaign.campaign_path import find_file
 from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.load_cell import combine_load_cells
 from correlation.campaign.manifest import MANIFEST, Manifest, RecordEntry, read_manifest
-from correlation.campaign.measured_files import MeasuredFiles
+from correlation.campaign.measured_files import MeasuredFiles, without_padding
 from correlation.campaign.measurement import LOAD_CELL, Campaign, Measurement, Suspicion, same_level
 from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
 from correlation.campaign.stepped_sine import find_same, read_csv, sorting
-from correlation.campaign.time_record import TimeRecord, record_of_columns
+from correlation.campaign.time_record import TIME, TimeRecord, record_of_columns
 from correlation.campaign.toml_table import TomlTable
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.registry import DATA_TYPES, Analyse, DataContext, DataType, Datum, analyse_anew
@@ -98,8 +98,9 @@ def _read(
 
 
 def _record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
+    file = without_padding(files.read(entry.file), [name for name in entry.units if name != TIME])
     record = record_of_columns(
-        files.read(entry.file), name=entry.name, units=entry.units, signs=entry.signs, force=entry.force,
+        file, name=entry.name, units=entry.units, signs=entry.signs, force=entry.force,
         held_out=entry.held_out, rate=entry.rate,
     )  # fmt: skip
     return record.between(entry.start, entry.end)

@@ -17,6 +17,8 @@ COMMENT = ("#", "%", "//", "!")
 #: Separators, the first of equally good ones; "" are blanks.
 SEPARATORS = (";", "\t", ",", "|", "")
 WORDS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", "": "blanks"}
+#: A line that says that units stand in the next one.
+UNITS_BELOW = re.compile(r"(units?|einheit(en)?)\s*:?", re.IGNORECASE)
 
 Line = tuple[int, str]
 Row = tuple[int, list[str]]
@@ -104,8 +106,11 @@ def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
         raise CampaignError(f"{file}: has no column of numbers; give a table with numbers below a line of names")
 
     def is_data(fields: Sequence[str]) -> bool:
-        return len(fields) == width and all(
-            is_written_number(field) for field, number in zip(fields, numeric, strict=True) if number
+        # A spreadsheet writes an empty line above the names as a row of separators.
+        return (
+            len(fields) == width
+            and "".join(fields).strip() != ""
+            and all(is_written_number(field) for field, number in zip(fields, numeric, strict=True) if number)
         )
 
     first = next((index for index, (_, fields) in enumerate(cut) if is_data(fields)), len(cut))
@@ -175,9 +180,12 @@ def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list
     if width == 1 and not separator:
         above = _single_names(above)
     for number, fields in reversed(above):
-        if len(fields) != width or len(header) == 3:
+        written = "".join(fields).strip()
+        if UNITS_BELOW.fullmatch(written) if header else not written:
+            continue
+        if len(fields) != width or len(header) == 3 or not written:
             break
-        header.insert(0, (number, [clean(field.strip()) for field in fields]))
+        header.insert(0, (number, [_without_marks(clean(field.strip())) for field in fields]))
     if above and not header and width > 1 and len(above[-1][1]) > 1 and separator:
         number, fields = above[-1]
         raise CampaignError(
@@ -196,6 +204,11 @@ def _single_names(above: Sequence[Row]) -> list[Row]:
     lines = [(number, [" ".join(fields)]) for number, fields in above]
     names = [line for line in lines if not re.search(r"\w\s*[:=]\s", line[1][0])]
     return names[-2:] if names and unit_text(names[-1][1][0]) else names[-1:]
+
+
+def _without_marks(field: str) -> str:
+    """A field of a header; empty where it has neither letter nor digit, nor is a unit."""
+    return field if re.search(r"\w", field) or unit_text(field) or field in MISSING else ""
 
 
 def _may_be_label(field: str) -> bool:

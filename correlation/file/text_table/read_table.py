@@ -2,7 +2,8 @@
 
 import itertools
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -16,7 +17,7 @@ from correlation.file.quantity import OF_UNIT
 from correlation.file.text_table.closing import until_closing
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.open_text import clean, open_text
-from correlation.file.unit_label import split_label, split_unit_cell
+from correlation.file.unit_label import split_label, split_unit_cell, unit_text
 
 #: Rows that are converted together: the text of no more is in memory.
 BLOCK = 20_000
@@ -24,6 +25,8 @@ BLOCK = 20_000
 DECIMALS = "decimals"
 #: Longer lines are no table.
 LONGEST = 1_000_000
+#: Key of the unit of what stands in the first column.
+AXIS_UNIT = re.compile(r"(x[- ]?)?ax[ie]s ?unit|x[- ]?unit")
 KEY_VALUE = re.compile(r"^\W*([\w][\w .()/-]{0,40}?)\s*[:=;,\t]\s*(.{1,200}?)[\s;,]*$")
 
 
@@ -46,6 +49,9 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         comments: list[str] = []
         lines = _lines(path.name, stream, comments)
         sample = list(itertools.islice(lines, SAMPLE))
+        if len(sample) > 2 and all(_unquoted(text) is not None for _, text in sample):
+            lines = ((number, _unquoted(text) or text) for number, text in lines)
+            sample = [(number, _unquoted(text) or text) for number, text in sample]
         if not sample:
             raise CampaignError(f"{path.name}: has no rows; give a table with numbers below a line of names")
         remarks = list(comments)
@@ -72,11 +78,31 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         )
     )
     facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)]), **below}
+    columns = _with_axis_unit(columns, facts)
     if dialect.decimal_comma or dialect.paired:
         facts["decimal sign"] = "comma"
     if doubt := _doubt_decimals(sample, first, dialect):
         facts[DECIMALS] = doubt
     return MeasuredFile(path=path, format=format_name, title=facts.get("title", ""), columns=columns, facts=facts)
+
+
+def _with_axis_unit(columns: tuple[Column, ...], facts: Mapping[str, str]) -> tuple[Column, ...]:
+    """Columns whose first one, without a name, has the unit of the axis that a line above says: "AxisUnit;Hz"."""
+    label = next((text for key, text in facts.items() if AXIS_UNIT.fullmatch(key)), "")
+    first = columns[0]
+    if not unit_text(label) or first.unit or first.name != "column 1" or len(columns) < 2:
+        return columns
+    return replace(first, unit=unit_text(label), unit_label=label), *columns[1:]
+
+
+def _unquoted(text: str) -> str | None:
+    """The fields of a line that a spreadsheet took for one and put into quotation marks; None for another line."""
+    line = text.strip()
+    if len(line) < 2 or line[0] != '"' or line[-1] != '"':
+        return None
+    inside = line[1:-1].replace('""', "")
+    has_several = any(separator in inside for separator in ",;\t") and '"' not in inside
+    return line[1:-1].replace('""', '"') if has_several else None
 
 
 def _lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Line]:

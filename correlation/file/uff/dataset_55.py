@@ -5,9 +5,8 @@ import math
 import numpy as np
 
 from correlation.file.column import MeasuredShape
-from correlation.file.number import read_numbers
 from correlation.file.uff.dataset import Dataset
-from correlation.file.uff.record import read_integers
+from correlation.file.uff.record import read_integers, read_reals
 from correlation.file.uff.units import FileUnits
 
 KINDS = {
@@ -39,7 +38,7 @@ def read_shape(dataset: Dataset, units: FileUnits) -> MeasuredShape:
     whole = read_integers(dataset, 6, (10,) * (2 + min(n_integer, 6)))[2:]
     row, real = 7 + max(0, math.ceil((n_integer - 6) / 8)), np.zeros(0)
     while len(real) < n_real:
-        numbers = read_numbers(dataset.text(row).encode())
+        numbers = read_reals(dataset, row)
         if numbers is None or not len(numbers):
             raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" are no real parameters')
         real, row = np.concatenate([real, numbers]), row + 1
@@ -81,9 +80,11 @@ def _values(dataset: Dataset, start: int, width: int, has_phase: bool) -> tuple[
     for begin in range(0, len(rows), lines + 1):
         row = rows[begin]
         nodes.append(read_integers(dataset, row, (10,))[0])
-        numbers = read_numbers(b" ".join(dataset.lines[index] for index in rows[begin + 1 : begin + 1 + lines]))
-        if numbers is None or len(numbers) != needed or len(dataset.lines[row].split()) != 1:
-            count = "no numbers" if numbers is None else f"{len(numbers)} values"
+        parts = [read_reals(dataset, index) for index in rows[begin + 1 : begin + 1 + lines]]
+        known = [part for part in parts if part is not None]
+        numbers = np.concatenate(known) if known else np.zeros(0)
+        if len(known) < len(parts) or len(numbers) != needed or len(dataset.lines[row].split()) != 1:
+            count = "no numbers" if len(known) < len(parts) else f"{len(numbers)} values"
             raise dataset.error(row, f"node {nodes[-1]} has {count}, the header says {needed}; is the file cut?")
         values.append(numbers)
     if len({*nodes}) < len(nodes):

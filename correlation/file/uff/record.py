@@ -3,7 +3,14 @@
 import re
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.file.number import read_numbers
 from correlation.file.uff.dataset import Dataset
+
+#: Width of a real number in a record of six [characters].
+REAL = 13
 
 
 def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -> list[int | float | str]:
@@ -37,6 +44,22 @@ def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -
 def read_integers(dataset: Dataset, row: int, widths: Sequence[int]) -> list[int]:
     """Whole numbers of one line; raises `CampaignError` as `read_fields` does."""
     return [int(value) for value in read_fields(dataset, row, widths, "i" * len(widths))]
+
+
+def read_reals(dataset: Dataset, row: int) -> NDArray[np.float64] | None:
+    """Real numbers of one line, between blanks or in fields of 13 characters (6E13.5); None for other text.
+
+    Parameters
+    ----------
+    dataset, row
+        Dataset, and index of the line in it.
+    """
+    text = dataset.text(row)
+    numbers = read_numbers(text.encode())
+    if numbers is not None:
+        return numbers
+    fields = _slices(text, (REAL,) * -(-len(text.rstrip()) // REAL))
+    return read_numbers(" ".join(fields).encode())
 
 
 def _slices(text: str, widths: Sequence[int]) -> list[str]:

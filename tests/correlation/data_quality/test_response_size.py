@@ -97,3 +97,10 @@ def test_another_quantity_is_told_by_the_power_of_the_frequency(
     (found,) = find_response_suspicions(chain(), [times(right, factor, power)])
     assert f"are these numbers a {name}" in found.sentence
     assert ("1,000,000 times" in found.sentence) == (factor > 1)
+
+
+@pytest.mark.parametrize("unit", ["V per N", "m/s^2 per V", "percent per %"])
+def test_a_sensor_or_drive_of_unknown_gain_may_have_any_factor(right: MeasuredResponse, unit: str) -> None:
+    off = times(right, 1e3)
+    assert find_response_suspicions(chain(), [off])
+    assert not find_response_suspicions(chain(), [replace(off, units=(unit,) * 3)])

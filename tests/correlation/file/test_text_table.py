@@ -106,6 +106,9 @@ def test_numbers_that_may_be_decimals_or_thousands_are_doubted(tmp_path: Path, r
         ("time,force\n[ms],[kN]", ["time", "force"], ["ms", "kN"]),
         ("Channel 1,Channel 2\ntime,acc\ns,m/s²", ["Channel 1 time", "Channel 2 acc"], ["s", "m/s^2"]),
         ("acc,acc", ["acc", "acc (2)"], ["", ""]),
+        ("f,H\n\nUnits:\nHz,m/N", ["f", "H"], ["Hz", "m/N"]),  # of an analyser, with blank lines
+        ("Signals,4\n,\n',Signal 2\n',g", ["column 1", "Signal 2"], ["", "g_n"]),  # a spreadsheet's empty line
+        ("AxisUnit,Hz\n,\n',Signal 2\n',g", ["column 1", "Signal 2"], ["Hz", "g_n"]),
         ("time,", ["time", "column 2"], ["", ""]),
         ("# time, force", ["time", "force"], ["", ""]),
     ],
@@ -267,3 +270,10 @@ def test_numbers_beyond_the_first_block_come_in_order(tmp_path: Path) -> None:
     np.testing.assert_array_equal(measured.column("x").values, np.arange(count) / 8)
     assert measured.column("sweep").words == ("up", "down")
     np.testing.assert_array_equal(measured.column("sweep").values, np.arange(count) >= 30_000)
+
+
+def test_lines_that_a_spreadsheet_put_into_quotation_marks_are_rows(tmp_path: Path) -> None:
+    rows = "".join(f'"{number / 8},{number}"\n' for number in range(5))
+    measured = read(tmp_path, f'"Time (s),""Acc, tip (g)"""\n{rows}')
+    assert [(column.name, column.unit) for column in measured.columns] == [("Time (s)", "s"), ("Acc, tip (g)", "g_n")]
+    np.testing.assert_array_equal(measured.columns[0].values, np.arange(5) / 8)

@@ -213,6 +213,17 @@ def test_shapes_have_their_frequency_damping_and_values(tmp_path: Path) -> None:
     np.testing.assert_array_equal(second.values, [[1 + 2j, 3 + 4j, 5 + 6j, 7 + 8j, 9 + 10j, 11 + 12j]])
 
 
+def test_numbers_of_a_shape_may_fill_their_fields(tmp_path: Path) -> None:
+    digits = [-3.123456, -4.123456, -1.123456, -2.123456, -5.123456, -6.123456]  # 13 characters with six decimals
+    data = shape(3, 5, digits, [(1, digits)], 3)
+    for number in digits:
+        data = data.replace(f"{number:13.5E}".encode(), f"{number:13.6E}".encode())
+    assert b"-3.123456E+00-4.123456E+00" in data
+    (mode,) = read(tmp_path, units(1, 1.0, 1.0) + data).shapes
+    assert mode.frequency == pytest.approx(np.hypot(*digits[:2]) / (2 * np.pi), rel=1e-12)
+    np.testing.assert_array_equal(mode.values, [[complex(*digits[:2]), complex(*digits[2:4]), complex(*digits[4:])]])
+
+
 def test_other_datasets_are_passed_over_and_named(tmp_path: Path) -> None:
     function = example(DOUBLE_REAL, even=True)
     other = lines_to_bytes(["    -1", "    82", "         1         2         3", "trace", "    -1"])

@@ -23,6 +23,14 @@ def test_a_uniform_clock_that_a_file_rounded_is_one(written: str) -> None:
     assert rate == pytest.approx(5120, rel=2e-3)
 
 
+def test_a_clock_of_five_digits_but_four_decimals_at_least_is_one() -> None:
+    clock = np.arange(40000) / 3004.8
+    rounded = np.array([float(f"{instant:.5g}" if instant < 10 else f"{instant:.4f}") for instant in clock])
+    # Half of the last digit is 5e-5 s, and the line through 40000 instants is better than one of them.
+    assert np.abs(check_time(rounded, len(rounded)) - clock).max() < 5e-6
+    assert "3004.8 Hz" in note_rounded_time(rounded)[0]
+
+
 def test_a_clock_that_is_written_well_is_not_worth_a_word() -> None:
     for clock in (np.arange(1000) / 5000, np.round(np.arange(1000) / 5120, 7), np.linspace(0, 1, 700) ** 2):
         assert not note_rounded_time(np.round(clock, 9))

@@ -187,3 +187,22 @@ def test_a_force_that_steps_while_the_time_goes_on_leaves_one_record(tmp_path: P
     write_csv(tmp_path / "step.csv", "time [s],F [N],tip [m]", time, np.where(time < 1, 5.0, 0.0), x)
     draft = draft_campaign(read_folder(tmp_path), Assumptions())
     assert sum(len(entries) for kind, entries in draft.entries.items() if kind in {"run", "record", "loop"}) == 1
+
+
+def test_slow_cycles_of_force_and_displacement_without_a_time_are_loops(tmp_path: Path) -> None:
+    angle = 2 * np.pi * np.arange(4000) / 400
+    moved = np.where(angle < 10 * np.pi, 5.0, 10.0) * np.sin(angle)
+    write_csv(tmp_path / "cycles.csv", "Force (kN),Displacement (mm)", 3.0 * np.cos(angle) + moved, moved)
+    _, manifest = drafted(tmp_path)
+    (loop,) = manifest["loop"]
+    assert loop["frequency"] == "1 Hz"
+    plateaus = read_campaign(tmp_path).data[0].loops.plateaus  # type: ignore[attr-defined]
+    # The largest of 400 samples of a period is the amplitude within 1 - cos(pi / 400).
+    assert [plateau.amplitude[0] for plateau in plateaus] == pytest.approx([5e-3, 10e-3], rel=1e-4)
+
+
+def test_noise_of_force_and_displacement_without_a_time_is_a_record(tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).normal(size=(2, 4000))
+    write_csv(tmp_path / "noise.csv", "Force (N),Displacement (mm)", *noise)
+    _, manifest = drafted(tmp_path)
+    assert set(manifest) & {"loop", "record"} == {"record"}

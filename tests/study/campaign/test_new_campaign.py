@@ -275,11 +275,22 @@ def test_an_array_of_responses_has_a_sensor_per_output_and_one_input(tmp_path: P
 
 def test_a_dead_channel_is_left_out_and_the_others_stay(tmp_path: Path) -> None:
     x = receptance(FREQUENCY)
-    header = "f [Hz],F [N],a re [m],a im [m],dead amplitude [m]"
-    write_csv(tmp_path / "one.csv", header, FREQUENCY, ONES, x.real, x.imag, ONES)
+    header = "f [Hz],F [N],a re [m],a im [m],dead amplitude [m],lost amplitude [m]"
+    write_csv(tmp_path / "one.csv", header, FREQUENCY, ONES, x.real, x.imag, ONES, 2 * ONES)
     campaign, manifest = drafted(tmp_path)
-    assert not any("dead" in sensor["name"] for sensor in manifest["sensor"])
-    assert any("dead" in sentence for sentence in campaign.draft.left_out)
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["a displacement"]
+    told = [sentence for sentence in campaign.draft.left_out if "a dead channel" in sentence]
+    assert [sentence.count("a dead channel") for sentence in told] == [1, 1]  # each in a sentence of its own
+
+
+def test_records_of_one_channel_share_a_sensor_without_a_word(tmp_path: Path) -> None:
+    time = np.arange(400) / 1000
+    for seed in (1, 2):
+        noise = np.random.default_rng(seed).normal(size=(2, 400))
+        write_csv(tmp_path / f"noise_{seed}.csv", "t [s],force [N],Acc tip (g)", time, *noise)
+    campaign, manifest = drafted(tmp_path)
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["Acc tip (g)"]
+    assert not campaign.draft.left_out
 
 
 @pytest.mark.parametrize(

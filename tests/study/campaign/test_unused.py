@@ -112,3 +112,15 @@ def test_frequencies_below_zero_tell_no_sign(tmp_path: Path) -> None:
     write_csv(tmp_path / "frf.csv", "f [Hz],Re [m/N],Im [m/N]", frequency, values.real, values.imag)
     campaign, manifest = drafted(tmp_path)
     assert "sign" not in str(manifest["frf"]) + " ".join(campaign.suspicions)
+
+
+def test_a_folder_of_other_files_names_them(tmp_path: Path) -> None:
+    (tmp_path / "loop_30lb.json").write_text('{"data": [[0.0, 1.0]]}')
+    message = refusal(tmp_path)
+    assert "loop_30lb.json" in message
+    assert "CSV" in message
+
+
+def test_the_first_of_columns_without_names_is_said_to_rise_in_equal_steps(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "decay.txt", np.column_stack([np.arange(300) / 100, np.cos(np.arange(300))]))
+    assert '"column 1" goes from 0 to 2.99 in equal steps' in refusal(tmp_path)

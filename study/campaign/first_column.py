@@ -1,0 +1,56 @@
+"""Columns over which others are given by their place in an array, where neither name nor unit say what they are."""
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from correlation.file.arrays.first_column import rises_evenly
+from correlation.file.column import Column
+from study.campaign.column_role import Recognised, Role
+from study.campaign.table import Table
+
+#: Begins the evidence of a column that may be a time as well as a frequency.
+EITHER = "it rises in equal steps, as a time or a frequency does"
+INDEX = re.compile(r"[(\[][\d:,]+[)\]]$")
+
+
+def recognise_first_columns(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Times and frequencies in the first column of an array; what rises in equal steps is no motion.
+
+    Beside complex numbers it is a frequency, and a time beside one channel of both signs. Beside several channels of
+    one array, such as a real and an imaginary part, it may be either.
+
+    Parameters
+    ----------
+    table
+        Table.
+    columns
+        What its columns are by themselves.
+    """
+    result = dict(columns)
+    for column in table.columns:
+        guess = columns[column.name]
+        over = [one for one in table.columns if one.abscissa == column.name]
+        if guess.role in {Role.TIME, Role.FREQUENCY} or guess.unit or not rises_evenly(column):
+            continue
+        if over and any(np.iscomplexobj(one.values) for one in over):
+            why = "the first column of an array of complex numbers, in equal steps, and the file says no unit: Hz"
+            result[column.name] = Recognised(role=Role.FREQUENCY, unit="Hz", evidence=why, assumed=True)
+        elif over and _is_alone(column, over) and all(_has_both_signs(one.values) for one in over):
+            why = "the first column of an array, in equal steps, and the file says no unit: s"
+            result[column.name] = Recognised(role=Role.TIME, unit="s", evidence=why, assumed=True)
+        elif over or guess.role in {Role.RESPONSE, Role.OTHER}:
+            result[column.name] = replace(guess, role=Role.OTHER, evidence=EITHER)
+    return result
+
+
+def _is_alone(first: Column, over: Sequence[Column]) -> bool:
+    """Whether each array has one column over a first one, or the first one is an array of its own in a row of cells."""
+    return first.name.endswith("}") or max(Counter(INDEX.sub("", one.name) for one in over).values()) == 1
+
+
+def _has_both_signs(values: np.ndarray) -> bool:
+    return bool((values.real > 0).any() and (values.real < 0).any())
