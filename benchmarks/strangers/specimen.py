@@ -3,7 +3,8 @@
 What differs from the model, besides the hidden effects:
 
 calibration   kt and kn 3 %, mu 5 %, zeta 10 %, E 0.5 %, each one factor for the specimen (standard deviations)
-modes         each natural frequency of the structure without its contacts by an error of its own, 0.1 to 0.3 %
+modes         each natural frequency of the structure without its contacts by an error of its own, 0.1 to 0.3 %, and
+              the damping of each of these modes, 2 to 8 %
 mesh          twice as many elements along each edge
 repeats       preload 1 % and frequency 0.03 % for each, a friction history for each level of each
 
@@ -29,6 +30,8 @@ Matrix = NDArray[np.float64]
 DEVIATION = {
     "tangential_stiffness": 0.03, "normal_stiffness": 0.03, "friction_coefficient": 0.05, "zeta": 0.10, "E": 0.005,
 }  # fmt: skip
+#: Range of the standard deviation of the errors of modal damping [-].
+MODAL_DAMPING = (0.02, 0.08)
 #: Range of the standard deviation of the modes' errors; degrees of freedom that are not reduced; modes of a reduction.
 MODES, LARGEST, N_MODE = (1e-3, 3e-3), 30, 18
 
@@ -76,9 +79,12 @@ def make_specimen(model: Model, hidden: Sequence[Hidden], random: np.random.Gene
         else joint
         for joint in system.joints
     ]
-    made = model.with_system(
-        stiffness=weighted * squared @ weighted.T, damping=factors["zeta"] * system.damping, joints=joints
-    )
+    # Random numbers of their own, so that all else is as it was before damping had errors.
+    (own,) = random.spawn(1)
+    errors = own.uniform(*MODAL_DAMPING) * own.standard_normal(len(squared))
+    modal = np.einsum("ri,rs,si->i", shapes, system.damping, shapes)
+    damping = factors["zeta"] * (system.damping + weighted * (errors * modal) @ weighted.T)
+    made = model.with_system(stiffness=weighted * squared @ weighted.T, damping=damping, joints=joints)
     made = replace(made, parts=())
     jointed, free = made, made.without_contacts()
     for effect in hidden:
