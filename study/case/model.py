@@ -53,13 +53,11 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             lines[line.name] = tuple(contact.name for contact in contacts)
             if line.balanced_preload:
                 static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
+    of_tables = _joints_of_tables(case, finder, mistakes)
     of_lines = {name for members in lines.values() for name in members}
-    groups: dict[str, tuple[str, ...]] = {each.name: (each.name,) for each in joints if each.name not in of_lines}
-    for number, table in enumerate(case.joint):
-        with mistakes.at("joint", number):
-            made = make_joints(case, number, finder)
-            joints += made
-            groups[table.name] = tuple(joint.name for joint in made)
+    alone = {each.name: [each] for each in joints if each.name not in of_lines}
+    groups = {name: tuple(each.name for each in group) for name, group in (alone | of_tables).items()}
+    joints += [joint for made in of_tables.values() for joint in made]
     harmonic = _loads(case, structure, finder, static, mistakes)
     base, level_power = (None, 0) if mistakes.problems else _base(case, structure, mistakes)
     if base is not None:
@@ -350,6 +348,17 @@ def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[t
                     )
                 result.setdefault(line.pressed_by, []).append(line.name)
     return tuple(tuple(lines) for lines in result.values())
+
+
+def _joints_of_tables(
+    case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes
+) -> dict[str, list[Joint]]:
+    """Joints of each table ``[[joint]]`` that is none of the mistakes, by its name."""
+    found: dict[str, list[Joint]] = {}
+    for number, table in enumerate(case.joint):
+        with mistakes.at("joint", number):
+            found[table.name] = make_joints(case, number, finder)
+    return found
 
 
 def make_joints(case: Case[StructureTable], number: int, finder: PlaceFinder) -> list[Joint]:

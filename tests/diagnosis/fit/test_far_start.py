@@ -31,20 +31,24 @@ ADDED = EffectParameter(name="added", unit="kg", lower=0.0, upper=4.0, typical=0
 
 
 @pytest.mark.parametrize(
-    ("kind", "parameter", "is_far"),
+    ("kind", "parameter", "joints", "is_far"),
     [
-        ("friction coefficient", RATIO, True),
-        ("tangential stiffness", RATIO, True),
-        ("shift", ADDED, True),  # acts through stick and slip alone
-        ("mass", ADDED, False),
-        ("warm clamp", WARMTH, False),
+        ("friction coefficient", RATIO, ["other"], True),
+        ("tangential stiffness", RATIO, ["other"], True),
+        ("shift", ADDED, ["joint"], True),  # acts through stick and slip alone
+        ("mass", ADDED, ["joint"], False),
+        ("warm clamp", WARMTH, ["other"], False),
+        ("gain", RATIO, ["joint"], False),  # its derivative tells all
     ],
 )
-def test_ratios_and_effects_through_stick_and_slip_start_far(
-    kind: str, parameter: EffectParameter, is_far: bool
+def test_ratios_of_joints_and_effects_through_stick_and_slip_start_far(
+    kind: str, parameter: EffectParameter, joints: list[str], is_far: bool
 ) -> None:
-    effects: Any = [SimpleNamespace(kind=kind, parameters=(parameter,)) for _ in range(MOST_RUGGED + 1)]
-    problem: Any = SimpleNamespace(fit=SimpleNamespace(values=np.array([1.5, 2.5])))
+    changed = SimpleNamespace(system=SimpleNamespace(joints=joints))
+    effect = SimpleNamespace(kind=kind, parameters=(parameter,), apply=lambda *_: changed)
+    effects: Any = [effect] * (MOST_RUGGED + 1)
+    model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
+    problem: Any = SimpleNamespace(fit=SimpleNamespace(values=np.array([1.5, 2.5]), model=model))
     starts = list_far_starts(problem, effects)
     assert len(starts) == (4 * MOST_RUGGED if is_far else 0)
     for effect, values in starts:

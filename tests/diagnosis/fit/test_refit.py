@@ -60,12 +60,14 @@ class Calibrations:
     """Stands in for the fit: chi^2 of each call is given, and what it was asked is noted."""
 
     def __init__(self, *chi2: float) -> None:
-        self.chi2, self.starts, self.slopes = list(chi2), [], []  # type: ignore[var-annotated]
+        self.chi2, self.starts, self.slopes, self.ceilings = list(chi2), [], [], []  # type: ignore[var-annotated]
 
     def __call__(
-        self, train: object, unknowns: object, start: np.ndarray, *_: object, slopes: Any = None, ending: object = None
-    ) -> Any:
+        self, train: object, unknowns: object, start: np.ndarray, *_: object, slopes: Any = None,
+        ending: object = None, ceiling: float = np.inf,
+    ) -> Any:  # fmt: skip
         del train, unknowns
+        self.ceilings.append(ceiling)
         assert ending is Ending.QUICK
         self.starts.append(np.array(start))
         self.slopes.append(slopes)
@@ -136,7 +138,8 @@ def test_effects_of_several_numbers_have_a_jacobian_of_their_own(monkeypatch: py
 def test_of_two_starts_of_one_effect_the_better_fit_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     calibrations = Calibrations(90.0, 300.0, 70.0)
     monkeypatch.setattr(refits, "calibrate", calibrations)
-    problem: Any = SimpleNamespace(fit=SimpleNamespace(prediction=None), train=None, unknowns=lambda effects: effects)
+    first = SimpleNamespace(prediction=None, chi2=110.0)
+    problem: Any = SimpleNamespace(fit=first, train=None, unknowns=lambda effects: effects)
     scores = [score(1.0, name=name) for name in "abcd"]
     a, b, c, _ = (each.effect for each in scores)
     fits: Any = [(scores[0], SimpleNamespace(chi2=100.0)), (scores[1], SimpleNamespace(chi2=200.0))]
@@ -144,6 +147,7 @@ def test_of_two_starts_of_one_effect_the_better_fit_counts(monkeypatch: pytest.M
     found = {of.effect.name: each.chi2 for of, each in fit_from_starts(problem, scores, fits, starts)}
     # An effect that was not on the shortlist takes part; one without another start stays as it is.
     assert found == {"a": 90.0, "b": 200.0, "c": 70.0}
+    assert calibrations.ceilings == [2 * 110.0] * 3
     np.testing.assert_array_equal(calibrations.starts[2], [1.0, 2.0, 3.0])
 
 
