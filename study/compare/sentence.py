@@ -1,6 +1,6 @@
 """Where a model fails, in a few sentences for a structural dynamicist."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
@@ -191,7 +191,7 @@ def describe_resonances(
     agrees: bool = True,
     levels: Mapping[bool, Sequence[float]] | None = None,
 ) -> Iterator[str]:
-    """Per configuration: frequency and damping, and how they change with the level.
+    """Per configuration and mode: frequency and damping, and how they change with the level.
 
     Parameters
     ----------
@@ -204,12 +204,12 @@ def describe_resonances(
     levels
         Levels that were measured, by whether the structure was free; those without a resonance are told.
     """
-    for free in sorted({peak.free for peak in peaks}):
-        listed = [peak for peak in peaks if peak.free == free and np.isfinite(peak.predicted_frequency)]
+    for (free, _), every in group_modes(peaks).items():
+        name = f"resonance of the {name_configuration(free)} structure{name_mode(every, peaks)}"
+        listed = [peak for peak in every if np.isfinite(peak.predicted_frequency)]
         if not listed:
-            yield f"The {name_configuration(free)} structure has no predicted resonance in the measured band."
+            yield f"The model has no resonance in the measured band that belongs to the {name}."
             continue
-        name = f"the resonance of the {name_configuration(free)} structure"
         frequency = _ranged(
             [100 * peak.frequency_error for peak in listed],
             [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],
@@ -228,8 +228,23 @@ def describe_resonances(
         )
         read = [peak.level for peak in listed]
         only = f" (read at {_listed(read)} {unit} only)" if set((levels or {}).get(free, ())) - set(read) else ""
-        yield f"{name[0].upper()}{name[1:]}{only} {frequency}; its damping {damping}."
+        yield f"The {name}{only} {frequency}; its damping {damping}."
         yield from _softening(listed, free, unit)
+
+
+def group_modes(peaks: Iterable[PeakError]) -> dict[tuple[bool, int], list[PeakError]]:
+    """Peaks by whether the structure was free and by mode, each by rising level."""
+    modes: dict[tuple[bool, int], list[PeakError]] = {}
+    for peak in sorted(peaks, key=lambda peak: (peak.free, peak.mode, peak.level)):
+        modes.setdefault((peak.free, peak.mode), []).append(peak)
+    return modes
+
+
+def name_mode(mode: Sequence[PeakError], peaks: Iterable[PeakError]) -> str:
+    """`` near 30.1 Hz`` for a mode whose configuration shows others among the peaks; empty if it has none."""
+    if all(peak.mode == mode[0].mode for peak in peaks if peak.free == mode[0].free):
+        return ""
+    return f" near {np.mean([peak.frequency for peak in mode]):.3g} Hz"
 
 
 def _listed(levels: Sequence[float]) -> str:

@@ -18,6 +18,7 @@ from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from correlation.row_table import join_tables
 from study.case.setup import read_case
+from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
 from study.compare.data import DataComparison
 from study.compare.page import make_page
@@ -341,6 +342,28 @@ def test_damping_that_is_written_alike_does_not_change() -> None:
     text = " ".join(describe_resonances([peak(1.0, 100.0, 101.0, 0.00361), peak(5.0, 99.0, 100.5, 0.00362)], "kN"))
     assert "the damping ratio stays at 0.36 % in the measurement and at 0.36 % in the model" in text
     assert "is 140 % too high" in " ".join(describe_resonances([peak(1.0, 100.0, 237.2)]))
+
+
+def test_each_mode_has_its_own_sentences_and_its_own_plot() -> None:
+    first = [peak(1.0, 30.0, 30.3), peak(5.0, 29.0, 29.3)]
+    second = [replace(peak(level, 71.0, 70.0), mode=2) for level in (1.0, 5.0)]
+    third = replace(peak(5.0, 90.0, np.nan), mode=3, predicted_damping=np.nan)
+    # By level, as they are measured.
+    every = [first[0], second[0], first[1], second[1], third]
+    told = list(describe_resonances(every, levels={False: [1.0, 5.0]}))
+    assert ["1 % too high" in text for text in told] == [True, False, False, False]
+    assert ["near 29.5 Hz" in text for text in told] == [True, False, False, False]
+    assert "falls by 1 Hz in the measurement and by 1 Hz in the model" in told[1]
+    assert "near 71 Hz is 1.4 % too low" in told[2]
+    assert "no resonance in the measured band" in told[3]
+    assert "near 90 Hz" in told[3]
+    plots = draw_backbones({"drawn": every[:1], "predicted": every}, "N")
+    assert [plot["layout"]["yaxis"]["title"]["text"].split(" near ")[1] for plot in plots] == [
+        "29.5 Hz [Hz]", "71 Hz [Hz]", "90 Hz [Hz]"
+    ]  # fmt: skip
+    drawn, predicted, measured = plots[0]["data"][:3]
+    assert (drawn["y"], predicted["y"], measured["y"]) == ([30.3], [30.3, 29.3], [30.0, 29.0])
+    assert plots[2]["data"][1]["y"] == [None]
 
 
 def test_a_resonance_without_a_known_deviation_is_not_called_an_error() -> None:
