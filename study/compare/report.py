@@ -172,19 +172,19 @@ def _calibrated(compared: ComparisonResult) -> list[str]:
 
 def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     all_of = summarise_misfit(misfit)
-    mean = f"whitened {all_of.whitened:.3g} standard deviations, root mean square (noise alone makes at most 1)"
+    mean = f"all together {all_of.whitened:.3g} times as large as chance makes them (root of reduced chi^2)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(misfit)
     if missing:
         yield f"  no steady state was found at {missing} of {len(misfit)} points; each counts 10 standard deviations"
     rows = [(WORDS[axis], find_worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
     width = max([len(summary.label) for _, summary in rows] + [len("all points")])
-    yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
+    yield f"  {'point by point':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
     for what, summary in [("all", all_of), *rows]:
         label = "all points" if summary is all_of else summary.label
         yield f"  {what:<19}  {label:<{width}}  {summary.deviations:19.3g}  {_errors(summary)}"
     cell, _ = find_worst_cell(misfit, unit)
-    yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations{_signed(cell)}"
+    yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations of a point{_signed(cell)}"
 
 
 def _errors(summary: MisfitSummary) -> str:

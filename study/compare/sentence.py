@@ -97,7 +97,7 @@ def judge(
     Parameters
     ----------
     difference
-        Whitened, root mean square [standard deviations].
+        Root of reduced chi-squared, of all numbers together [-].
     missing
         What could not be compared.
     suspicions
@@ -166,16 +166,16 @@ def _vague(compared: ComparisonResult) -> str:
 def _overall(misfit: Misfit) -> str:
     summary = summarise_misfit(misfit)
     noise = (
-        f"{summary.whitened:.3g} standard deviations (root mean square), where noise, friction histories and numerical "
-        "error make at most 1"
+        f"{summary.whitened:.3g} times as large as noise, friction histories and numerical error make them "
+        "(root of reduced chi^2)"
     )
     if not np.isfinite(summary.amplitude_error):
-        return f"The differences are {noise}; no reading stands out of the noise."
+        return f"All together the differences are {noise}; no reading stands out of the noise."
     phase = (
         f" and of the phase {plain(np.degrees(summary.phase_error))} deg" if np.isfinite(summary.phase_error) else ""
     )
     amplitude = f"the median error of the amplitude is {format_percent(summary.amplitude_error)} %"
-    return f"The differences are {noise}: {amplitude}{phase}."
+    return f"All together the differences are {noise}; {amplitude}{phase}."
 
 
 def _levels(compared: ComparisonResult) -> dict[bool, tuple[float, ...]]:
@@ -274,9 +274,9 @@ def _ranged(
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
         told = (
-            f"where the readings tell it to {plain(coarsest)} %"
+            f"but one standard deviation of the readings is up to {plain(coarsest)} %"
             if coarsest < UNTOLD
-            else "which the readings do not tell"
+            else "but the readings do not determine it"
         )
         return f"differs by up to {plain(largest)} %, {told}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
@@ -361,4 +361,4 @@ def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
         phase = np.degrees(cell.signed_phase_error)
         if harmonic and abs(phase) >= 0.1:
             size += f" and {'leads' if phase > 0 else 'lags'} by {plain(abs(phase))} deg"
-    yield f"{sensor}The model is worst at {where}{size} ({cell.deviations:.3g} standard deviations)."
+    yield f"{sensor}The model is worst at {where}{size} ({cell.deviations:.3g} standard deviations of a point)."

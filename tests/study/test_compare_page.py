@@ -13,6 +13,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
 from correlation.data_type.registry import Features
+from correlation.metric.misfit import summarise_misfit
 from correlation.metric.peak_error import PeakError
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
@@ -22,6 +23,7 @@ from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
 from study.compare.data import DataComparison
 from study.compare.page import make_page
+from study.compare.report import format_report
 from study.compare.result import Calibrated, ComparisonResult
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
@@ -247,6 +249,13 @@ def test_states_that_were_read_only_before_contacts_settled_are_named_with_that_
     assert "3 N at 472 Hz; all of their readings are of repeats before the contacts settled" in sentence
 
 
+def test_the_size_of_all_differences_is_not_in_the_unit_of_that_of_a_point() -> None:
+    found = compared(1.1)
+    text, size = format_report(found), f"{summarise_misfit(found.train).whitened:.3g}"
+    assert text.count(f"{size} times as large") == 2
+    assert f"{size} standard deviations" not in text
+
+
 def test_a_headline_does_not_agree_with_the_measurements_where_other_data_differ() -> None:
     features = Features(label=tuple("abcd"), unit=("Hz",) * 4, value=np.ones(4), deviation=np.ones(4))
     decay = DataComparison(
@@ -325,11 +334,11 @@ def test_an_error_that_the_readings_do_not_resolve_is_not_explained_by_chance() 
     coarse = replace(peak(1.0, 100.0, 100.6), frequency_deviation=0.8, damping_deviation=0.02)
     coarse = replace(coarse, predicted_damping=0.025)
     (told,) = describe_resonances([coarse], agrees=False)
-    assert "differs by up to 0.6 %, where the readings tell it to 0.8 %" in told
-    assert "its damping differs by up to 150 %, which the readings do not tell" in told
+    assert "differs by up to 0.6 %, but one standard deviation of the readings is up to 0.8 %" in told
+    assert "its damping differs by up to 150 %, but the readings do not determine it" in told
     (told,) = describe_resonances([coarse])
     assert "agrees within 0.6 %, which chance explains" in told
-    assert "its damping differs by up to 150 %, which the readings do not tell" in told
+    assert "its damping differs by up to 150 %, but the readings do not determine it" in told
 
 
 def test_levels_that_a_resonance_was_read_at_are_named_where_others_were_not() -> None:
