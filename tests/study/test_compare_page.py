@@ -367,8 +367,8 @@ def test_each_mode_has_its_own_sentences_and_its_own_plot() -> None:
     assert "no resonance in the measured band" in told[3]
     assert "near 90 Hz" in told[3]
     plots = draw_backbones({"drawn": every[:1], "predicted": every}, "N")
-    assert [plot["layout"]["yaxis"]["title"]["text"].split(" near ")[1] for plot in plots] == [
-        "29.5 Hz [Hz]", "71 Hz [Hz]", "90 Hz [Hz]"
+    assert [plot["layout"]["xaxis"]["title"]["text"] for plot in plots] == [
+        "level [N], jointed near 29.5 Hz", "level [N], jointed near 71 Hz", "level [N], jointed near 90 Hz"
     ]  # fmt: skip
     drawn, predicted, measured = plots[0]["data"][:3]
     assert (drawn["y"], predicted["y"], measured["y"]) == ([30.3], [30.3, 29.3], [30.0, 29.0])

@@ -25,11 +25,11 @@ HEAD = (
     "level",
     "sensor",
     "measured [Hz]",
-    "predicted [Hz]",
+    "model [Hz]",
     "error",
     "deviations",
     "measured ζ",
-    "predicted ζ",
+    "model ζ",
     "error",
     "deviations",
 )
@@ -51,7 +51,7 @@ def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator
 
 
 def _row(peak: PeakError, drawing: Drawing) -> list[str]:
-    held = " (held out)" if peak.level in drawing.held_out else ""
+    held = ", held out" if peak.level in drawing.held_out else ""
     frequency = _error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
     damping = _error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
     return [
