@@ -15,7 +15,7 @@ from study.alike import name_wrong_places
 from study.compare.report import side_by_side
 from study.console import WIDTH
 from study.diagnose.advice import choose_advice
-from study.diagnose.doubt import HARMFUL_ERROR_RATIO, list_doubts
+from study.diagnose.doubt import HARMFUL_ERROR_RATIO, list_doubts, list_notes
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
 from study.diagnose.missing_law import format_law
 from study.diagnose.next_test import format_next_tests
@@ -143,6 +143,8 @@ def _verdict(result: Round) -> Iterator[str]:
     yield format_headline(result)
     for doubt in list_doubts(result):
         yield from wrap(f"! {doubt}", WIDTH, initial_indent="  ", subsequent_indent="    ")
+    for note in list_notes(result):
+        yield from wrap(note, WIDTH, initial_indent="  ", subsequent_indent="    ")
     yield f"  {describe_threshold(result)}"
     yield f"  next: {choose_advice(result)}"
 
@@ -162,7 +164,7 @@ def _fitted(result: Round) -> Iterator[str]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
     if shifts := list_frequency_shifts(result.setup, baseline):
         listed = ", ".join(f"{name} {100 * shift:+.2g} %" for name, shift in shifts.items())
-        yield f"Errors of the mesh that the fit found: {listed}"
+        yield f"Errors of natural frequencies of the model that the fit found (+: too high): {listed}"
     for (effect, strength, deviation), was in zip(
         list_strengths(result.setup, baseline), result.setup.added, strict=True
     ):

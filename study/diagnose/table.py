@@ -160,9 +160,9 @@ def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, floa
 
 
 def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
-    """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
+    """How much too high natural frequencies of the model are, as a fit found them, by name [-]."""
     fitted = _calibrated(setup, refit)
-    return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
+    return {item.name: 1 / value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
 
 
 def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
