@@ -87,7 +87,7 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: DiagnosisResult)
     assert "default-src 'none'" in html.unescape(text)
     assert len([script for script in page.scripts if "plotly.js v" in script[:300]]) == 1
     words = " ".join(page.words)
-    assert re.search(r"mass at tip \((5\.9|6\.)\d+ ± [\d.]+ g\) is missing: the held-out error falls from", words)
+    assert re.search(r"Mass at tip \((5\.9|6\.)\d+ ± [\d.]+ g\) is missing: the held-out error falls from", words)
     for section in (
         "The error falls",
         "Candidates",
