@@ -274,11 +274,11 @@ def _ranged(
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
         told = (
-            f"but one standard deviation of the readings is up to {plain(coarsest)} %"
+            f" (one standard deviation: up to {plain(coarsest)} %)"
             if coarsest < UNTOLD
-            else "but the readings do not determine it"
+            else ", but the readings do not determine it"
         )
-        return f"differs by up to {plain(largest)} %, {told}"
+        return f"differs by up to {plain(largest)} %{told}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
     where = "" if len(clear) == len(peaks) else f" at {_listed([peaks[number].level for number in clear])} {unit}"
     if least * most < 0:

@@ -334,7 +334,7 @@ def test_an_error_that_the_readings_do_not_resolve_is_not_explained_by_chance() 
     coarse = replace(peak(1.0, 100.0, 100.6), frequency_deviation=0.8, damping_deviation=0.02)
     coarse = replace(coarse, predicted_damping=0.025)
     (told,) = describe_resonances([coarse], agrees=False)
-    assert "differs by up to 0.6 %, but one standard deviation of the readings is up to 0.8 %" in told
+    assert "differs by up to 0.6 % (one standard deviation: up to 0.8 %)" in told
     assert "its damping differs by up to 150 %, but the readings do not determine it" in told
     (told,) = describe_resonances([coarse])
     assert "agrees within 0.6 %, which chance explains" in told
