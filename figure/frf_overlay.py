@@ -209,12 +209,13 @@ def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     lowest, highest = np.inf, -np.inf
     for curve in panel.curves:
         colour = colours[curve.level]
-        line = np.unwrap(np.angle(curve.line))
+        line, there = np.angle(curve.line), np.isfinite(curve.line)
+        line[there] = np.unwrap(line[there])
         if panel.has_phase:
             measured = np.unwrap(np.angle(curve.measured))
             # All levels begin on the turn from -90 to 270 deg.
             measured -= 2 * np.pi * np.ceil((measured[0] - 1.5 * np.pi) / (2 * np.pi))
-            line += 2 * np.pi * np.round((measured[0] - line[0]) / (2 * np.pi))
+            line += 2 * np.pi * np.round((measured[0] - line[there][0]) / (2 * np.pi)) if there.any() else 0.0
             with np.errstate(divide="ignore", invalid="ignore"):
                 deviation = np.degrees(curve.deviation / np.abs(curve.measured))
             _points(axes, curve.frequency, np.degrees(measured), deviation, colour)
@@ -222,8 +223,8 @@ def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
             measured = line
         axes.plot(curve.line_frequency, np.degrees(line), color=colour, linewidth=1.3, zorder=2)
         lowest, highest = (
-            min(lowest, float(np.degrees(measured.min()))),
-            max(highest, float(np.degrees(measured.max()))),
+            min(lowest, float(np.degrees(np.nanmin(measured)))),
+            max(highest, float(np.degrees(np.nanmax(measured)))),
         )
     axes.margins(y=CLEARANCE)
     axes.set_ylabel("phase [deg]")

@@ -12,12 +12,13 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.pair import Pair
-from diagnosis.decision.wording import describe_held_out_fall
+from diagnosis.decision.wording import claim, describe_held_out_fall
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
 from diagnosis.unknown_force import UnknownForce
 from fe.notebook import Tabular
+from geometry.plain_number import plain
 
 if TYPE_CHECKING:
     import pandas
@@ -163,14 +164,17 @@ class Verdict(Tabular):
         data
             What cannot tell several effects apart, such as "data".
         """
-        named = " or ".join(f"{each.name} ({describe(each)})" for each in self.effects)
-        further = "" if self.further is None else f"{self.further.name} ({describe(self.further)})"
+        further = [] if self.further is None else [self.further]
         if len(self.effects) > 1:
-            beside = f", and beside it {further}" if further else ""
-            return f"{named} is missing{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"
-        missing = f"and {further} are missing" if further else "is missing"
+            known = self.probabilities if len(self.probabilities) == len(self.effects) else ()
+            chances = [f"probability {plain(100 * each)} %" for each in known] or [""] * len(self.effects)
+            claimed = claim(self.effects, [describe(each) for each in self.effects], chances, "or")
+            beside = "".join(f", and beside it {each.name} ({describe(each)})" for each in further)
+            return f"{claimed}{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"
+        every = [*self.effects, *further]
         doubt = f", or {self._alternative}" if self.finding is Finding.AMBIGUOUS else ""
-        return f"{named} {missing}{doubt}: {fall}.{self._other_laws}"
+        claimed = claim(every, [describe(each) for each in every], [""] * len(every), "and")
+        return f"{claimed}{doubt}: {fall}.{self._other_laws}"
 
     @property
     def _alternative(self) -> str:

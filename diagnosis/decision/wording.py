@@ -1,5 +1,7 @@
 """Sentences of a verdict, and words for the change of the held-out error by an effect."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from diagnosis.decision.law_of_force import FittedLaw
@@ -8,6 +10,48 @@ from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import compute_excess_gain
 from geometry.plain_number import plain
+
+
+def claim(effects: Sequence[Refit], strengths: Sequence[str], chances: Sequence[str], joint: str) -> str:
+    """That effects are missing, or that what they scale is another, as the beginning of a sentence.
+
+    Parameters
+    ----------
+    effects
+        Fits with one effect each, one or more.
+    strengths, chances
+        Words for the strength of each, and for what is added to it, empty or such as "probability 60 %".
+    joint
+        "and" or "or".
+    """
+    named = [
+        f"{each.name} ({', '.join(filter(None, words))})"
+        for each, *words in zip(effects, strengths, chances, strict=True)
+    ]
+    if not any(map(_is_ratio, effects)):
+        verb = "are" if joint == "and" and len(effects) > 1 else "is"
+        return _begin(f"{f' {joint} '.join(named)} {verb} missing", effects[0])
+    clauses = [
+        f"{each.name} is {strength}{f' ({chance})' if chance else ''} times as large as the case says"
+        if _is_ratio(each)
+        else f"{name} is missing"
+        for each, name, strength, chance in zip(effects, named, strengths, chances, strict=True)
+    ]
+    return _begin(f", {joint} ".join(clauses), effects[0])
+
+
+def _is_ratio(refit: Refit) -> bool:
+    """Whether an effect is a factor on what the case says."""
+    assert refit.effect is not None
+    return refit.effect.parameters[0].unit == "-" and refit.effect.parameters[0].vanishes == 1.0
+
+
+def _begin(text: str, refit: Refit) -> str:
+    """A sentence that begins with an effect: in upper case, unless it begins with a name of the case."""
+    assert refit.effect is not None
+    if refit.name.startswith(refit.effect.kind):
+        return text[0].upper() + text[1:]
+    return f"{'The value of' if _is_ratio(refit) else 'The effect'} {text}"
 
 
 def describe_law(refit: Refit, law: FittedLaw, baseline: Refit) -> str:

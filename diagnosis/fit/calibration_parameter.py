@@ -66,6 +66,11 @@ class CalibrationParameter:
     #: Whether a case can have a value of it.
     is_of_case: ClassVar[bool] = True
 
+    @property
+    def stated_deviation(self) -> float:
+        """Standard deviation as the case states it, whatever the prior of a fit allows [-]."""
+        return self.deviation
+
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model with the factor; 1 changes nothing, and a test without contacts has none to change."""
         (factor,) = values

@@ -41,6 +41,11 @@ class FrequencyCorrection(CalibrationParameter):
 
     is_of_case = False
 
+    @property
+    def stated_deviation(self) -> float:
+        """Standard deviation as the case states it [-]."""
+        return self.deviation / PRIOR_WIDENING
+
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model with the factor; 1 changes nothing. A finer model has errors of its own."""
         (factor,) = values
@@ -104,14 +109,14 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
         assert rate is not None
         found.append(
             ModeCorrection(
-                name=f"natural frequency {number + 1}", physics="Error of a natural frequency by the mesh.",
+                name=f"natural frequency {number + 1}", physics="Error of a natural frequency of the model.",
                 deviation=deviation, parameters=(factor,), n_dof=model.system.n_dof, number=number, rate=rate,
             )
         )  # fmt: skip
     if found and len(np.unique(measured.observed.points.free)) > 1:
         found.append(
             FrequencyCorrection(
-                name="natural frequencies with contacts", physics="Error of all other modes by the mesh.",
+                name="natural frequencies with contacts", physics="Error of all other modes of the model.",
                 deviation=deviation, parameters=(factor,), n_dof=model.system.n_dof,
             )
         )  # fmt: skip

@@ -28,6 +28,7 @@ WRITTEN = {
     "m/N": (("um/N", 1e-6), ("nm/N", 1e-9), ("pm/N", 1e-12)),
     "N/m": (("N/um", 1e6), ("N/mm", 1e3), ("N/m", 1.0)),
     "N/m^3": (("N/um^3", 1e18), ("N/mm^3", 1e9), ("N/m^3", 1.0)),
+    "s": (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)),
 }
 #: Units of effects whose bounds hold at any level of force.
 LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "rad", "m/N", "-")

@@ -1,10 +1,11 @@
-"""Frequency and damping of a resonance over the level, measured and by one or more models, as plotly figures."""
+"""Frequency and damping of each mode over the level, measured and by one or more models, as plotly figures."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from correlation.campaign.measurement import name_configuration
 from correlation.metric.peak_error import PeakError
+from study.compare.sentence import group_modes, name_mode
 from study.page.number import round_list
 
 #: Lines of models, the last one as it is for a single one.
@@ -12,7 +13,7 @@ COLOURS, DASHES = ("#8a97a5", "#1f4e79", "#c2410c"), ("dot", "dash", "solid")
 
 
 def draw_backbones(models: Mapping[str, Sequence[PeakError]], unit: str) -> list[dict[str, Any]]:
-    """One figure for each configuration.
+    """One figure for each configuration and mode.
 
     Parameters
     ----------
@@ -21,14 +22,19 @@ def draw_backbones(models: Mapping[str, Sequence[PeakError]], unit: str) -> list
     unit
         Of the levels.
     """
-    kinds = sorted({peak.free for peaks in models.values() for peak in peaks})
+    last = group_modes(list(models.values())[-1]) if models else {}
+    everything = [peak for peaks in models.values() for peak in peaks]
     return [
-        _draw({name: [peak for peak in peaks if peak.free == free] for name, peaks in models.items()}, free, unit)
-        for free in kinds
+        _draw(
+            {name: group_modes(peaks).get(mode, []) for name, peaks in models.items()},
+            f"{name_configuration(mode[0])}{name_mode(last.get(mode, every), everything)}",
+            unit,
+        )
+        for mode, every in group_modes(everything).items()
     ]
 
 
-def _draw(models: Mapping[str, Sequence[PeakError]], free: bool, unit: str) -> dict[str, Any]:
+def _draw(models: Mapping[str, Sequence[PeakError]], mode: str, unit: str) -> dict[str, Any]:
     traces: list[dict[str, Any]] = []
     styles = list(zip(COLOURS, DASHES, strict=True))[-len(models) :]
     for axis, scale, value in (("", 1.0, "frequency"), ("2", 100.0, "damping")):
@@ -50,13 +56,12 @@ def _draw(models: Mapping[str, Sequence[PeakError]], free: bool, unit: str) -> d
              "y": round_list([scale * getattr(peak, value) for peak in peaks], 7), "mode": "markers", "error_y": error,
              "marker": {"size": 8, "color": "white", "line": {"color": "#18222d", "width": 1.6}}}
         )  # fmt: skip
-    name = name_configuration(free)
     layout = {
         "height": 330,
         "grid": {"rows": 1, "columns": 2, "pattern": "independent"},
-        "xaxis": {"title": {"text": f"level [{unit}]"}, "anchor": "y"},
-        "xaxis2": {"title": {"text": f"level [{unit}]"}, "anchor": "y2"},
-        "yaxis": {"title": {"text": f"frequency, {name} [Hz]", "standoff": 16}},
-        "yaxis2": {"title": {"text": f"damping ratio, {name} [%]", "standoff": 16}, "rangemode": "tozero"},
+        "xaxis": {"title": {"text": f"level [{unit}], {mode}"}, "anchor": "y"},
+        "xaxis2": {"title": {"text": f"level [{unit}], {mode}"}, "anchor": "y2"},
+        "yaxis": {"title": {"text": "frequency [Hz]", "standoff": 16}},
+        "yaxis2": {"title": {"text": "damping ratio [%]", "standoff": 16}, "rangemode": "tozero"},
     }
     return {"data": traces, "layout": layout}

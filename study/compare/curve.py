@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.feature.gap import find_gaps
 from correlation.feature.observation import find_sweep_directions
 from correlation.metric.misfit import CLEAR, Misfit
 from correlation.model import AnySensor, Model, Sensor
@@ -45,7 +46,7 @@ class Curve:
     frequency, measured, deviation, predicted
         Measured frequencies [Hz], means, their standard deviations, and the prediction there, shape (f,).
     line_frequency, line
-        Predicted line, shape (p,).
+        Predicted line, shape (p,); NaN within gaps between bands that were measured apart.
     """
 
     level: float
@@ -178,7 +179,7 @@ def make_panels(
                     deviation=factor * misfit.deviation[rows],
                     predicted=factor * misfit.predicted[rows],
                     line_frequency=fine.frequency[drawn],
-                    line=panel.factor(fine.force[drawn]) * line[drawn],
+                    line=blank_gaps(fine, misfit.points.frequency[rows], panel.factor(fine.force) * line, drawn),
                 )
             )
         panels.append(replace(panel, curves=tuple(curves)))
@@ -189,8 +190,10 @@ def compute_phase(value: Coefficients, deviation: Frequencies | float, harmonic:
     """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
     phase = np.degrees(np.angle(np.nan_to_num(value)))
     if harmonic == 1:
-        phase = np.unwrap(phase, period=360)
-        phase -= 360 * np.ceil((phase[0] - 270) / 360)
+        # Where there is no value, the phase goes on from the last one.
+        there = np.isfinite(value) if np.isfinite(value).any() else np.ones(len(value), dtype=bool)
+        phase[there] = np.unwrap(phase[there], period=360)
+        phase -= 360 * np.ceil((phase[there][0] - 270) / 360)
         return np.asarray(np.where(np.isfinite(value), phase, np.nan))
     return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))
 
@@ -230,16 +233,36 @@ def find_rows(points: Points, sensor: str, harmonic: int, level: float) -> Rows:
 
 
 def refine_points(points: Points) -> Points:
-    """The same curves at more frequencies, the measured ones among them."""
+    """The same curves at more frequencies, the measured ones among them, and one within each gap between bands."""
     parts = []
     for _, rows in _curves(points):
         measured = points.frequency[rows]
         parts_of_step = int(np.clip(-(-LINE_POINTS // max(len(rows) - 1, 1)), 1, FINER))
-        steps = np.arange(len(rows) - 1)[:, None] + np.arange(parts_of_step) / parts_of_step
-        frequency = np.interp(np.append(steps.ravel(), len(rows) - 1), np.arange(len(rows)), measured)
+        steps, gaps = np.arange(len(rows) - 1), find_gaps(measured)
+        finer = np.setdiff1d(steps, gaps)[:, None] + np.arange(parts_of_step) / parts_of_step
+        places = np.sort(np.concatenate([finer.ravel(), gaps, gaps + 0.5, [len(rows) - 1]]))
+        frequency = np.interp(places, np.arange(len(rows)), measured)
         force = np.interp(frequency, measured, points.force[rows])
         parts.append(replace(points.where(np.repeat(rows[:1], len(frequency))), frequency=frequency, force=force))
     return join_tables(parts)
+
+
+def blank_gaps(points: Points, measured: Frequencies, line: Coefficients, rows: Rows) -> Coefficients:
+    """Values of some rows of a line, NaN within the gaps of the measured frequencies: a line does not bridge them.
+
+    Parameters
+    ----------
+    points, line
+        Points of lines and their values, shape (p,).
+    measured
+        Measured frequencies of one curve, ascending, shape (f,) [Hz].
+    rows
+        Rows of the line of that curve, shape (n,).
+    """
+    frequency, value = points.frequency[rows], line[rows].copy()
+    for gap in find_gaps(measured):
+        value[(frequency > measured[gap]) & (frequency < measured[gap + 1])] = np.nan
+    return value
 
 
 def _curves(points: Points) -> Iterator[tuple[tuple[Key, float, int], Rows]]:

@@ -79,6 +79,7 @@ def make_document(compared: ComparisonResult) -> dict[str, Any]:
         "resonances": [
             {
                 "configuration": name_configuration(peak.free),
+                "mode": peak.mode,
                 "level_n": peak.level,
                 "level_unit": unit,
                 "sensor": peak.sensor,
@@ -171,19 +172,19 @@ def _calibrated(compared: ComparisonResult) -> list[str]:
 
 def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     all_of = summarise_misfit(misfit)
-    mean = f"whitened {all_of.whitened:.3g} standard deviations, root mean square (noise alone makes at most 1)"
+    mean = f"all together {all_of.whitened:.3g} times as large as chance makes them (root of reduced chi^2)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(misfit)
     if missing:
         yield f"  no steady state was found at {missing} of {len(misfit)} points; each counts 10 standard deviations"
     rows = [(WORDS[axis], find_worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
     width = max([len(summary.label) for _, summary in rows] + [len("all points")])
-    yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
+    yield f"  {'point by point':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
     for what, summary in [("all", all_of), *rows]:
         label = "all points" if summary is all_of else summary.label
         yield f"  {what:<19}  {label:<{width}}  {summary.deviations:19.3g}  {_errors(summary)}"
     cell, _ = find_worst_cell(misfit, unit)
-    yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations{_signed(cell)}"
+    yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations of a point{_signed(cell)}"
 
 
 def _errors(summary: MisfitSummary) -> str:
@@ -207,12 +208,13 @@ def _signed(cell: MisfitSummary) -> str:
 def _peaks(compared: ComparisonResult) -> Iterator[str]:
     unit = compared.campaign.drive.unit
     yield "Resonances, and the error of the model in % and, in brackets, in standard deviations:"
-    yield "  structure     level   frequency [Hz]     error             damping     error"
+    yield "  structure  mode     level   frequency [Hz]     error             damping     error"
     for peak in compared.peaks:
         frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
         damping = _error(peak.damping_error, peak.damping, peak.damping_deviation, 1)
         yield (
-            f"  {name_configuration(peak.free):<9}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  {frequency:<17}  "
+            f"  {name_configuration(peak.free):<9}  {peak.mode:4}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  "
+            f"{frequency:<17}  "
             f"{100 * peak.damping:6.3f} %  {damping}{_held(compared, peak)}"
         )
 
@@ -232,8 +234,8 @@ def _peaks(compared: ComparisonResult) -> Iterator[str]:
     if deviations > CLEAR_PEAK:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
-            f"  worst: the {what} of the {name_configuration(peak.free)} structure at {peak.level:g} "
-            f"{unit} is {plain(100 * abs(error), 3)} % too {'high' if error > 0 else 'low'} "
+            f"  worst: the {what} of mode {peak.mode} of the {name_configuration(peak.free)} structure at "
+            f"{peak.level:g} {unit} is {plain(100 * abs(error), 3)} % too {'high' if error > 0 else 'low'} "
             f"({deviations:.3g} standard deviations)"
         )
 
@@ -251,6 +253,8 @@ def describe_jump(jump: JumpError, level_unit: str) -> str:
 
 
 def _error(relative: float, value: float, deviation: float, digits: int) -> str:
+    if not np.isfinite(relative):
+        return "not in the model"
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{100 * relative:+.{digits}f} %"
     return f"{100 * relative:+.{digits}f} % ({abs(relative) * value / deviation:.1f})"

@@ -56,11 +56,11 @@ class ComparisonResult(Tabular):
     train, held_out
         Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
     peaks
-        Errors of the resonances, of all levels.
+        Errors of the resonances, of all modes and levels.
     jumps
         Errors of the frequencies at which a response jumps, of the training data.
     unread
-        Why a resonance of the training data was not read, in words.
+        Why resonances were not read, in words.
     suspicions
         Suspicious data of the campaign.
     calibrated

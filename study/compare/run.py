@@ -14,7 +14,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import compute_jump_errors
 from correlation.metric.misfit import Misfit, compute_misfit, summarise_misfit
-from correlation.metric.peak_error import PeakError, compute_peak_errors, find_unread_peaks
+from correlation.metric.peak_error import ModePeaks, PeakSource, compute_peak_errors
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
@@ -179,6 +179,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     if summarise_misfit(train).whitened <= DIFFERS:
         states = sides[0].comparison, sides[0].prediction
         suspicions = (*suspicions, *find_untested_friction(model, campaign.data, states))
+    peaks = find_peaks(sides, campaign.drive.unit)
     return ComparisonResult(
         title=setup.title,
         campaign=campaign,
@@ -186,11 +187,11 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         prediction=sides[0].prediction,
         train=train,
         held_out=rest[0] if rest else None,
-        peaks=list_peaks(sides),
+        peaks=peaks.errors,
         jumps=compute_jump_errors(
             sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
         ),
-        unread=sides[0].find_unread_peaks(campaign.drive.unit),
+        unread=peaks.unread,
         suspicions=merge_suspicions(suspicions),
         calibrated=calibrated,
     )
@@ -204,15 +205,13 @@ class Side:
     prediction: Prediction
 
     @property
-    def peaks(self) -> tuple[PeakError, ...]:
-        """Errors of its resonances."""
+    def peak_source(self) -> PeakSource:
+        """What its resonances are read off."""
         of = self.comparison
-        return compute_peak_errors(of.observed, self.prediction.value, of.features, of.whitening, of.predictor.sweeps)
-
-    def find_unread_peaks(self, level_unit: str) -> tuple[str, ...]:
-        """Why a resonance was not read, in words."""
-        of = self.comparison
-        return find_unread_peaks(of.observed, self.prediction.value, of.features, of.predictor.sweeps, level_unit)
+        return PeakSource(
+            observed=of.observed, predicted=self.prediction.value, features=of.features, whitening=of.whitening,
+            sweeps=of.predictor.sweeps,
+        )  # fmt: skip
 
     @property
     def misfit(self) -> Misfit:
@@ -285,13 +284,9 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
     return predict_sides(sets, sweeps, model, budget), gains, model
 
 
-def list_peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
+def find_peaks(sides: Sequence[Side], level_unit: str) -> ModePeaks:
     """Errors of resonances: of the training levels from the training data, of the others from what is held out."""
-    result: dict[tuple[bool, float], PeakError] = {}
-    for side in sides:
-        for peak in side.peaks:
-            result.setdefault((peak.free, peak.level), peak)
-    return tuple(result[key] for key in sorted(result))
+    return compute_peak_errors([side.peak_source for side in sides], level_unit)
 
 
 def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None) -> str:

@@ -1,6 +1,6 @@
 """Where a model fails, in a few sentences for a structural dynamicist."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
@@ -97,7 +97,7 @@ def judge(
     Parameters
     ----------
     difference
-        Whitened, root mean square [standard deviations].
+        Root of reduced chi-squared, of all numbers together [-].
     missing
         What could not be compared.
     suspicions
@@ -166,16 +166,16 @@ def _vague(compared: ComparisonResult) -> str:
 def _overall(misfit: Misfit) -> str:
     summary = summarise_misfit(misfit)
     noise = (
-        f"{summary.whitened:.3g} standard deviations (root mean square), where noise, friction histories and numerical "
-        "error make at most 1"
+        f"{summary.whitened:.3g} times as large as noise, friction histories and numerical error make them "
+        "(root of reduced chi^2)"
     )
     if not np.isfinite(summary.amplitude_error):
-        return f"The differences are {noise}; no reading stands out of the noise."
+        return f"All together the differences are {noise}; no reading stands out of the noise."
     phase = (
         f" and of the phase {plain(np.degrees(summary.phase_error))} deg" if np.isfinite(summary.phase_error) else ""
     )
     amplitude = f"the median error of the amplitude is {format_percent(summary.amplitude_error)} %"
-    return f"The differences are {noise}: {amplitude}{phase}."
+    return f"All together the differences are {noise}; {amplitude}{phase}."
 
 
 def _levels(compared: ComparisonResult) -> dict[bool, tuple[float, ...]]:
@@ -191,7 +191,7 @@ def describe_resonances(
     agrees: bool = True,
     levels: Mapping[bool, Sequence[float]] | None = None,
 ) -> Iterator[str]:
-    """Per configuration: frequency and damping, and how they change with the level.
+    """Per configuration and mode: frequency and damping, and how they change with the level.
 
     Parameters
     ----------
@@ -204,12 +204,12 @@ def describe_resonances(
     levels
         Levels that were measured, by whether the structure was free; those without a resonance are told.
     """
-    for free in sorted({peak.free for peak in peaks}):
-        listed = [peak for peak in peaks if peak.free == free and np.isfinite(peak.predicted_frequency)]
+    for (free, _), every in group_modes(peaks).items():
+        name = f"resonance of the {name_configuration(free)} structure{name_mode(every, peaks)}"
+        listed = [peak for peak in every if np.isfinite(peak.predicted_frequency)]
         if not listed:
-            yield f"The {name_configuration(free)} structure has no predicted resonance in the measured band."
+            yield f"The model has no resonance in the measured band that belongs to the {name}."
             continue
-        name = f"the resonance of the {name_configuration(free)} structure"
         frequency = _ranged(
             [100 * peak.frequency_error for peak in listed],
             [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],
@@ -228,8 +228,23 @@ def describe_resonances(
         )
         read = [peak.level for peak in listed]
         only = f" (read at {_listed(read)} {unit} only)" if set((levels or {}).get(free, ())) - set(read) else ""
-        yield f"{name[0].upper()}{name[1:]}{only} {frequency}; its damping {damping}."
+        yield f"The {name}{only} {frequency}; its damping {damping}."
         yield from _softening(listed, free, unit)
+
+
+def group_modes(peaks: Iterable[PeakError]) -> dict[tuple[bool, int], list[PeakError]]:
+    """Peaks by whether the structure was free and by mode, each by rising level."""
+    modes: dict[tuple[bool, int], list[PeakError]] = {}
+    for peak in sorted(peaks, key=lambda peak: (peak.free, peak.mode, peak.level)):
+        modes.setdefault((peak.free, peak.mode), []).append(peak)
+    return modes
+
+
+def name_mode(mode: Sequence[PeakError], peaks: Iterable[PeakError]) -> str:
+    """`` near 30.1 Hz`` for a mode whose configuration shows others among the peaks; empty if it has none."""
+    if all(peak.mode == mode[0].mode for peak in peaks if peak.free == mode[0].free):
+        return ""
+    return f" near {np.mean([peak.frequency for peak in mode]):.3g} Hz"
 
 
 def _listed(levels: Sequence[float]) -> str:
@@ -259,11 +274,11 @@ def _ranged(
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
         told = (
-            f"where the readings tell it to {plain(coarsest)} %"
+            f" (one standard deviation: up to {plain(coarsest)} %)"
             if coarsest < UNTOLD
-            else "which the readings do not tell"
+            else ", but the readings do not determine it"
         )
-        return f"differs by up to {plain(largest)} %, {told}"
+        return f"differs by up to {plain(largest)} %{told}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
     where = "" if len(clear) == len(peaks) else f" at {_listed([peaks[number].level for number in clear])} {unit}"
     if least * most < 0:
@@ -346,4 +361,4 @@ def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
         phase = np.degrees(cell.signed_phase_error)
         if harmonic and abs(phase) >= 0.1:
             size += f" and {'leads' if phase > 0 else 'lags'} by {plain(abs(phase))} deg"
-    yield f"{sensor}The model is worst at {where}{size} ({cell.deviations:.3g} standard deviations)."
+    yield f"{sensor}The model is worst at {where}{size} ({cell.deviations:.3g} standard deviations of a point)."

@@ -12,7 +12,15 @@ from correlation.metric.misfit import Misfit
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.style import choose_family_colours, typeset
-from study.compare.curve import compute_phase, find_rows, join_sides, list_curve_keys, name_harmonic, refine_points
+from study.compare.curve import (
+    blank_gaps,
+    compute_phase,
+    find_rows,
+    join_sides,
+    list_curve_keys,
+    name_harmonic,
+    refine_points,
+)
 from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.section.misfit import map_misfit
 from study.diagnose.round import Round
@@ -51,7 +59,8 @@ def make_curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
                     continue
                 scale = factor / level if per_level else factor
                 at = find_rows(fine, sensor, harmonic, level)
-                groups.append(_group(part, rows, scale, fine.frequency[at], [line[at] for line in lines], number))
+                shown_lines = [blank_gaps(fine, part.points.frequency[rows], line, at) for line in lines]
+                groups.append(_group(part, rows, scale, fine.frequency[at], shown_lines, number))
             panels.append(
                 {
                     "configuration": name_configuration(bool(free)),

@@ -7,7 +7,7 @@ from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
-from study.diagnose.doubt import list_doubts
+from study.diagnose.doubt import list_doubts, list_notes
 from study.diagnose.report import format_headline
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import list_stages
@@ -31,6 +31,7 @@ def make_document(result: Round) -> dict[str, Any]:
         "finding": diagnosis.verdict.finding.value,
         "verdict": format_headline(result),
         "doubts": list_doubts(result),
+        "notes": list_notes(result),
         "suspicions": [str(each) for each in result.suspicions],
         "model_error": vars(diagnosis.verdict.model_error_size),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],

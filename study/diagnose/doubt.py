@@ -30,9 +30,19 @@ def list_doubts(result: Round) -> list[str]:
         *_left(result),
         *_jumps(result),
         *_pulled(result),
-        *_model_error(result),
         *result.remarks,
     ]
+
+
+def list_notes(result: Round) -> list[str]:
+    """What a reader should know, and what is no reason to doubt, in sentences.
+
+    Parameters
+    ----------
+    result
+        The round.
+    """
+    return [*_model_error(result)]
 
 
 def _unknown(result: Round) -> Iterator[str]:
@@ -87,14 +97,14 @@ def _pulled(result: Round) -> Iterator[str]:
     fit = (result.best or result.diagnosis.baseline).fit
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters
-        pull = abs(value - factor.vanishes) / parameter.deviation
+        pull = abs(value - factor.vanishes) / parameter.stated_deviation
         there = factor.describe(parameter.name, value)
         if factor.is_at_bound(value):
             yield f"{there} is as far as a fit may go: something else may be what differs."
         elif pull > MAX_PULL:
             yield (
-                f"{there} is {pull:.1f} standard deviations of its prior from the case: something else may be what "
-                "differs."
+                f"{there} is {pull:.1f} standard deviations, as the case states them, from the case: something else "
+                "may be what differs."
             )
 
 

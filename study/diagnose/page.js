@@ -12,15 +12,22 @@ function folded(text, most = 18) {
   return lines.filter((line) => line).join("<br>");
 }
 
+// In a narrow window the two charts stand below each other: side by side their numbers would lie on each other.
+const NARROW = 640;
+
 function drawWaterfall() {
   const steps = DATA.waterfall, x = steps.map((_, number) => number);
+  const width = byId("waterfall").clientWidth, narrow = width < NARROW, across = (narrow ? width : 0.45 * width) - 118;
+  // A letter takes up some 7 pixels.
+  const fold = (text) => folded(text, Math.max(8, Math.min(18, Math.floor(across / steps.length / 7))));
+  const lines = Math.max(...steps.map((step) => fold(step.name).split("<br>").length));
   const bars = (key, scale, name, colour, xaxis, yaxis, show) => ({
     type: "bar", x, y: steps.map((step) => (step[key] === null ? null : scale * step[key])), name, xaxis, yaxis, showlegend: show, legendgroup: name,
     marker: { color: steps.map((step) => (step.proposed ? "white" : colour)), line: { color: colour, width: 1.5 },
       pattern: { shape: steps.map((step) => (step.proposed ? "/" : "")), fillmode: "overlay", fgcolor: steps.map(() => colour), size: 7, solidity: 0.3 } },
     hovertemplate: "%{y:.4g}<extra>" + name + "</extra>",
   });
-  const ticks = { tickvals: x, ticktext: steps.map((step) => folded(step.name)), ticks: "", showgrid: false };
+  const ticks = { tickvals: x, ticktext: steps.map((step) => fold(step.name)), ticks: "", showgrid: false };
   const all = steps.flatMap((step) => [step.training_chi2, step.held_out_chi2]).filter((value) => value > 0);
   const highest = 100 * Math.max(...steps.flatMap((step) => [step.training, step.held_out]).filter((value) => value >= 0));
   const most = Math.log10(Math.max(2, ...all)), least = Math.log10(Math.min(0.5, ...all) / 1.3);
@@ -28,20 +35,22 @@ function drawWaterfall() {
   const foot = (value) => (value < 1 && Math.log10(value) > -0.08 * (most - least) ? 1 : value);
   const numbers = (key, scale, side, xaxis, yaxis, at) => ({
     type: "scatter", mode: "text", x: x.map((each) => each + side * BAR), y: steps.map((step) => at(scale * step[key])), xaxis, yaxis,
-    text: steps.map((step) => (step[key] === null ? "unknown" : label(scale * step[key]))), textposition: "top center", textfont: { size: 12, color: INK }, cliponaxis: false, showlegend: false, hoverinfo: "skip",
+    text: steps.map((step) => (step[key] === null ? "unknown" : label(scale * step[key]))), textposition: "top center", textfont: { size: narrow ? 10.5 : 12, color: INK }, cliponaxis: false, showlegend: false, hoverinfo: "skip",
   });
   const same = (value) => value;
-  Plotly.newPlot("waterfall", [
+  const footRoom = 14 + 17 * lines, height = 336 + footRoom, between = (footRoom + 24) / (2 * height);
+  const places = narrow ? { x: [0, 1], x2: [0, 1], y: [0.5 + between / 2, 1], y2: [0, 0.5 - between / 2] } : { x: [0, 0.47], x2: [0.555, 1], y: [0, 1], y2: [0, 1] };
+  Plotly.react("waterfall", [
     bars("training", 100, "training data", TRAINING, "x", "y", true), bars("held_out", 100, "held-out data", HELD, "x", "y", true),
     bars("training_chi2", 1, "training data", TRAINING, "x2", "y2", false), bars("held_out_chi2", 1, "held-out data", HELD, "x2", "y2", false),
     numbers("training", 100, -1, "x", "y", same), numbers("held_out", 100, 1, "x", "y", same),
     numbers("training_chi2", 1, -1, "x2", "y2", foot), numbers("held_out_chi2", 1, 1, "x2", "y2", foot),
   ], {
-    font: FONT, height: 370, margin: { l: 66, r: 52, t: 34, b: 14 + 17 * Math.max(...steps.map((step) => folded(step.name).split("<br>").length)) }, barmode: "group", bargap: GAP, bargroupgap: 0.06,
+    font: FONT, height: narrow ? 2 * height : height, margin: { l: 66, r: 52, t: narrow ? 62 : 34, b: footRoom }, barmode: "group", bargap: GAP, bargroupgap: 0.06,
     paper_bgcolor: "white", plot_bgcolor: "white", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
-    xaxis: axis({ domain: [0, 0.47], ...ticks }), xaxis2: axis({ domain: [0.555, 1], anchor: "y2", ...ticks }),
-    yaxis: axis({ title: { text: "relative error [%]" }, range: [0, 1.1 * highest || 1], ticks: "" }),
-    yaxis2: axis({ title: { text: "reduced χ²" }, anchor: "x2", type: "log", range: [least, most + 0.12 * (most - least)], dtick: 1, ticks: "", exponentformat: "power" }),
+    xaxis: axis({ domain: places.x, ...ticks }), xaxis2: axis({ domain: places.x2, anchor: "y2", ...ticks }),
+    yaxis: axis({ title: { text: "relative error [%]" }, domain: places.y, range: [0, 1.1 * highest || 1], ticks: "" }),
+    yaxis2: axis({ title: { text: "reduced χ²" }, domain: places.y2, anchor: "x2", type: "log", range: [least, most + 0.12 * (most - least)], dtick: 1, ticks: "", exponentformat: "power" }),
     shapes: [{ type: "line", xref: "x2 domain", yref: "y2", x0: 0, x1: 1, y0: 1, y1: 1, layer: "below", line: { color: PALE, width: 1.2, dash: "dash" } }],
     annotations: [{ xref: "x2 domain", yref: "y2", x: 1, y: 0, yanchor: "middle", xanchor: "left", xshift: 5, text: "noise", showarrow: false, font: { size: 11, color: PALE } }],
   }, CONFIG);

@@ -18,7 +18,7 @@ from geometry.plain_number import percent
 from study.compare.report import side_by_side
 from study.diagnose.advice import choose_advice, choose_tag
 from study.diagnose.curves import make_curves, make_maps
-from study.diagnose.doubt import list_doubts
+from study.diagnose.doubt import list_doubts, list_notes
 from study.diagnose.history import History
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.next_test_drawing import make_next_tests
@@ -123,6 +123,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         finding=result.diagnosis.verdict.finding.value,
         headline=format_headline(result),
         doubts=list_doubts(result),
+        notes=list_notes(result),
         advice=choose_advice(result),
         tag=choose_tag(result),
         wrong=bool(result.wrong),

@@ -1,6 +1,6 @@
 """The report of a diagnosis for people: text with the verdict in three lines and details below."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import isfinite, isnan
 from pathlib import Path
 from textwrap import wrap
@@ -15,7 +15,7 @@ from study.alike import name_wrong_places
 from study.compare.report import side_by_side
 from study.console import WIDTH
 from study.diagnose.advice import choose_advice
-from study.diagnose.doubt import HARMFUL_ERROR_RATIO, list_doubts
+from study.diagnose.doubt import HARMFUL_ERROR_RATIO, list_doubts, list_notes
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
 from study.diagnose.missing_law import format_law
 from study.diagnose.next_test import format_next_tests
@@ -23,6 +23,7 @@ from study.diagnose.resonance import describe_level_dependence
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import list_stages
 from study.diagnose.table import (
+    Row,
     format_fitted_strength,
     format_interval,
     format_number,
@@ -80,15 +81,8 @@ def _name_effects(result: Round) -> str:
     verdict = result.diagnosis.verdict
     if not verdict.effects:
         return verdict.sentence
-    names = [each.name for each in verdict.effects]
-    chance = dict(zip(names, verdict.probabilities, strict=False)) if len(names) > 1 else {}
-
-    def describe(refit: Refit) -> str:
-        probability = f", probability {plain(100 * chance[refit.name])} %" if refit.name in chance else ""
-        return f"{format_fitted_strength(refit)}{probability}"
-
     fits = result.uncalibrated, result.diagnosis.baseline, verdict.effects[0]
-    return verdict.name_effects(describe, describe_error_fall(*map(summarise_errors, fits)), "tests")
+    return verdict.name_effects(format_fitted_strength, describe_error_fall(*map(summarise_errors, fits)), "tests")
 
 
 def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
@@ -143,6 +137,8 @@ def _verdict(result: Round) -> Iterator[str]:
     yield format_headline(result)
     for doubt in list_doubts(result):
         yield from wrap(f"! {doubt}", WIDTH, initial_indent="  ", subsequent_indent="    ")
+    for note in list_notes(result):
+        yield from wrap(note, WIDTH, initial_indent="  ", subsequent_indent="    ")
     yield f"  {describe_threshold(result)}"
     yield f"  next: {choose_advice(result)}"
 
@@ -162,7 +158,7 @@ def _fitted(result: Round) -> Iterator[str]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
     if shifts := list_frequency_shifts(result.setup, baseline):
         listed = ", ".join(f"{name} {100 * shift:+.2g} %" for name, shift in shifts.items())
-        yield f"Errors of the mesh that the fit found: {listed}"
+        yield f"Errors of natural frequencies of the model that the fit found (+: too high): {listed}"
     for (effect, strength, deviation), was in zip(
         list_strengths(result.setup, baseline), result.setup.added, strict=True
     ):
@@ -209,18 +205,24 @@ def _candidates(result: Round) -> Iterator[str]:
         yield "  the two that are missing together: what each does beside the other, and the held-out error of both"
     if result.diagnosis.verdict.finding in {Finding.NOTHING, Finding.NOT_TESTABLE}:
         yield ""
-        listed_by_title = {
-            "Smallest strengths that these tests would have detected:": [
-                f"{row.effect.name} {row.detectable_in_words}" for row in listed if isfinite(row.detectable)
-            ],
-            "These tests detect at no strength:": [row.effect.name for row in listed if not isfinite(row.detectable)],
-        }
-        for title, names in listed_by_title.items():
-            if names:
-                yield title
-                yield from wrap(
-                    "; ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
-                )
+        if named := list_by_kind([row for row in listed if isfinite(row.detectable)]):
+            yield "Smallest strengths that these tests would have detected:"
+            for line in named:
+                yield from wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
+        if hidden := sorted(row.effect.name for row in listed if not isfinite(row.detectable)):
+            yield "These tests detect at no strength:"
+            yield from wrap(
+                "; ".join(hidden), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
+            )
+
+
+def list_by_kind(rows: Sequence[Row]) -> list[str]:
+    """Smallest detectable strengths, one line a kind, the smallest of each kind first."""
+    kinds: dict[str, list[str]] = {}
+    for row in sorted(rows, key=lambda row: (row.effect.kind, row.detectable)):
+        place = row.effect.name.removeprefix(row.effect.kind).strip()
+        kinds.setdefault(row.effect.kind, []).append(f"{place} {row.detectable_in_words}".strip())
+    return [f"{kind}: {'; '.join(places)}" for kind, places in kinds.items()]
 
 
 def _places(result: Round) -> Iterator[str]:

@@ -6,7 +6,7 @@ from typing import Any
 from correlation.metric.peak_error import PeakError
 from diagnosis.decision.verdict import Finding
 from study.compare.backbone import draw_backbones
-from study.compare.run import list_peaks
+from study.compare.run import find_peaks
 from study.compare.sentence import describe_resonances
 from study.diagnose.round import Round
 from study.diagnose.stages import Stage, list_sides, list_stages
@@ -14,7 +14,7 @@ from study.diagnose.stages import Stage, list_sides, list_stages
 
 def find_resonances(result: Round, stage: Stage) -> tuple[PeakError, ...]:
     """Resonances of the training and the held-out levels beside those of a stage, by noise and stated errors alone."""
-    return list_peaks(list_sides(result, stage))
+    return find_peaks(list_sides(result, stage), result.campaign.drive.unit).errors
 
 
 def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:

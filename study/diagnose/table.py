@@ -1,5 +1,6 @@
 """Candidates of a round as rows for the terminal, the page and the files; numbers as they are written."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +24,8 @@ from study.diagnose.round import Round, summarise_errors
 MARKED_ALIKE = 0.95
 #: Where half an interval is so many times a value, no digit of the value counts [-].
 MAX_HALF_INTERVAL = 100.0
+#: Size [SI] and name of a unit that values are written in.
+Unit = tuple[float, str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,6 +51,8 @@ class Row:
         Detection threshold of the strength [unit of the effect]; infinite if there is none.
     named
         Whether the verdict names it.
+    unit, detectable_unit
+        Units in which strength and detection threshold are written beside other rows; their own by default.
     """
 
     effect: Effect
@@ -59,6 +64,8 @@ class Row:
     cosine: float | None = None
     detectable: float
     named: bool
+    unit: Unit | None = None
+    detectable_unit: Unit | None = None
 
     @property
     def parameter(self) -> EffectParameter:
@@ -68,14 +75,14 @@ class Row:
     @property
     def in_words(self) -> str:
         """Strength with its interval."""
-        return format_interval(self.strength, self.deviation, self.parameter)
+        return format_interval(self.strength, self.deviation, self.parameter, self.unit)
 
     @property
     def detectable_in_words(self) -> str:
         """Detection threshold, reckoned from where the effect vanishes: of a ratio +- so many per cent."""
         if np.isfinite(self.detectable) and self.parameter.unit == "-" and self.parameter.vanishes:
             return f"{format_number(100 * self.detectable, 2)} %"
-        return format_strength(self.detectable, self.parameter, 2)
+        return format_strength(self.detectable, self.parameter, 2, self.detectable_unit)
 
     @property
     def fall(self) -> float:
@@ -105,11 +112,29 @@ def list_rows(result: Round) -> list[Row]:
         return order.index(row.effect.name) if row.named else len(order), row.gain is None, -row.fall
 
     listed.sort(key=place)
+    listed = share_units(listed)
     directions = [scores[row.effect.name].direction for row in listed]
     seen = [direction.any() for direction in directions]
     return [
         replace(row, cosine=float(abs(directions[number] @ directions[0])) if seen[0] and seen[number] else None)
         for number, row in enumerate(listed)
+    ]
+
+
+def share_units(rows: Sequence[Row]) -> list[Row]:
+    """Rows of which all of one kind are written in one unit: that of the first of them which has a number."""
+    units: dict[tuple[str, str], Unit] = {}
+    detectable: dict[tuple[str, str], Unit] = {}
+    for row in rows:
+        key = row.effect.kind, row.parameter.unit
+        if np.isfinite(row.strength) and row.strength:
+            units.setdefault(key, split_unit(row.strength, row.parameter))
+        if np.isfinite(row.detectable):
+            detectable.setdefault(key, split_unit(row.detectable, row.parameter))
+    keys = [(row.effect.kind, row.parameter.unit) for row in rows]
+    return [
+        replace(row, unit=units.get(key), detectable_unit=detectable.get(key))
+        for row, key in zip(rows, keys, strict=True)
     ]
 
 
@@ -121,12 +146,15 @@ def format_number(value: float, count: int) -> str:
     return f"{rounded:,.10g}" if 1e-4 <= abs(rounded) < 1e7 or not rounded else f"{rounded:g}"
 
 
-def format_interval(value: float, deviation: float, parameter: EffectParameter) -> str:
-    """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g"."""
+def format_interval(value: float, deviation: float, parameter: EffectParameter, common: Unit | None = None) -> str:
+    """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g".
+
+    The unit is one that all of a list have in common, or by default that of the value.
+    """
     if np.isfinite(deviation) and TWO_SIDED_95 * deviation > MAX_HALF_INTERVAL * abs(value):
-        size, unit = split_unit(TWO_SIDED_95 * deviation, parameter)
+        size, unit = common or split_unit(TWO_SIDED_95 * deviation, parameter)
         return f"0 +- {format_number(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
-    size, unit = split_unit(value, parameter)
+    size, unit = common or split_unit(value, parameter)
     half = TWO_SIDED_95 * deviation / size
     number = format_number(value / size, count_digits(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
@@ -140,11 +168,11 @@ def format_fitted_strength(refit: Refit) -> str:
     return format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])
 
 
-def format_strength(value: float, parameter: EffectParameter, count: int = 3) -> str:
-    """A strength with a few digits; "none" if it is infinite."""
+def format_strength(value: float, parameter: EffectParameter, count: int = 3, common: Unit | None = None) -> str:
+    """A strength with a few digits, in its own unit or in one of a list; "none" if it is infinite."""
     if not np.isfinite(value):
         return "none"
-    size, unit = split_unit(value, parameter)
+    size, unit = common or split_unit(value, parameter)
     return f"{format_number(value / size, count)} {unit}".rstrip()
 
 
@@ -160,9 +188,9 @@ def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, floa
 
 
 def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
-    """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
+    """How much too high natural frequencies of the model are, as a fit found them, by name [-]."""
     fitted = _calibrated(setup, refit)
-    return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
+    return {item.name: 1 / value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
 
 
 def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
@@ -217,7 +245,7 @@ def _written(value: float, deviation: float, parameter: EffectParameter) -> Writ
     return Written(text if unit else float(text), f"{TWO_SIDED_95 * deviation / size:.2g} {unit}".rstrip())
 
 
-def split_unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
+def split_unit(value: float, parameter: EffectParameter) -> Unit:
     """Unit in which a value is written, and its size [SI]."""
     unit = text_of(value, parameter).partition(" ")[2]
     return dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), unit

@@ -18,7 +18,7 @@ LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)
 
 def refit(name: str, blocks: NDArray[np.float64]) -> Refit:
     parameter = EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01)
-    effect = SimpleNamespace(name=name, parameters=(parameter,)) if name else None
+    effect = SimpleNamespace(name=name, kind="mass", parameters=(parameter,)) if name else None
     # A calibration parameter comes first, whose numbers must not be told.
     fit = SimpleNamespace(values=np.array([99.0, 0.0123]), deviation=np.array([77.0, 0.0005]), n_number=3)
     error = np.sqrt(blocks.mean(keepdims=True))
@@ -40,7 +40,7 @@ def test_an_error_that_falls_everywhere_names_its_effect() -> None:
     verdict = judged(refit("mass at tip", 0.25 * BEFORE.blocks))
     assert verdict.finding is Finding.MISSING
     assert verdict.sentence == (
-        "mass at tip (0.0123 kg +- 0.00098) is missing: the held-out error falls from "
+        "Mass at tip (0.0123 kg +- 0.00098) is missing: the held-out error falls from "
         f"{100 * BEFORE.held_out_error:.3g} to {50 * BEFORE.held_out_error:.3g} % in arrow."
     )
 

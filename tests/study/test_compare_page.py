@@ -13,14 +13,17 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
 from correlation.data_type.registry import Features
+from correlation.metric.misfit import summarise_misfit
 from correlation.metric.peak_error import PeakError
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from correlation.row_table import join_tables
 from study.case.setup import read_case
+from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
 from study.compare.data import DataComparison
 from study.compare.page import make_page
+from study.compare.report import format_report
 from study.compare.result import Calibrated, ComparisonResult
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
@@ -246,6 +249,13 @@ def test_states_that_were_read_only_before_contacts_settled_are_named_with_that_
     assert "3 N at 472 Hz; all of their readings are of repeats before the contacts settled" in sentence
 
 
+def test_the_size_of_all_differences_is_not_in_the_unit_of_that_of_a_point() -> None:
+    found = compared(1.1)
+    text, size = format_report(found), f"{summarise_misfit(found.train).whitened:.3g}"
+    assert text.count(f"{size} times as large") == 2
+    assert f"{size} standard deviations" not in text
+
+
 def test_a_headline_does_not_agree_with_the_measurements_where_other_data_differ() -> None:
     features = Features(label=tuple("abcd"), unit=("Hz",) * 4, value=np.ones(4), deviation=np.ones(4))
     decay = DataComparison(
@@ -324,11 +334,11 @@ def test_an_error_that_the_readings_do_not_resolve_is_not_explained_by_chance() 
     coarse = replace(peak(1.0, 100.0, 100.6), frequency_deviation=0.8, damping_deviation=0.02)
     coarse = replace(coarse, predicted_damping=0.025)
     (told,) = describe_resonances([coarse], agrees=False)
-    assert "differs by up to 0.6 %, where the readings tell it to 0.8 %" in told
-    assert "its damping differs by up to 150 %, which the readings do not tell" in told
+    assert "differs by up to 0.6 % (one standard deviation: up to 0.8 %)" in told
+    assert "its damping differs by up to 150 %, but the readings do not determine it" in told
     (told,) = describe_resonances([coarse])
     assert "agrees within 0.6 %, which chance explains" in told
-    assert "its damping differs by up to 150 %, which the readings do not tell" in told
+    assert "its damping differs by up to 150 %, but the readings do not determine it" in told
 
 
 def test_levels_that_a_resonance_was_read_at_are_named_where_others_were_not() -> None:
@@ -341,6 +351,28 @@ def test_damping_that_is_written_alike_does_not_change() -> None:
     text = " ".join(describe_resonances([peak(1.0, 100.0, 101.0, 0.00361), peak(5.0, 99.0, 100.5, 0.00362)], "kN"))
     assert "the damping ratio stays at 0.36 % in the measurement and at 0.36 % in the model" in text
     assert "is 140 % too high" in " ".join(describe_resonances([peak(1.0, 100.0, 237.2)]))
+
+
+def test_each_mode_has_its_own_sentences_and_its_own_plot() -> None:
+    first = [peak(1.0, 30.0, 30.3), peak(5.0, 29.0, 29.3)]
+    second = [replace(peak(level, 71.0, 70.0), mode=2) for level in (1.0, 5.0)]
+    third = replace(peak(5.0, 90.0, np.nan), mode=3, predicted_damping=np.nan)
+    # By level, as they are measured.
+    every = [first[0], second[0], first[1], second[1], third]
+    told = list(describe_resonances(every, levels={False: [1.0, 5.0]}))
+    assert ["1 % too high" in text for text in told] == [True, False, False, False]
+    assert ["near 29.5 Hz" in text for text in told] == [True, False, False, False]
+    assert "falls by 1 Hz in the measurement and by 1 Hz in the model" in told[1]
+    assert "near 71 Hz is 1.4 % too low" in told[2]
+    assert "no resonance in the measured band" in told[3]
+    assert "near 90 Hz" in told[3]
+    plots = draw_backbones({"drawn": every[:1], "predicted": every}, "N")
+    assert [plot["layout"]["xaxis"]["title"]["text"] for plot in plots] == [
+        "level [N], jointed near 29.5 Hz", "level [N], jointed near 71 Hz", "level [N], jointed near 90 Hz"
+    ]  # fmt: skip
+    drawn, predicted, measured = plots[0]["data"][:3]
+    assert (drawn["y"], predicted["y"], measured["y"]) == ([30.3], [30.3, 29.3], [30.0, 29.0])
+    assert plots[2]["data"][1]["y"] == [None]
 
 
 def test_a_resonance_without_a_known_deviation_is_not_called_an_error() -> None:

@@ -29,7 +29,7 @@ def test_the_ten_lines_of_the_document_run(
     (code,) = re.findall(r"```python\n(.*?)```", DOCUMENT, re.DOTALL)
     exec(compile(code, "docs/diagnose.md", "exec"), {})
     told = capsys.readouterr().out
-    assert re.search(r"^mass at tip .* is missing", told)
+    assert re.search(r"^Mass at tip .* is missing", told)
     after, before = map(float, told.splitlines()[-1].split(" was "))
     assert after == before  # the same step, there and back
     assert read_text(case) == drawn

@@ -87,7 +87,7 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: DiagnosisResult)
     assert "default-src 'none'" in html.unescape(text)
     assert len([script for script in page.scripts if "plotly.js v" in script[:300]]) == 1
     words = " ".join(page.words)
-    assert re.search(r"mass at tip \((5\.9|6\.)\d+ ± [\d.]+ g\) is missing: the held-out error falls from", words)
+    assert re.search(r"Mass at tip \((5\.9|6\.)\d+ ± [\d.]+ g\) is missing: the held-out error falls from", words)
     for section in (
         "The error falls",
         "Candidates",
@@ -178,10 +178,8 @@ def test_names_of_the_user_are_no_markup(two_masses: TwoMasses, kept_rounds: Sto
     assert html.escape(evil) in text
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (apt-get install chromium)")
-def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: DiagnosisResult, tmp_path: Path) -> None:
-    found = diagnosed
-    page = tmp_path / "page.html"
+def browse(found: DiagnosisResult, page: Path, width: int = 1200) -> str:
+    """What a browser makes of the page of a diagnosis in a window of so many pixels, without its scripts."""
     text = make_files(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     # Whatever goes wrong in the page is shown in it.
     catch = "addEventListener('error', (e) => document.body.append('FAILED ' + e.message));"
@@ -193,12 +191,33 @@ def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: DiagnosisRe
         done = subprocess.run(
             [
                 str(CHROMIUM), "--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000",
-                f"--user-data-dir={profile}", "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", page.as_uri(),
+                f"--user-data-dir={profile}", "--host-resolver-rules=MAP * ~NOTFOUND", f"--window-size={width},1000",
+                "--dump-dom", page.as_uri(),
             ],
             capture_output=True, text=True, timeout=120, check=False, env={**os.environ, "TMPDIR": profile},
         )  # fmt: skip
     assert done.returncode == 0, done.stderr[-1000:]
-    drawn = re.sub(r"<script.*?</script>", "", done.stdout, flags=re.DOTALL)
+    return re.sub(r"<script.*?</script>", "", done.stdout, flags=re.DOTALL)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (apt-get install chromium)")
+@pytest.mark.parametrize(("width", "stacked"), [(1200, False), (500, True)])
+def test_the_charts_of_the_errors_stand_below_each_other_in_a_narrow_window(
+    diagnosed: DiagnosisResult, tmp_path: Path, width: int, stacked: bool
+) -> None:
+    drawn = browse(diagnosed, tmp_path / "page.html", width)
+    chart = drawn[drawn.index('id="waterfall"') : drawn.index('id="panel"')]
+    first, second = (
+        {key: float(value) for key, value in re.findall(r'\b(x|y|width|height)="([\d.]+)"', rectangle)}
+        for rectangle in re.findall(r'<rect class="nsewdrag[^>]*>', chart)
+    )
+    assert (second["y"] > first["y"] + first["height"]) == stacked
+    assert (second["x"] > first["x"] + first["width"]) != stacked
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (apt-get install chromium)")
+def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: DiagnosisResult, tmp_path: Path) -> None:
+    drawn = browse(diagnosed, tmp_path / "page.html")
     assert "FAILED" not in drawn
     # Plotly offers a button that uploads the data; this page does not.
     assert drawn.count("modebar-btn") > 6

@@ -115,7 +115,7 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     verdict = replace(result.diagnosis.verdict, effects=(together,), pair=pair)
     two = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert re.match(
-        rf"mass at tip \(.*\) and {further.name} \(.*\) are missing: the held-out error falls", format_headline(two)
+        rf"Mass at tip \(.*\) and {further.name} \(.*\) are missing: the held-out error falls", format_headline(two)
     )
     assert list_stages(two)[-1].name == f"with mass at tip and {further.name}"
     assert "writes the first into the case" in choose_advice(two)

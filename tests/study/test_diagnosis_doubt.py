@@ -11,7 +11,9 @@ from correlation.campaign.measurement import Suspicion
 from correlation.metric.jump_error import JumpError
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
-from study.diagnose.doubt import list_doubts
+from diagnosis.fit.mode_correction import PRIOR_WIDENING, FrequencyCorrection
+from study.diagnose.doubt import list_doubts, list_notes
+from study.diagnose.table import list_frequency_shifts
 
 #: No reading stands out of the noise.
 SHARES = SimpleNamespace(shares=np.zeros(3))
@@ -22,7 +24,7 @@ def result(
     error: ErrorSize = NO_ERROR, best: Any = None, wrong: tuple[Suspicion, ...] = (),
 ) -> Any:  # fmt: skip
     factor = EffectParameter(name="factor", unit="-", lower=0.95, upper=1.05, typical=1.01, vanishes=1.0)
-    parameter = SimpleNamespace(name="E", deviation=0.01, parameters=(factor,))
+    parameter = SimpleNamespace(name="E", stated_deviation=0.01, parameters=(factor,))
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
@@ -69,7 +71,7 @@ def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> Non
 
 def test_a_shift_far_from_the_case_is_named_in_its_unit() -> None:
     found, shift = result((0.0025,)), EffectParameter(name="shift", unit="m", lower=-0.0025, upper=0.0025, typical=5e-4)
-    parameter = SimpleNamespace(name="shift of lid", deviation=5e-4, parameters=(shift,))
+    parameter = SimpleNamespace(name="shift of lid", stated_deviation=5e-4, parameters=(shift,))
     found.diagnosis.arrangement.calibration = (parameter,)
     (doubt,) = list_doubts(found)
     assert doubt.startswith("shift of lid = 0.0025 m is as far")
@@ -88,9 +90,32 @@ def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
     assert "1 V" not in doubt
 
 
-def test_what_the_model_errs_by_is_said() -> None:
-    (doubt,) = list_doubts(result(error=ErrorSize(frequency=0.003)))
-    assert "0.3 % in natural frequencies" in doubt
+@pytest.mark.parametrize(("value", "doubted"), [(1.0094, True), (0.9906, True), (1.0086, False)])
+def test_a_natural_frequency_beyond_what_the_case_states_is_in_doubt(value: float, doubted: bool) -> None:
+    """Stated are 0.3 %, of which a fit allows for more."""
+    factor = EffectParameter(name="factor", unit="-", lower=0.97, upper=1.03, typical=1.01, vanishes=1.0)
+    correction = FrequencyCorrection(
+        name="natural frequency 1", physics="", deviation=0.003 * PRIOR_WIDENING, parameters=(factor,), n_dof=8
+    )
+    found = result((value,))
+    found.diagnosis.arrangement.calibration = (correction,)
+    doubts = list_doubts(found)
+    assert len(doubts) == doubted
+    if doubted:
+        assert "3.1 standard deviations, as the case states them" in doubts[0]
+    found.setup.calibration_parameters = (correction,)
+    found.diagnosis.baseline.fit.deviation = np.array([1e-4])
+    # The fit multiplies the model's frequency by the value: the model itself is off the other way.
+    shifts = list_frequency_shifts(found.setup, found.diagnosis.baseline)
+    assert shifts == {"natural frequency 1": pytest.approx(1 / value - 1)}
+
+
+def test_what_the_model_errs_by_is_a_note_and_no_doubt() -> None:
+    found = result(error=ErrorSize(frequency=0.003))
+    (note,) = list_notes(found)
+    assert "0.3 % in natural frequencies" in note
+    assert list_doubts(found) == []
+    assert list_notes(result()) == []
 
 
 def test_a_large_held_out_error_that_is_left_is_said() -> None:

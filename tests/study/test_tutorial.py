@@ -37,7 +37,7 @@ def test_the_story_runs_and_ends_where_it_began(
     for line in STORY:
         assert cli.main([*shlex.split(line)[1:], "--quiet"]) == 0
         said.append(capsys.readouterr().out)
-    assert "mass at tip" in said[1].split("is missing")[0]
+    assert "Mass at tip" in said[1].split("is missing")[0]
     assert "Nothing is missing" in said[4]
     assert case.read_text() == drawn
     for folder in ("compared", "diagnosed", "corrected", "again"):
@@ -68,4 +68,4 @@ def test_the_numbers_of_the_tutorial_are_those_of_its_commands(tmp_path: Path) -
         for line in block.splitlines():
             assert DIGITS.sub("", line.strip()) in DIGITS.sub("", said), line
     # What the page says in numbers: the strength and the error with it.
-    assert "mass at tip (115.3 +- 43 mg) is missing: the held-out error falls from 3.13 to 1.06 %" in said
+    assert "Mass at tip (115.3 +- 43 mg) is missing: the held-out error falls from 3.13 to 1.06 %" in said

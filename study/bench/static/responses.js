@@ -131,6 +131,7 @@ function moveLine(group, panel, steps) {
   const [re, im] = group.value, amplitude = new Array(re.length);
   const inverse = panel.feature === "F / X";
   for (let k = 0; k < re.length; k++) {
+    if (re[k] === null) { amplitude[k] = null; continue; }
     let a = 0, b = 0;
     for (const [number, step] of steps) { a += group.slopes[number][0][k] * step; b += group.slopes[number][1][k] * step; }
     const size = re[k] * re[k] + im[k] * im[k];
@@ -152,7 +153,7 @@ function drawMoved() {
     if (empty) return [];
     if (!exact) return moveLine(panel.groups[number], panel, steps);
     const [re, im] = exact[shown.panel][number];
-    return re.map((value, k) => (panel.static ? value : Math.hypot(value, im[k])));
+    return re.map((value, k) => (value === null || panel.static ? value : Math.hypot(value, im[k])));
   });
   Plotly.restyle("response", { x, y }, indices);
 }

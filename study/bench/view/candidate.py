@@ -9,7 +9,7 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
 from study.case.added import text_of
 from study.diagnose.advice import choose_advice
-from study.diagnose.doubt import list_doubts
+from study.diagnose.doubt import list_doubts, list_notes
 from study.diagnose.report import describe_threshold, format_headline
 from study.diagnose.round import Round
 from study.diagnose.table import Row, format_interval, list_rows
@@ -43,7 +43,7 @@ def show_diagnosis(result: Round) -> dict[str, Any]:
     return {
         "finding": verdict.finding.value,
         "sentence": format_headline(result),
-        "doubts": list_doubts(result),
+        "doubts": [*list_doubts(result), *list_notes(result)],
         "advice": choose_advice(result),
         "threshold": describe_threshold(result),
         "chance": float(result.diagnosis.thresholds.gain),

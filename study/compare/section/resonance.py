@@ -1,4 +1,4 @@
-"""Resonances: frequency and damping of every level, measured and predicted, as a table and as a backbone."""
+"""Resonances: frequency and damping of every mode and level, measured and predicted, as a table and as a backbone."""
 
 from collections.abc import Iterator
 
@@ -14,21 +14,22 @@ from study.compare.section.section import Section
 from study.page.table import Table
 
 TEXT = (
-    "Frequency and damping ratio of each peak, read from the same points of the measured and of the predicted response "
-    "by the parabola of one mode. With friction they change with the level: the backbone. Intervals are two standard "
-    "deviations of the difference, by noise, friction histories, numerical error and the reading of the peak; a "
-    "deviation beyond 4 is more than chance does."
+    "Frequency and damping ratio of each mode at each level, read from the same points of the measured and of the "
+    "predicted response by the parabola of one mode. With friction they change with the level: the backbone. Intervals "
+    "are two standard deviations of the difference, by noise, friction histories, numerical error and the reading of "
+    "the peak; a deviation beyond 4 is more than chance does."
 )
 HEAD = (
     "structure",
+    "mode",
     "level",
     "sensor",
     "measured [Hz]",
-    "predicted [Hz]",
+    "model [Hz]",
     "error",
     "deviations",
     "measured ζ",
-    "predicted ζ",
+    "model ζ",
     "error",
     "deviations",
 )
@@ -44,20 +45,24 @@ def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator
         if remarks:
             yield Section(title="Resonances and backbone", text=" ".join(remarks))
         return
-    table = Table(head=HEAD, rows=[_row(peak, drawing) for peak in compared.peaks], words=3)
+    table = Table(head=HEAD, rows=[_row(peak, drawing) for peak in compared.peaks], words=4)
     plots = draw_backbones({"predicted": compared.peaks}, drawing.unit)
     yield Section(title="Resonances and backbone", text=" ".join([TEXT, *remarks]), table=table, plots=plots)
 
 
 def _row(peak: PeakError, drawing: Drawing) -> list[str]:
-    held = " (held out)" if peak.level in drawing.held_out else ""
+    held = ", held out" if peak.level in drawing.held_out else ""
     frequency = _error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
     damping = _error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
     return [
-        name_configuration(peak.free), f"{peak.level:g} {drawing.unit}{held}", peak.sensor, f"{peak.frequency:.3f}",
-        f"{peak.predicted_frequency:.3f}", *frequency, f"{100 * peak.damping:.3f} %",
-        f"{100 * peak.predicted_damping:.3f} %", *damping,
+        name_configuration(peak.free), str(peak.mode), f"{peak.level:g} {drawing.unit}{held}", peak.sensor,
+        f"{peak.frequency:.3f}", _number(peak.predicted_frequency), *frequency, f"{100 * peak.damping:.3f} %",
+        _number(100 * peak.predicted_damping, " %"), *damping,
     ]  # fmt: skip
+
+
+def _number(value: float, unit: str = "") -> str:
+    return f"{value:.3f}{unit}" if np.isfinite(value) else "none"
 
 
 def _error(difference: float, value: float, deviation: float, digits: int) -> tuple[str, str]:

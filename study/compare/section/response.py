@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import SWEEPS, Campaign, name_configuration
+from correlation.feature.gap import find_gaps
 from correlation.metric.misfit import Misfit
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import DERIVATIVE, Sensor
@@ -107,14 +108,21 @@ class _Runs:
         table, listed = self.campaign.measurement, self.runs.get((free, *panel.key, curve.level), [])
         if curve.sweep:
             listed = [rows for rows in listed if table.sweep[rows[0]] == curve.sweep]
-        return [
-            {
-                "name": f"repeat {table.repeat[rows[0]]}, {SWEEPS[int(table.sweep[rows[0]])]}".replace(", none", ""),
-                "frequency": round_list(table.frequency[rows], 7),
-                **_drawn(panel.factor(table.force[rows]) * table.value[rows], panel, 0.0, 4),
-            }
-            for rows in listed[:: self.step]
-        ]
+        found = []
+        for rows in listed[:: self.step]:
+            frequency, value = table.frequency[rows], panel.factor(table.force[rows]) * table.value[rows]
+            # A run is no line over a gap between two bands.
+            after = find_gaps(frequency) + 1
+            found.append(
+                {
+                    "name": f"repeat {table.repeat[rows[0]]}, {SWEEPS[int(table.sweep[rows[0]])]}".replace(
+                        ", none", ""
+                    ),
+                    "frequency": round_list(np.insert(frequency, after, frequency[after]), 7),
+                    **_drawn(np.insert(value, after, np.nan), panel, 0.0, 4),
+                }
+            )
+        return found
 
     def has_phase(self, sensor: str) -> bool:
         """Whether a sensor's values are complex."""

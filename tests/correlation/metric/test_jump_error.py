@@ -9,7 +9,7 @@ from benchmarks.random_oscillators import Oscillator
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import compute_jump_errors, find_rows_between_jumps, take_measured_branch
-from correlation.metric.peak_error import compute_peak_errors, find_unread_peaks
+from correlation.metric.peak_error import PeakSource, compute_peak_errors
 from correlation.noise.covariance import Whitening
 from correlation.prediction import Points, Prediction, SweepJump
 
@@ -118,7 +118,10 @@ def test_between_two_jumps_the_model_is_read_on_the_branch_of_the_structure(
 def test_a_branch_is_not_read_as_damping(sweeps: tuple[int, ...]) -> None:
     of = observed(sweeps)
     features = FeatureVector.choose(of.points, of.value, of.motion)
-    whitening = Whitening(deviation=np.ones(len(features.row)))
-    assert compute_peak_errors(of, of.value, features, whitening, sweeps) == ()
-    (reason,) = find_unread_peaks(of, of.value, features, sweeps)
+    whitening = Whitening(deviation=1e-6 * np.abs(features.of_values(of.value)))
+    source = PeakSource(observed=of, predicted=of.value, features=features, whitening=whitening, sweeps=sweeps)
+    found = compute_peak_errors([source])
+    assert found.errors == ()
+    (reason,) = found.unread
     assert "3 N" in reason
+    assert "jump" in reason

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.peak_error import PeakError, compute_peak_errors
+from correlation.metric.peak_error import ModePeaks, PeakError, PeakSource, compute_peak_errors
 from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
 
@@ -52,7 +52,9 @@ def peak(seen: Observation, predicted: NDArray[np.complex128], noise: float = 1e
     modulus = np.tile(np.abs(1 / seen.value), 2)
     ends = [features.of_values(response(seen.points.frequency * (1 + each))) for each in (1e-6, -1e-6)]
     modes = shift * (ends[0] - ends[1])[:, None] / 2e-6
-    (found,) = compute_peak_errors(seen, predicted, features, Whitening(deviation=noise / 2 * modulus, modes=modes))
+    whitening = Whitening(deviation=noise / 2 * modulus, modes=modes)
+    source = PeakSource(observed=seen, predicted=predicted, features=features, whitening=whitening)
+    (found,) = compute_peak_errors([source]).errors
     return found
 
 
@@ -115,4 +117,79 @@ def test_a_band_without_a_resonance_has_no_peak() -> None:
     below = seen.where(seen.points.frequency < 98)
     features = FeatureVector.choose(below.points, below.value, below.motion)
     whitening = Whitening(deviation=np.ones(2 * len(below.points)))
-    assert compute_peak_errors(below, below.value, features, whitening) == ()
+    source = PeakSource(observed=below, predicted=below.value, features=features, whitening=whitening)
+    assert compute_peak_errors([source]) == ModePeaks()
+
+
+#: Two bands of two sensors, a mode in each.
+BANDS = np.concatenate([30 * np.linspace(0.93, 1.07, 29), 72 * np.linspace(0.95, 1.05, 29)])
+SHAPES = ((1.0, 0.5), (0.4, -1.0))
+
+
+def two_modes(
+    levels: dict[float, tuple[tuple[float, float], tuple[float, float]]], scale: tuple[float, float] = (1.0, 1.0)
+) -> Observation:
+    """Levels by frequencies and damping ratios of two modes; a factor on each frequency."""
+    rows = [
+        (level, frequency, sensor, number)
+        for level in levels
+        for number, sensor in enumerate(("tip", "mid"))
+        for frequency in BANDS.tolist()
+    ]
+    level, frequency, sensor, number = (np.array(column) for column in zip(*rows, strict=True))
+    value = np.zeros(len(rows), dtype=np.complex128)
+    for one, modes in levels.items():
+        own = level == one
+        for shape, (resonance, damping), factor in zip(SHAPES, modes, scale, strict=True):
+            # Modal forces that make both peaks about as high.
+            modal = response(frequency[own], factor * resonance, damping) * resonance**2
+            value[own] += one * np.array(shape)[number[own]] * modal
+    k = len(rows)
+    points = Points(
+        free=np.zeros(k, dtype=bool), level=level, frequency=frequency, sensor=sensor, harmonic=np.ones(k, dtype=int)
+    )
+    ones = np.ones((k, 1), dtype=bool)
+    return Observation(points=points, repeat=value[:, None], motion=ones[:, 0], taken=ones)
+
+
+def source(seen: Observation, predicted: NDArray[np.complex128]) -> PeakSource:
+    features = FeatureVector.choose(seen.points, seen.value, seen.motion)
+    whitening = Whitening(deviation=1e-6 * np.abs(features.of_values(seen.value)))
+    return PeakSource(observed=seen, predicted=predicted, features=features, whitening=whitening)
+
+
+#: The first mode is the higher one at 1 N, the second at 5 N.
+MEASURED = {1.0: ((30.0, 0.005), (72.0, 0.02)), 5.0: ((29.5, 0.02), (71.0, 0.005))}
+
+
+def test_each_mode_is_compared_with_itself_whichever_is_the_highest() -> None:
+    """The model's heights are the other way round."""
+    model = {1.0: ((30.0, 0.02), (72.0, 0.005)), 5.0: ((29.5, 0.005), (71.0, 0.02))}
+    seen = two_modes(MEASURED)
+    found = compute_peak_errors([source(seen, two_modes(model, (1.01, 0.99)).value)])
+    assert found.unread == ()
+    assert [(each.mode, each.level) for each in found.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
+    # What the other mode adds to a peak moves it by less than a thousandth; a mode is off by a hundredth.
+    assert [each.frequency for each in found.errors] == pytest.approx([30.0, 29.5, 72.0, 71.0], rel=1e-3)
+    assert [each.frequency_error for each in found.errors] == pytest.approx([0.01, 0.01, -0.01, -0.01], abs=1e-3)
+    # The flank of the other mode is a part of a broad peak.
+    assert [each.damping for each in found.errors] == pytest.approx([0.005, 0.02, 0.02, 0.005], rel=0.1)
+
+
+def test_levels_of_several_sets_are_one_series_of_each_mode() -> None:
+    sets = [two_modes({level: modes}) for level, modes in MEASURED.items()]
+    joined = compute_peak_errors([source(seen, seen.value) for seen in sets])
+    assert [(each.mode, each.level) for each in joined.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
+
+
+def test_a_mode_that_one_side_lacks_is_compared_with_none() -> None:
+    """The model has the first mode only; and the other way round."""
+    seen = two_modes(MEASURED)
+    first = two_modes({level: (modes[0], (200.0, 0.01)) for level, modes in MEASURED.items()})
+    found = compute_peak_errors([source(seen, first.value)])
+    assert [each.mode for each in found.errors] == [1, 1, 2, 2]
+    assert [np.isfinite(each.predicted_frequency) for each in found.errors] == [True, True, False, False]
+    back = compute_peak_errors([source(first, seen.value)])
+    assert [each.mode for each in back.errors] == [1, 1]
+    (alone,) = back.unread
+    assert "71.49 Hz at 1, 5 N" in alone

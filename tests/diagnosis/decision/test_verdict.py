@@ -19,7 +19,7 @@ RATIO = EffectParameter(name="ratio", unit="-", lower=0.5, upper=2.0, typical=1.
 
 
 def effect(name: str, parameter: EffectParameter) -> SimpleNamespace:
-    return SimpleNamespace(name=name, parameters=(parameter,))
+    return SimpleNamespace(name=name, kind=name.split(" ")[0], parameters=(parameter,))
 
 
 def refit(what: SimpleNamespace | None, strength: float, deviation: float, held_out_error: float) -> Refit:
@@ -48,7 +48,20 @@ def made(finding: Finding, *effects: Refit, place: Place | None = None) -> Verdi
 
 def test_one_effect_is_missing() -> None:
     assert verdict(Finding.MISSING, TIP) == (
-        "mass at tip z (0.0123 kg +- 0.00098) is missing: the held-out error falls from 3.4 to 0.21 %."
+        "Mass at tip z (0.0123 kg +- 0.00098) is missing: the held-out error falls from 3.4 to 0.21 %."
+    )
+
+
+def test_a_factor_on_the_case_is_not_missing_and_a_name_of_the_case_keeps_its_case() -> None:
+    bolt = SimpleNamespace(name="bolt 2.limit_force", kind="joint parameter", parameters=(RATIO,))
+    said = verdict(Finding.MISSING, refit(bolt, 0.3981, 0.0041, 0.0021))
+    assert said.startswith("The value of bolt 2.limit_force is 0.3981 +- 0.008 times as large as the case says: ")
+    assert verdict(Finding.MISSING, LINE).startswith("Gap of left is 1.2 +- 0.2 times as large as the case says: ")
+    force = refit(effect("force at tip", MASS), 0.2, 0.01, 0.0022)
+    likely = replace(made(Finding.AMBIGUOUS, TIP, force, LINE), probabilities=(0.6, 0.3, 0.1))
+    assert likely.sentence.startswith(
+        "Mass at tip z (0.0123 kg +- 0.00098, probability 60 %) is missing, or force at tip (0.2 kg +- 0.02, "
+        "probability 30 %) is missing, or gap of left is 1.2 +- 0.2 (probability 10 %) times as large"
     )
 
 
@@ -62,14 +75,14 @@ def test_what_does_not_fall_is_not_said_to_fall() -> None:
 
 def test_several_cannot_be_told_apart() -> None:
     assert verdict(Finding.AMBIGUOUS, TIP, LINE) == (
-        "mass at tip z (0.0123 kg +- 0.00098) or gap of left (1.2 +- 0.2) is missing, and these data cannot tell "
-        "which: the held-out error falls from 3.4 to 0.21 %."
+        "Mass at tip z (0.0123 kg +- 0.00098) is missing, or gap of left is 1.2 +- 0.2 times as large as the "
+        "case says, and these data cannot tell which: the held-out error falls from 3.4 to 0.21 %."
     )
 
 
 def test_what_the_held_out_data_do_not_confirm_is_told_with_doubt() -> None:
     said = verdict(Finding.AMBIGUOUS, TIP)
-    assert said.startswith("mass at tip z (0.0123 kg +- 0.00098) is missing, or the model errs")
+    assert said.startswith("Mass at tip z (0.0123 kg +- 0.00098) is missing, or the model errs")
     assert "cannot tell" in said
 
 
@@ -84,7 +97,7 @@ def test_another_law_of_the_force_is_told() -> None:
     law = FittedLaw(refit=TIP, gain=-1.0, held_out_gain=0.0, words="a force of the kind clearance", is_distinct=True)
     one, both = (replace(made(Finding.AMBIGUOUS, *effects), laws=[law]) for effects in ((TIP,), (TIP, LINE)))
     assert one.sentence == (
-        "mass at tip z (0.0123 kg +- 0.00098) is missing, or another force at its place: the held-out error falls from "
+        "Mass at tip z (0.0123 kg +- 0.00098) is missing, or another force at its place: the held-out error falls from "
         "3.4 to 0.21 %. There it may be a force of the kind clearance as well."
     )
     assert both.sentence.endswith("from 3.4 to 0.21 %. There it may be a force of the kind clearance as well.")

@@ -1,0 +1,23 @@
+"""Gaps of a measured curve: steps in frequency that no band was measured in."""
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+#: A step so many times as large as those beside it is none of a grid, however that is refined around a peak [-].
+GAP = 5.0
+
+
+def find_gaps(frequency: Float[NDArray[np.float64], " f"]) -> Int[NDArray[np.int64], " g"]:
+    """Steps over a gap, from point i to point i + 1: far larger than both of their neighbours.
+
+    Parameters
+    ----------
+    frequency
+        Ascending, shape (f,) [any unit].
+    """
+    step = np.diff(frequency)
+    if len(step) < 2:
+        return np.zeros(0, dtype=np.int64)
+    beside = np.maximum(np.append(step[1:], 0.0), np.insert(step[:-1], 0, 0.0))
+    return np.flatnonzero(step > GAP * beside)

@@ -1,0 +1,99 @@
+r"""Peaks of the response of one state of a structure over the frequency, all motions together.
+
+The size of a response is :math:`\sqrt{\sum_s |X_s|^2}` over the sensors s, each in units of its largest value. A peak
+of it is where it falls on either side, to a third of its power or less before it rises to a higher one: the points
+that the frequency and the damping of one mode are read off (`metric.response.find_peak`) are then its own. Bands that
+were measured apart have their own peaks.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.feature.gap import find_gaps
+
+Frequencies = Float[NDArray[np.float64], " f"]
+
+#: Power that a response falls to between two peaks, over that of the lower one [-].
+VALLEY = 1 / 3
+#: Standard deviations by which a peak stands out of what lies beside it.
+STANDS_OUT = 3.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CurvePeak:
+    """A peak of a state.
+
+    Parameters
+    ----------
+    frequency
+        That of its highest point [Hz].
+    low, high
+        Its valleys, or the ends of the measured band [Hz].
+    shape
+        Motions at the highest point, shape (s,) [largest of each sensor]; NaN where a sensor was not read.
+    """
+
+    frequency: float
+    low: float
+    high: float
+    shape: Complex[NDArray[np.complex128], " s"]
+
+
+def find_curve_peaks(
+    frequency: Frequencies,
+    motion: Complex[NDArray[np.complex128], "s f"],
+    deviation: Float[NDArray[np.float64], "s f"] | None = None,
+) -> tuple[CurvePeak, ...]:
+    """Peaks by rising frequency.
+
+    Parameters
+    ----------
+    frequency
+        Ascending, shape (f,) [Hz].
+    motion
+        Motions of s sensors, each in units that make it as large as the others, shape (s, f); NaN where there is none.
+    deviation
+        Standard deviation of their moduli, shape (s, f); nothing by default.
+    """
+    power = np.nansum(np.abs(motion) ** 2, axis=0)
+    size = np.sqrt(power)
+    if deviation is None:
+        noise = np.zeros(len(frequency))
+    else:
+        noise = np.sqrt(np.nansum((np.abs(motion) * deviation) ** 2, axis=0)) / np.maximum(size, np.finfo(float).tiny)
+    found: list[CurvePeak] = []
+    for piece in np.split(np.arange(len(frequency)), find_gaps(frequency) + 1):
+        tops = [top for top in piece[1:-1] if _is_peak(size[piece], noise[piece], int(top - piece[0]))]
+        ends = [
+            int(piece[0]),
+            *(int(left + np.argmin(size[left : right + 1])) for left, right in pairwise(tops)),
+            int(piece[-1]),
+        ] if len(piece) else []  # fmt: skip
+        found += [
+            CurvePeak(
+                frequency=float(frequency[top]), low=float(frequency[low]), high=float(frequency[high]),
+                shape=motion[:, top],
+            )
+            for top, (low, high) in zip(tops, pairwise(ends), strict=False)
+        ]  # fmt: skip
+    return tuple(found)
+
+
+def _is_peak(size: Frequencies, noise: Frequencies, top: int) -> bool:
+    """Whether a point is the highest one between two valleys, or between a valley and an end."""
+    for beside in (np.arange(top - 1, -1, -1), np.arange(top + 1, len(size))):
+        # Of two points that are alike the first is the peak.
+        higher = size[beside] > size[top] if beside[0] > top else size[beside] >= size[top]
+        end = int(np.argmax(higher)) if higher.any() else len(beside)
+        if not end:
+            return False
+        valley = beside[np.argmin(size[beside[:end]])]
+        if size[top] - size[valley] <= STANDS_OUT * np.hypot(noise[top], noise[valley]):
+            return False
+        if higher.any() and size[valley] ** 2 > VALLEY * size[top] ** 2:
+            return False
+    return True

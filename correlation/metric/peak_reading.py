@@ -1,0 +1,230 @@
+r"""Frequency and damping of one peak, measured and predicted, and how far both may differ though nothing is missing.
+
+A resonance is read off a few points, often three, by `metric.response.fit_resonance`: a function r of the logarithms of
+their moduli. Two things make its error uncertain although nothing is missing:
+
+- the covariance :math:`S` of the features :math:`f = F / X` (`noise.whitening`): noise, jitter of the repeats,
+  friction histories, numerical error. With :math:`\mathrm{d} \ln |X| = -\Re(\bar f \, \mathrm{d} f) / |f|^2` and
+  J the derivatives of r by these logarithms and then by the numbers of f, its share is :math:`J S J^T`;
+- the reading: friction bends a peak away from the parabola that one mode has, and where the points lie on it decides
+  what is read. Its share is that of noise as large as what measured and predicted peaks differ by from a parabola
+  through their points and one more on either side. For a single mode that is nothing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.feature.jump import find_curve_jumps
+from correlation.feature.vector import FeatureVector
+from correlation.metric.curve_peak import CurvePeak
+from correlation.metric.response import find_peak, fit_resonance, measure_bend
+from correlation.noise.covariance import Whitening
+from correlation.prediction import Points
+
+Coefficients = Complex[NDArray[np.complex128], " f"]
+Vector = Float[NDArray[np.float64], " f"]
+Mask = Bool[NDArray[np.bool_], " f"]
+Rows = Int[NDArray[np.int64], " f"]
+
+#: Step of a difference by the logarithm of a modulus [-]; resonances are smooth far beyond, and known to 1e-10.
+STEP = 1e-5
+#: A model's peak is read off the points of the measured one if it has so many of them in common.
+ENOUGH = 3
+#: Numbers of a parabola.
+PARABOLA = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """Values of one sensor at one level over the force there, and the part of them that one peak takes up.
+
+    Parameters
+    ----------
+    frequency
+        Ascending, shape (f,) [Hz].
+    value
+        Shape (f,); NaN where there is none.
+    span
+        Whether a point lies between the valleys of the peak, shape (f,).
+    """
+
+    frequency: Vector
+    value: Coefficients
+    span: Mask
+
+    @classmethod
+    def around(cls, peak: CurvePeak | None, frequency: Vector, value: Coefficients) -> "Curve":
+        """A curve around a peak; around none, no point is part of it."""
+        low, high = (np.inf, -np.inf) if peak is None else (peak.low, peak.high)
+        return cls(frequency=frequency, value=value, span=(frequency >= low) & (frequency <= high))
+
+    def find_points(self, beside: int = 0) -> Mask:
+        """Points that the peak is read off, shape (f,), and so many more on either side; none if nothing is there.
+
+        Raises
+        ------
+        CampaignError
+            The largest value is at an end.
+        """
+        there, points = self.span & np.isfinite(self.value), np.zeros(len(self.frequency), dtype=bool)
+        if there.any():
+            points[there] = find_peak(self.frequency[there], self.value[there], beside)
+        return points
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeakReading:
+    """Frequencies [Hz] and damping ratios [-] of a measured and a predicted peak, and deviations of their differences.
+
+    What is predicted is not a number if the model has no peak there.
+    """
+
+    frequency: float
+    damping: float
+    predicted_frequency: float
+    predicted_damping: float
+    frequency_deviation: float
+    damping_deviation: float
+
+
+def read_peaks(
+    measured: Curve, predicted: Curve, rows: Rows, features: FeatureVector, whitening: Whitening
+) -> PeakReading:
+    """Read both peaks.
+
+    Parameters
+    ----------
+    measured, predicted
+        Curves of one sensor around the peaks of one mode.
+    rows
+        Their rows among the points of the features, shape (f,).
+    features, whitening
+        Features, and their covariance.
+
+    Raises
+    ------
+    CampaignError
+        The measured peak is none of one mode.
+    """
+    frequency, value = measured.frequency, measured.value
+    chosen, own = _points(measured, predicted)
+    resonance = fit_resonance(frequency, value, chosen)
+    slopes = _slopes(frequency, value, chosen)
+    try:
+        model = fit_resonance(frequency, predicted.value, own) if own.any() else (np.nan, np.nan)
+    except CampaignError:
+        model = (np.nan, np.nan)
+    logarithm = _by_number(value, features, rows)
+    numbers = _numbers(features, rows)
+    noise = ((logarithm * whitening.deviation[numbers]) ** 2).sum(axis=0)
+    variance = slopes**2 @ noise
+    shared = whitening.shared(numbers.ravel()).reshape(*numbers.shape, -1)
+    variance += ((slopes @ (logarithm[:, :, None] * shared).sum(axis=0)) ** 2).sum(axis=1)
+    variance += (slopes**2).sum(axis=1) * _reading(measured, predicted, noise)
+    deviation = np.sqrt(variance)
+    return PeakReading(
+        frequency=float(resonance[0]),
+        damping=float(resonance[1]),
+        predicted_frequency=float(model[0]),
+        predicted_damping=float(model[1]),
+        frequency_deviation=float(deviation[0]),
+        damping_deviation=float(deviation[1]),
+    )
+
+
+def measure_noise(value: Coefficients, rows: Rows, features: FeatureVector, whitening: Whitening) -> Vector:
+    """Standard deviation of moduli by what no two points have in common, shape (f,) [as the values].
+
+    Parameters
+    ----------
+    value, rows
+        Values over the force, and their rows among the points of the features, shape (f,).
+    features, whitening
+        Features, and their covariance.
+    """
+    logarithm = _by_number(value, features, rows)
+    return np.asarray(np.abs(value) * np.linalg.norm(logarithm * whitening.deviation[_numbers(features, rows)], axis=0))
+
+
+def choose_upper_branch(
+    points: Points, value: Coefficients, rows: Int[NDArray[np.int64], " f"]
+) -> Int[NDArray[np.int64], " f"]:
+    """Of rows at one frequency in two sweeps the one with the larger amplitude; rising in frequency."""
+    order = rows[np.lexsort([-np.abs(value[rows]), points.frequency[rows]])]
+    return np.asarray(order[np.unique(points.frequency[order], return_index=True)[1]])
+
+
+def has_jump_at_peak(points: Points, curve: Curve, rows: Rows, sweeps: tuple[int, ...]) -> bool:
+    """Whether the points of a peak are on one of two branches, or beside a jump of the only sweep."""
+    try:
+        peak = np.flatnonzero(curve.find_points())
+    except CampaignError:
+        return False
+    if not len(peak):
+        return False
+    beside = np.arange(peak.min() - 1, peak.max() + 1)
+    # A step over a gap between two bands is none of the curve.
+    own = np.where(curve.span, curve.value, np.nan)
+    steps = find_curve_jumps(own) if len(sweeps) < 2 else beside[:0]
+    return bool(np.isin(steps, beside).any() or points.sweep[rows[peak]].any())
+
+
+def _points(measured: Curve, predicted: Curve, beside: int = 0) -> tuple[Mask, Mask]:
+    """Which points a measured and a predicted peak are read off, shape (f,) each; none if nothing is predicted."""
+    chosen = measured.find_points(beside)
+    try:
+        own = predicted.find_points(beside)
+    except CampaignError:
+        return chosen, np.zeros(len(chosen), dtype=bool)
+    # Other points of a bent peak would read another damping: the same if the peaks have enough of them in common.
+    same = chosen & np.isfinite(predicted.value)
+    return chosen, same if (same & own).sum() >= ENOUGH else own
+
+
+def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArray[np.float64], "2 f"]:
+    """Derivatives of frequency [Hz] and damping ratio [-] by the logarithm of the modulus of each point."""
+    slopes = np.zeros((2, len(value)))
+    for point in np.flatnonzero(chosen):
+        ends = []
+        for step in (STEP, -STEP):
+            moved = np.array(value)
+            moved[point] *= np.exp(step)
+            ends.append(fit_resonance(frequency, moved, chosen))
+        slopes[:, point] = (np.array(ends[0]) - ends[1]) / (2 * STEP)
+    return slopes
+
+
+def _numbers(features: FeatureVector, rows: Int[NDArray[np.int64], " f"]) -> Int[NDArray[np.int64], "2 f"]:
+    """Where the real and the imaginary parts of some rows stand among all numbers, shape (2, f); once for a modulus."""
+    imaginary = len(features.points) + np.searchsorted(np.flatnonzero(~features.real_only), rows)
+    return np.array([rows, np.where(features.real_only[rows], rows, imaginary)])
+
+
+def _by_number(
+    value: Coefficients, features: FeatureVector, rows: Int[NDArray[np.int64], " f"]
+) -> Float[NDArray[np.float64], "2 f"]:
+    """Derivatives of the logarithm of |X| by the real and the imaginary part of F / X, shape (2, f)."""
+    inverse = features.points.level[rows] / value
+    parts = np.array([inverse.real, inverse.imag])
+    parts[:, features.real_only[rows]] = np.array([[1.0], [0.0]]) * np.abs(inverse[features.real_only[rows]])
+    return np.asarray(-parts / np.abs(inverse) ** 2)
+
+
+def _reading(measured: Curve, predicted: Curve, noise: Vector) -> float:
+    """Mean square of what measured and predicted peaks differ by from parabolas, relative to their moduli [-].
+
+    Noise, whose relative variance is given, departs from a parabola, too, and is counted already.
+    """
+    chosen, own = _points(measured, predicted, beside=1)
+    if not own.any():
+        return 0.0
+    bend = measure_bend(measured.frequency, measured.value, chosen)
+    model = measure_bend(predicted.frequency, predicted.value, own)
+    same = bool((chosen == own).all())
+    square = np.mean((model - bend) ** 2) if same else np.mean(model**2) + np.mean(bend**2)
+    left = 1 - PARABOLA / chosen.sum()
+    return max(float(square - left * noise[chosen].mean()), 0.0)
