@@ -40,6 +40,9 @@ place = "base"
 [[load]]
 place = "base"
 
+[numerical_error]
+damping = "0 %" # another model makes the measurements
+
 [harmonics]
 highest = 3
 """
