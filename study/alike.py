@@ -98,6 +98,9 @@ def _with_count(members: Sequence[str], *, naming_all: bool = False) -> str:
 
 
 def name_wrong_places(suspicions: "Sequence[Suspicion]") -> str:
-    """The first places where measurements look wrong, and how many more there are; empty if none does."""
-    wrong = [each for each in suspicions if not each.remark]
+    """The first places where measurements look wrong, and how many more there are; empty if none does.
+
+    What a headline says in words of its own is not named by its place.
+    """
+    wrong = [each for each in suspicions if not each.remark and not each.headline]
     return name_some(list(dict.fromkeys(place for each in wrong for place in (each.where, *each.alike))), "; ")

@@ -236,6 +236,8 @@ class Suspicion:
         remark.
     alike
         Other places where the same is suspected.
+    of_time
+        Whether what was measured may have changed during a test, so that no case explains all of it; with a headline.
     """
 
     where: str
@@ -244,6 +246,7 @@ class Suspicion:
     remark: bool = False
     headline: str = ""
     alike: tuple[str, ...] = ()
+    of_time: bool = False
 
     def lies_in(self, where: str) -> bool:
         """Whether its place is a place, or a part of it: a test, and a repeat of that test."""

@@ -15,6 +15,7 @@ from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
 from correlation.data_quality.missing_level import find_missing_levels
 from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_repeat
+from correlation.data_quality.trend_suspicion import find_trend_suspicions
 from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
 from geometry.some_names import name_some
@@ -63,7 +64,11 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     others, tests = [*levels, *find_sensors_swapped_in_a_repeat(campaign)], [test.name for test in campaign.tests]
     spoiled = [where for where in map('test "{}"'.format, tests) if any(each.lies_in(where) for each in others)]
     drifts = [each for each in find_drift_suspicions(campaign) if not any(each.lies_in(where) for where in spoiled)]
-    return (*found, *find_channel_suspicions(campaign), *find_drive_suspicions(campaign), *levels, *drifts)
+    channels = find_channel_suspicions(campaign)
+    # Nor does a test change as a whole whose runs differ by a mistake, a gain or the settling of its first repeats.
+    told = [each.where for each in (*others, *channels, *drifts)]
+    trends = [each for each in find_trend_suspicions(campaign) if not any(each.where in where for where in told)]
+    return (*found, *channels, *find_drive_suspicions(campaign), *levels, *drifts, *trends)
 
 
 def _phases(campaign: Campaign) -> Iterator[Suspicion]:

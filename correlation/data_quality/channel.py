@@ -147,9 +147,11 @@ def _settling(campaign: Campaign) -> Iterator[Suspicion]:
         changes = {"frequency": drift.frequency, "amplitude": drift.amplitude}
         whole = {name: 100 * float(change[-1] - change[0]) for name, change in changes.items()}
         listed = " and ".join(f"{name} by {whole[name]:+.3g} %" for name in drift.settles)
+        where = ", ".join(f'test "{test.name}"' for test in tests)
         yield Suspicion(
-            where=", ".join(f'test "{test.name}"' for test in tests),
+            where=where, of_time=True,
+            headline=f"{where} changed from repeat to repeat, which the case does not explain",
             sentence=f"from repeat {drift.repeat[0]} to {drift.repeat[-1]} the responses change in one direction, "
             f"{listed}: do they still settle? If so, they are no repeats: write settling = true for the test, and the "
             "late ones alone are used",
-        )
+        )  # fmt: skip

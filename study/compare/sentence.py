@@ -117,10 +117,9 @@ def judge(
         tone = "missing"
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
-    tag += qualify(suspicions)
-    if doubted := doubt(suspicions):
-        tone, tag = tone.replace("nothing", "ambiguous"), f"{tag}{doubted}"
-    return tone, tag
+    if any(not each.remark for each in suspicions):
+        tone = tone.replace("nothing", "ambiguous")
+    return tone, f"{tag}{qualify(suspicions)}{doubt(suspicions)}"
 
 
 def qualify(suspicions: Sequence[Suspicion]) -> str:

@@ -39,6 +39,8 @@ ADVICE_LAW = "inspect that place; a [[joint]] of the case can have such a law (d
 ADVICE_WRONG_DATA = (
     "check the measurements that look wrong, correct them in the files or the manifest, and diagnose again"
 )
+#: The next step where nothing is missing from the mean of repeats that change, or may change, with the time.
+ADVICE_CHANGES = "find out what changed from repeat to repeat, or repeat more often: the case explains their mean alone"
 #: The next step where a prior holds a calibration parameter back.
 ADVICE_PRIORS = (
     "correct in the case what these parameters scale, or raise their deviations in [accepted]; then diagnose again"
@@ -57,12 +59,18 @@ def choose_tag(result: Round) -> str:
         tag = TAG_TWO.get(verdict.finding, tag)
     elif verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1:
         tag = TAG_ONE
-    return f"{tag}, but some measurements look wrong" if result.wrong else tag
+    is_changed = verdict.finding is Finding.NOTHING and bool(result.changes)
+    if is_changed:
+        tag += " from the mean of the repeats" if result.wrong else ", unless the structure changed during the test"
+    look_wrong = any(not (is_changed and each.of_time) for each in result.wrong)
+    return f"{tag}, but some measurements look wrong" if look_wrong else tag
 
 
 def choose_advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
+    if verdict.finding is Finding.NOTHING and result.changes and all(each.of_time for each in result.wrong):
+        return ADVICE_CHANGES
     if result.wrong:
         return ADVICE_WRONG_DATA
     if verdict.beyond_priors:

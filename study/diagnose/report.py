@@ -70,10 +70,11 @@ def format_report(result: Round) -> str:
 
 
 def format_headline(result: Round) -> str:
-    """The verdict with strengths in units of their size, and which measurements look wrong."""
+    """The verdict with strengths in units of their size, what it leaves open, and which measurements look wrong."""
     where = name_wrong_places(result.suspicions)
     wrong = f" But some of these measurements look wrong: {where}." if where else ""
-    return f"{_name_effects(result)}{wrong}"
+    changed = f" But {'; '.join(result.changes)}." if result.changes else ""
+    return f"{_name_effects(result)}{changed}{wrong}"
 
 
 def _name_effects(result: Round) -> str:

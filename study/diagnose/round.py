@@ -10,6 +10,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
+from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -80,6 +81,12 @@ class Round(Tabular):
     def wrong(self) -> list[Suspicion]:
         """What looks wrong in the measurements, without remarks."""
         return [each for each in self.suspicions if not each.remark]
+
+    @property
+    def changes(self) -> list[str]:
+        """What changed in the course of a test, which no case explains; what may have, where nothing is missing."""
+        is_nothing = self.diagnosis.verdict.finding is Finding.NOTHING
+        return [each.headline for each in self.suspicions if each.of_time and (is_nothing or not each.remark)]
 
     @property
     def best(self) -> Refit | None:

@@ -19,7 +19,7 @@ from pipeline.store import Store
 from study.case.setup import read_case
 from study.compare.report import side_by_side
 from study.diagnose.add import add
-from study.diagnose.advice import choose_advice
+from study.diagnose.advice import choose_advice, choose_tag
 from study.diagnose.document import make_document
 from study.diagnose.history import Errors, history_of
 from study.diagnose.page import make_files
@@ -162,6 +162,29 @@ def test_a_verdict_names_the_measurements_that_look_wrong(two_masses: TwoMasses,
     shown = make_files(wrong, history_of(case), case)[f"{case.stem}_diagnosis.html"].decode()
     assert "but some measurements look wrong</div>" in shown
     assert "were their cables swapped?" in shown
+
+
+def test_a_verdict_of_nothing_says_that_no_case_explains_a_change_with_the_time(
+    two_masses: TwoMasses, kept_rounds: Store
+) -> None:
+    case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
+    setup = read_case(case, campaign := read_campaign(folder)).setup
+    missing = diagnose_case(setup, campaign, store=kept_rounds)
+    verdict = replace(missing.diagnosis.verdict, finding=Finding.NOTHING, effects=())
+    sound = replace(missing, diagnosis=replace(missing.diagnosis, verdict=verdict))
+    changed = Suspicion(where='test "sine"', sentence="wear?", headline='test "sine" changed', of_time=True)
+    is_open, swapped = replace(changed, remark=True), Suspicion(where='test "sine", repeat 2', sentence="swapped?")
+    for suspicion, tag in ((changed, "from the mean of the repeats"), (is_open, "unless the structure changed")):
+        found = replace(sound, suspicions=[suspicion])
+        assert format_headline(found) == f'{format_headline(sound)} But test "sine" changed.'
+        assert choose_advice(found).startswith("find out what changed from repeat to repeat")
+        assert tag in choose_tag(found)
+        assert "look wrong" not in choose_tag(found)
+    # A mistake comes first; and beside an effect that is missing, what is open counts for little.
+    wrong = replace(sound, suspicions=[changed, swapped])
+    assert choose_advice(wrong).startswith("check the measurements")
+    assert choose_tag(wrong).endswith("from the mean of the repeats, but some measurements look wrong")
+    assert format_headline(replace(missing, suspicions=[is_open])) == format_headline(missing)
 
 
 @pytest.mark.parametrize(

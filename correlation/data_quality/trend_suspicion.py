@@ -1,0 +1,126 @@
+"""Tests whose repeats change in one direction with the time, which no case of one structure explains."""
+
+from collections.abc import Iterator
+from math import factorial
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
+from correlation.data_quality.repeat_trend import Trend, find_trend
+from geometry.plain_number import percent, plain
+
+#: Chance of a trend in any test of a campaign that has none: that of three standard deviations; and the least one that
+#: is told as a number [-].
+CHANCE, LEAST_CHANCE = 0.0027, 1e-4
+#: Least change from the first repeat to the last one that is told, relative to the readings, root mean square; and
+#: least one that is told though so few repeats go in one direction by chance. The usual differences of repeats, 0.03 %
+#: of frequencies and 1 % of preloads, made 1 to 5 % in 31 of 32 virtual tests [-].
+LEAST, LARGE = 0.02, 0.1
+#: Repeats whose order alone is no chance: one in 2,520.
+ENOUGH = 7
+#: Share of a change that a cause explains if it is plain [-], and points of a curve that show its slope.
+PLAIN, SLOPE = 0.8, 5
+
+Change = Complex[NDArray[np.complex128], "s n"]
+
+
+def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
+    """Tests that change from repeat to repeat; a remark where too few repeats tell that from chance.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with its single readings.
+    """
+    sensors = [number for number, each in enumerate(campaign.sensors) if each.quantity != CONTACT_FORCE]
+    for number, test in enumerate(campaign.tests):
+        trend = find_trend(campaign.measurement.where(campaign.measurement.test == number), sensors)
+        if trend is None or test.settling:
+            continue  # the readings of one that settles are no repeats
+        n_repeat, chance = len(trend.read.repeat), _format_chance(trend.chance)
+        by_order = 2 / factorial(n_repeat)
+        if trend.chance < CHANCE / len(campaign.tests) and trend.size >= LEAST:
+            yield Suspicion(
+                where=f'test "{test.name}"', of_time=True,
+                headline=f'test "{test.name}" changed from repeat to repeat, which the case does not explain',
+                sentence=f"{_describe(campaign, trend)}. Repeats that differ at random do so in "
+                f"{chance} of tests: did the structure change during the test, by wear, warming up or a bolt that "
+                "loosens? Then their mean is of no structure: compare the first and the last repeats apart",
+            )  # fmt: skip
+        elif n_repeat < ENOUGH and trend.chance <= by_order and trend.size >= LARGE:
+            yield Suspicion(
+                where=f'test "{test.name}"', of_time=True, remark=True,
+                headline=f'whether the structure changed during test "{test.name}" is open',
+                sentence=f"{_describe(campaign, trend)}. If so large differences between repeats are random, as of "
+                f"preloads, {n_repeat} of them do so in {chance} of tests; if not, the structure changed during the "
+                f"test, and their mean is of none: {ENOUGH - n_repeat} more repeats would tell",
+            )  # fmt: skip
+
+
+def _describe(campaign: Campaign, trend: Trend) -> str:
+    """How much changes, and what, where that is plain."""
+    repeats, last = ", ".join(map(str, trend.read.repeat[:-1])), trend.read.repeat[-1]
+    return (
+        f"from repeat to repeat ({repeats} and {last}) the readings change in one direction, by {percent(trend.size)} "
+        f"of their size from the first to the last (root mean square): {_name_cause(campaign, trend)}"
+    )
+
+
+def _format_chance(chance: float) -> str:
+    return percent(chance) if chance >= LEAST_CHANCE else f"less than {percent(LEAST_CHANCE)}"
+
+
+def _name_cause(campaign: Campaign, trend: Trend) -> str:
+    """What changes: one sensor, the frequencies of resonances, all amplitudes; else the reading that changes most."""
+    change, mean = trend.change / trend.scale, trend.read.value.mean(axis=2) / trend.scale
+    energy = (np.abs(change) ** 2).sum(axis=1)
+    most = int(np.argmax(energy))
+    if len(energy) > 1 and energy[most] >= PLAIN * energy.sum():
+        return f'nearly all of it is of sensor "{campaign.sensors[trend.sensors[most]].name}"'
+    for words, pattern in (
+        ("the frequencies of resonances change by {}", -_find_slopes(trend, mean)),
+        ("amplitudes change by {}", mean),
+    ):
+        factors, left = _fit(trend, change, pattern)
+        if left <= (1 - PLAIN) * energy.sum():
+            percents = dict.fromkeys(f"{plain(100 * end, 2, '+')} %" for end in (factors.min(), factors.max()))
+            return words.format(" to ".join(percents))
+    ends = np.abs(trend.read.value[:, :, [0, -1]])
+    apart = np.abs(ends[:, :, 1] - ends[:, :, 0]) / trend.scale
+    sensor, point = divmod(int(np.argmax(apart)), apart.shape[1])
+    first, last = ends[sensor, point].tolist()
+    of = campaign.sensors[trend.sensors[sensor]]
+    return (
+        f"most of all {of.name} at {trend.read.level[point]:g} {campaign.drive.unit}, "
+        f"{trend.read.frequency[point]:.4g} Hz, from {first:.3g} to {last:.3g} {of.unit}"
+    )
+
+
+def _find_slopes(trend: Trend, mean: Change) -> Change:
+    """Slope of each curve over the logarithm of the frequency; zero of too short ones."""
+    slope = np.zeros_like(mean)
+    read = trend.read
+    for level, sweep in {*zip(read.level.tolist(), read.sweep.tolist(), strict=True)}:
+        rows = np.flatnonzero((read.level == level) & (read.sweep == sweep))
+        rows = rows[np.argsort(read.frequency[rows])]
+        if len(rows) >= SLOPE:
+            slope[:, rows] = _differentiate(mean[:, rows], np.log(read.frequency[rows]))
+    return slope
+
+
+def _differentiate(value: Change, abscissa: Float[NDArray[np.float64], " n"]) -> Change:
+    """Slope of curves: near a resonance by 1/X, which a few points over a peak describe as well, elsewhere by X."""
+    high = np.abs(value) >= np.median(np.abs(value), axis=1, keepdims=True)
+    inverse = np.divide(1.0, value, out=np.zeros_like(value), where=value != 0)
+    over_peak = -(value**2) * np.gradient(inverse, abscissa, axis=1)
+    return np.where(high, over_peak, np.gradient(value, abscissa, axis=1))
+
+
+def _fit(trend: Trend, change: Change, pattern: Change) -> tuple[Float[NDArray[np.float64], " l"], float]:
+    """Real factor of a pattern at each level by least squares, and what of the change is left of all."""
+    number = np.unique(trend.read.level, return_inverse=True)[1]
+    product, square = ((pattern.conj() * each).real.sum(axis=0) for each in (change, pattern))
+    factor = np.bincount(number, product) / np.maximum(np.bincount(number, square), np.finfo(float).tiny)
+    return factor, float((np.abs(change - factor[number] * pattern) ** 2).sum())
