@@ -1,8 +1,10 @@
 """A mistake in many files is printed once; what tells mistakes apart is kept."""
 
+from dataclasses import replace
+
 from correlation.campaign.measurement import Suspicion
 from study.alike import merge_alike, merge_suspicions
-from study.compare.sentence import doubt
+from study.compare.sentence import doubt, judge
 
 
 def test_sentences_that_differ_by_file_and_numbers_are_one() -> None:
@@ -53,3 +55,11 @@ def test_many_sentences_that_differ_by_names_in_quotes_are_one_with_the_first_na
     (merged,) = merge_alike(lines, naming_all=True)
     assert all(f'"run_{run}/{name}"' in merged for run in (1, 2, 3) for name in "ab")
     assert merge_alike(lines[:3]) == lines[:3]
+
+
+def test_a_headline_of_its_own_stands_in_place_of_where_and_agreement_stays_in_doubt() -> None:
+    changed = Suspicion(where='test "sine"', sentence="wear?", headline='test "sine" changed', of_time=True)
+    tone, tag = judge(0.5, (), [changed])
+    assert tag == 'The model agrees with the measurements; test "sine" changed'
+    assert tone == "ambiguous"
+    assert judge(0.5, (), [replace(changed, remark=True)])[0] == "nothing"
