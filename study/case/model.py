@@ -350,9 +350,7 @@ def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[t
     return tuple(tuple(lines) for lines in result.values())
 
 
-def _joints_of_tables(
-    case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes
-) -> dict[str, list[Joint]]:
+def _joints_of_tables(case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes) -> dict[str, list[Joint]]:
     """Joints of each table ``[[joint]]`` that is none of the mistakes, by its name."""
     found: dict[str, list[Joint]] = {}
     for number, table in enumerate(case.joint):
