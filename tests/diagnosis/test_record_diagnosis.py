@@ -111,7 +111,7 @@ def test_the_hidden_effect_is_named_and_measured(
     best = verdict.effects[0]
     assert best.effect is not None
     assert best.effect.name == name
-    assert name in verdict.sentence
+    assert verdict.sentence.startswith(name[0].upper() + name[1:])
     # Noise of 1 % leaves about this; the interval must hold the truth as well, with room for one case in a thousand.
     assert best.strength == pytest.approx(strength, rel=0.04)
     assert abs(best.strength - strength) < 3.3 * best.deviation
