@@ -304,6 +304,11 @@ class Campaign:
         return np.unique(self.measurement.level)
 
     @property
+    def structure_sensors(self) -> list[int]:
+        """Numbers of the sensors of the structure itself: all but those of contact forces."""
+        return [number for number, each in enumerate(self.sensors) if each.quantity != CONTACT_FORCE]
+
+    @property
     def is_free(self) -> Mask:
         """Whether each test is of the structure without its contacts, shape (t,)."""
         return np.array([test.configuration == "free" for test in self.tests], dtype=bool)

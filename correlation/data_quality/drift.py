@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
+from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.by_repeat import arrange_by_repeat
 
 #: Least difference of two repeats that is told, and its least ratio to the scatter of readings about the factor [-].
@@ -41,7 +41,7 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     campaign
         Campaign with its single readings.
     """
-    sensors = [number for number, each in enumerate(campaign.sensors) if each.quantity != CONTACT_FORCE]
+    sensors = campaign.structure_sensors
     for number, test in enumerate(campaign.tests):
         if test.settling:
             continue  # its readings differ since they settle

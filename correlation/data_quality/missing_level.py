@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
+from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.by_repeat import arrange_by_repeat
 
 #: Repeats differ by less than this factor: a gain that drifts, a joint that was assembled anew [-].
@@ -52,7 +52,7 @@ def find_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
     campaign
         Campaign with its single readings.
     """
-    sensors = [number for number, each in enumerate(campaign.sensors) if each.quantity != CONTACT_FORCE]
+    sensors = campaign.structure_sensors
     table = campaign.measurement
     for number, test in enumerate(campaign.tests):
         if test.settling:

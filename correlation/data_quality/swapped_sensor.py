@@ -14,7 +14,7 @@ from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, MeasuredSensor, Suspicion
+from correlation.campaign.measurement import SWEEPS, Campaign, MeasuredSensor, Suspicion
 from correlation.data_quality.by_repeat import ByRepeat, arrange_by_repeat
 from correlation.data_quality.logarithm import turn_phases
 
@@ -64,7 +64,7 @@ def find_sensors_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     campaign
         Campaign with at least two repeats.
     """
-    motions = [number for number, sensor in enumerate(campaign.sensors) if sensor.quantity != CONTACT_FORCE]
+    motions = campaign.structure_sensors
     for number, test in enumerate(campaign.tests):
         arranged = arrange_by_repeat(campaign.measurement.where(campaign.measurement.test == number), motions)
         if len(arranged.repeat) < 2:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
+from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.repeat_trend import Trend, find_trend
 from geometry.plain_number import percent, plain
 
@@ -34,7 +34,7 @@ def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     campaign
         Campaign with its single readings.
     """
-    sensors = [number for number, each in enumerate(campaign.sensors) if each.quantity != CONTACT_FORCE]
+    sensors = campaign.structure_sensors
     for number, test in enumerate(campaign.tests):
         trend = find_trend(campaign.measurement.where(campaign.measurement.test == number), sensors)
         if trend is None or test.settling:
