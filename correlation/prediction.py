@@ -193,9 +193,10 @@ class Predictor:
     def _put_on_branches(self, one: "_LevelStates") -> tuple[list[SteadyState | None], list[SweepJump]]:
         """States of a level, of which those of another branch than that of their sweep are replaced; its jumps."""
         states, jumps = one.solver.states(one.level, one.frequencies, one.track), list[SweepJump]()
-        swept = bool(self.sweeps) and not one.free
+        if not self.sweeps or one.free:
+            return states, jumps
         wide = find_wide_steps(one.solver, one.level, one.frequencies, one.track) & (np.diff(one.sweep) == 0)
-        if not swept or not wide.any():
+        if not wide.any():
             return states, jumps
         path, sweep = SweepPath(solver=one.solver, level=one.level), np.array(one.sweep)
         for number, direction in enumerate(self.sweeps):
