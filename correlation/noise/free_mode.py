@@ -95,7 +95,7 @@ class FreeModes:
         coarse does.
         """
         return [
-            _tangent(2 * omega**2 * np.outer(row, row))
+            _make_tangent(MatrixParameter(stiffness=2 * omega**2 * np.outer(row, row)))
             for omega, row in zip(self.frequency[: self.n_reached], self.weighted, strict=False)
         ]
 
@@ -110,10 +110,9 @@ class FreeModes:
         for shape, row in zip(self.shapes[: self.n_reached], self.weighted, strict=False):
             along = np.outer(row, row)
             lost = None if loss is None else float(shape @ loss @ shape) * along
-            rate = ModelParameter(
-                matrices=MatrixParameter(damping=float(shape @ damping @ shape) * along, structural_damping=lost)
+            found.append(
+                _make_tangent(MatrixParameter(damping=float(shape @ damping @ shape) * along, structural_damping=lost))
             )
-            found.append(Tangent(jointed=rate, free=rate, gain={}))
         return found
 
     def shape_errors(self, motions: Motions, kinds: Sequence[Rows]) -> list[Tangent]:
@@ -157,7 +156,7 @@ class FreeModes:
         """Change of the stiffness matrix by entries E_ij = E_ji."""
         own = np.zeros((len(self.frequency), len(self.frequency)))
         own[i, j] = own[j, i] = entries
-        return _tangent(self.weighted.T @ own @ self.weighted)
+        return _make_tangent(MatrixParameter(stiffness=self.weighted.T @ own @ self.weighted))
 
 
 def _principal_combinations(changes: Float[NDArray[np.float64], "m pair"]) -> Float[NDArray[np.float64], "k pair"]:
@@ -172,6 +171,7 @@ def _principal_combinations(changes: Float[NDArray[np.float64], "m pair"]) -> Fl
     return np.asarray((vectors.T[kept] @ changes / np.sqrt(size[kept])[:, None])[::-1])
 
 
-def _tangent(stiffness: Float[NDArray[np.float64], "r r"]) -> Tangent:
-    rate = ModelParameter(matrices=MatrixParameter(stiffness=stiffness))
+def _make_tangent(matrices: MatrixParameter) -> Tangent:
+    """A change of the structure, with its contacts and without."""
+    rate = ModelParameter(matrices=matrices)
     return Tangent(jointed=rate, free=rate, gain={})
