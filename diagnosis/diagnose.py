@@ -136,6 +136,8 @@ class CalibratedModel:
         Candidates, and effects that cannot be tested.
     far
         A measured resonance that is far from those of the model, or a predicted one that is absent, if there is one.
+    effects
+        Effects to screen: none in a model that is another structure.
     starts
         Effects with values from which their fits may begin as well.
     progress
@@ -146,13 +148,9 @@ class CalibratedModel:
     screening: Arrangement
     catalogue: Catalogue
     far: FarResonance | AbsentPeak | None
+    effects: Sequence[Effect]
     starts: Starts
     progress: ProgressFractions
-
-    @property
-    def effects(self) -> Sequence[Effect]:
-        """Effects to screen: none in a model that is another structure."""
-        return self.catalogue.candidates if self.far is None else ()
 
 
 class EffectChoice(NamedTuple):
@@ -256,8 +254,9 @@ def calibrate_model(
     effects = catalogue.candidates if far is None else ()
     arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
     return CalibratedModel(
-        arrangement=arrangement, screening=screening, catalogue=catalogue, far=far, starts=starts, progress=progress
-    )
+        arrangement=arrangement, screening=screening, catalogue=catalogue, far=far, effects=effects, starts=starts,
+        progress=progress,
+    )  # fmt: skip
 
 
 @on_one_blas_thread
