@@ -1,7 +1,6 @@
 """Parameters of the laws of joints that are no contacts of a line, such as the limit force of a lap joint, scaled."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -46,8 +45,7 @@ def _find_furthest(joints: Sequence[Joint], key: str, bound: float) -> float:
     def takes(factor: float) -> bool:
         try:
             for joint in joints:
-                values: Mapping[str, Any] = scale_parameter(joint, key, factor)
-                joint.with_values(values)
+                joint.with_values(scale_parameter(joint, key, factor))
         except JointError:
             return False
         return True
