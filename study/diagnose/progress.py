@@ -61,6 +61,10 @@ class Phases:
         if self._is_stored and not self._is_computed:
             self._progress.stored(self._name)
 
+    def abandon(self, error: BaseException) -> None:
+        """End the phase in which an error, or the user, stopped the round: it is not done."""
+        self._inner.__exit__(type(error), error, error.__traceback__)
+
     def watched(self, run_step: RunStep) -> RunStep:
         """A store of steps whose use shows as progress."""
 
@@ -97,5 +101,7 @@ def phases(progress: Progress, is_stored: Callable[[str], bool], number: int = 1
         shown = Phases(progress, whole)
         try:
             yield shown
-        finally:
-            shown.close()
+        except BaseException as error:
+            shown.abandon(error)
+            raise
+        shown.close()

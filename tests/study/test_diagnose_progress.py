@@ -5,6 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from diagnosis.diagnose import LONG_PROGRESS, USUAL_PROGRESS
 from pipeline.progress import LineProgress
 from pipeline.store import Store
@@ -62,6 +64,23 @@ def test_what_is_kept_is_called_so_and_does_not_shorten_the_time_left() -> None:
     # Three steps of five are left; after one of them two remain, 40 s.
     assert "diagnosis, from the fits on: 33 %, about 40 s left" in lines
     assert "  fits: done in 20 s" in lines
+
+
+def test_a_phase_in_which_the_user_interrupts_is_not_done() -> None:
+    clock, stream = Clock(), io.StringIO()
+
+    def interrupted() -> None:
+        clock.now += 20.0
+        raise KeyboardInterrupt
+
+    def calibrate() -> None:
+        with phases(LineProgress(stream, clock=clock), lambda _: False) as of:
+            of.report("calibration", 0.0)
+            of.watched(lambda _, make: make())("arrangement", interrupted)
+
+    with pytest.raises(KeyboardInterrupt):
+        calibrate()
+    assert "calibration: done" not in stream.getvalue()
 
 
 def test_a_round_that_is_kept_as_a_whole_takes_no_time() -> None:
