@@ -169,13 +169,16 @@ class ModelSolver:
                     return found
         return rescue(balance, condensed, None, sliders)
 
-    def solve_near(
-        self, level: float, frequency: float, slider: NDArray[np.float64], guess: SteadyState
-    ) -> SteadyState | None:
-        """The steady state that a few iterations of Newton's method find from a guess; None if they do not converge."""
+    def follow_near(
+        self,
+        level: float,
+        frequency: float,
+        slider: NDArray[np.float64],
+        guess: Complex[NDArray[np.complex128], "harmonic d"],
+    ) -> Track:
+        """The steady state that a few iterations of Newton's method find from a motion, as a track of one."""
         condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
-        track = follow_one(balance, condensed, slider, guess.motion, TOLERANCE, STEP_ITERATION)
-        return self.states(level, [frequency], track, recover_once=True)[0]
+        return follow_one(balance, condensed, slider, real_from_complex(guess), TOLERANCE, STEP_ITERATION)
 
     def follow(
         self,

@@ -9,7 +9,7 @@ point, as they were measured, up and then down; each point begins with the slide
 
 Where a structure has two steady states, a sweep stays on its branch until that ends. Newton's method may leave a branch
 earlier if a step is large: a level with large steps is followed once more, in steps as small as its branches want
-(`correlation.sweep_path`).
+(`correlation.sweep_path`), of which models that differ little share the result (`correlation.followed_step`).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.followed_step import FollowedStep, Step
 from correlation.model import Model
 from correlation.model_solver import ModelSolver, Tangent
 from correlation.row_table import RowTable
@@ -108,6 +109,8 @@ class Prediction:
         Coefficients of each of S sweeps, shape (S, k); `value` is their mean, or that of the row's own sweep.
     jumps
         Steps at which a sweep left its branch.
+    followed
+        Wide steps that were followed, for this model or one nearby.
     """
 
     points: Points
@@ -116,6 +119,7 @@ class Prediction:
     states_back: Mapping[Key, SteadyState] = field(default_factory=dict)
     by_sweep: Complex[NDArray[np.complex128], "S k"] = field(default_factory=lambda: np.zeros((0, 0), dtype=complex))
     jumps: tuple[SweepJump, ...] = ()
+    followed: Mapping[Step, FollowedStep] = field(default_factory=dict)
 
     def where(self, rows: Bool[NDArray[np.bool_], " k"] | Int[NDArray[np.int64], " n"]) -> "Prediction":
         """Prediction at some of the points, by a mask or by their numbers; the states are those of all."""
@@ -161,8 +165,9 @@ class Predictor:
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         by_sweep, jumps = self._empty(), list[SweepJump]()
+        followed = {} if before is None else dict(before.followed)
         for one in self._solve_levels(model, before, TOLERANCE, from_guess=False):
-            found, left = self._put_on_branches(one)
+            found, left = self._put_on_branches(one, followed)
             jumps += left
             for state, frequency, sweep in zip(found, one.frequencies, one.sweep, strict=True):
                 if state is not None:
@@ -170,7 +175,7 @@ class Predictor:
             self._read(one, by_sweep)
         return Prediction(
             points=self.points, value=self._value(by_sweep), states=states[0], states_back=states[1], by_sweep=by_sweep,
-            jumps=tuple(jumps),
+            jumps=tuple(jumps), followed=followed,
         )  # fmt: skip
 
     @on_one_blas_thread
@@ -190,15 +195,20 @@ class Predictor:
             self._read(one, by_sweep)
         return self._value(by_sweep)
 
-    def _put_on_branches(self, one: "_LevelStates") -> tuple[list[SteadyState | None], list[SweepJump]]:
-        """States of a level, of which those of another branch than that of their sweep are replaced; its jumps."""
+    def _put_on_branches(
+        self, one: "_LevelStates", followed: dict[Step, FollowedStep]
+    ) -> tuple[list[SteadyState | None], list[SweepJump]]:
+        """States of a level, of which those of another branch than that of their sweep are replaced; its jumps.
+
+        The steps that were followed for a model nearby are brought up to date.
+        """
         states, jumps = one.solver.states(one.level, one.frequencies, one.track), list[SweepJump]()
         if not self.sweeps or one.free:
             return states, jumps
         wide = find_wide_steps(one.solver, one.level, one.frequencies, one.track) & (np.diff(one.sweep) == 0)
         if not wide.any():
             return states, jumps
-        path, sweep = SweepPath(solver=one.solver, level=one.level), np.array(one.sweep)
+        path, sweep = SweepPath(solver=one.solver, level=one.level, followed=followed), np.array(one.sweep)
         for number, direction in enumerate(self.sweeps):
             own = np.flatnonzero(sweep == number)
             found = [states[place] for place in own]

@@ -12,11 +12,14 @@ import numpy as np
 from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
 
+from correlation.followed_step import FollowedStep, Step
 from correlation.model_solver import ModelSolver
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState
 from hbsolve.state_sequence import Track
 
+#: Coefficients of the joint directions [m].
+Motion = Complex[NDArray[np.complex128], "harmonic d"]
 #: Change of the motion by a step, relative to the larger motion, beyond which the step is wide [-].
 FAR = 0.5
 #: Difference from the motion of the linear structure, relative to it, below which there is only one state [-].
@@ -46,10 +49,13 @@ class SweepPath:
         Solver of the configuration.
     level
         Level of the drive [its unit].
+    followed
+        Steps that were followed for a model nearby; brought up to date.
     """
 
     solver: ModelSolver
     level: float
+    followed: dict[Step, FollowedStep] = field(default_factory=dict)
     _sliders: NDArray[np.float64] = field(init=False)
     _first_sweep: dict[float, SteadyState] = field(init=False, default_factory=dict)
     _jumps: set[frozenset[float | None]] = field(init=False, default_factory=set)
@@ -128,35 +134,53 @@ class SweepPath:
     ) -> tuple[SteadyState | None, JumpPoint | None]:
         """State after the last one and the jump to it, if any; `found` is that by one Newton solution, if known."""
         state = self.solver.solve(self.level, target, self._sliders, [here]) if found is None else found
-        if here is None or before is None or state is None or not self._may_jump(here, before, state, target):
+        if here is None or before is None or state is None:
             return state, None
-        return self._in_small_steps(here, before, state, target)
+        if not self._may_jump(here.displacement, before, state.displacement, target):
+            return state, None
+        step = Step(self.level, before, target)
+        earlier = self.followed.get(step)
+        if earlier is not None and earlier.jump is None and earlier.is_near(here, state):
+            return state, None
+        state, jump = self._in_small_steps(here, before, state, target, None if earlier is None else earlier.jump)
+        share = None if jump is None else (jump.frequency - before) / (target - before)
+        self.followed[step] = FollowedStep(here, state, share)
+        return state, jump
 
     def _in_small_steps(
-        self, here: SteadyState, frequency: float, there: SteadyState, target: float
+        self, here: SteadyState, frequency: float, there: SteadyState, target: float, expected: float | None
     ) -> tuple[SteadyState, JumpPoint | None]:
-        """The same in steps that are small enough for the branch; `there` is the state by one Newton solution."""
-        state, share, step = here, 0.0, 0.5
-        jump: JumpPoint | None = None
-        while share < 1:
+        """The same in steps that are small enough for the branch.
+
+        `there` is the state by one Newton solution, `expected` the share of the step at which a jump is expected, if
+        any: the first of the small steps ends short of it.
+        """
+        motion, share, jump = here.displacement, 0.0, None
+        step = 0.5 if expected is None else max(expected - LEAST_STEP, LEAST_STEP)
+        while True:
             to = min(share + step, 1.0)
             ends = [frequency + each * (target - frequency) if each < 1 else target for each in (share, to)]
-            following = self.solver.solve_near(self.level, ends[1], self._sliders, state)
-            wide = following is None or self._may_jump(state, ends[0], following, ends[1])
+            track = self.solver.follow_near(self.level, ends[1], self._sliders, motion)
+            following = complex_from_real(track.motion[0]) if np.isfinite(track.norm[0]) else None
+            wide = following is None or self._may_jump(motion, ends[0], following, ends[1])
             if wide and to - share > LEAST_STEP:
                 step = (to - share) / 2
                 continue
             if following is None:
                 # The branch ends and no other is near: the sweep jumps to the state by one Newton solution.
-                return there, JumpPoint((ends[0] + ends[1]) / 2, _size(there) < _size(state))
+                return there, JumpPoint((ends[0] + ends[1]) / 2, _size(there.displacement) < _size(motion))
             if wide:
-                jump = JumpPoint((ends[0] + ends[1]) / 2, _size(following) < _size(state))
-            state, share, step = following, to, 2 * (to - share)
-        return state, jump
+                jump = JumpPoint((ends[0] + ends[1]) / 2, _size(following) < _size(motion))
+            step = 2 * (to - share if share or expected is None else LEAST_STEP)
+            motion, share = following, to
+            if share == 1:
+                state = self.solver.states(self.level, [target], track, recover_once=True)[0]
+                assert state is not None
+                return state, jump
 
-    def _may_jump(self, here: SteadyState, frequency: float, there: SteadyState, target: float) -> bool:
-        """Whether a step is wide: the branch may have ended between its states."""
-        motion = np.array([state.displacement[1:] for state in (here, there)])
+    def _may_jump(self, here: Motion, frequency: float, there: Motion, target: float) -> bool:
+        """Whether a step is wide: the branch may have ended between its motions."""
+        motion = np.array([here[1:], there[1:]])
         linear = np.array(
             [self.solver.forced(self.level, at) * self.solver.at(at).dynamic[1:] for at in (frequency, target)],
             dtype=complex,
@@ -203,6 +227,6 @@ def is_same(first: SteadyState | None, state: SteadyState | None) -> bool:
     return bool(apart <= SAME * np.abs(first.displacement).max(initial=0.0))
 
 
-def _size(state: SteadyState) -> float:
+def _size(motion: Motion) -> float:
     """Largest amplitude of a joint direction in any harmonic [m]."""
-    return float(np.abs(state.displacement[1:]).max(initial=0.0))
+    return float(np.abs(motion[1:]).max(initial=0.0))

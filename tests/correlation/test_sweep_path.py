@@ -1,10 +1,14 @@
 """Sweeps of a Duffing oscillator follow their own branch to its end, on grids far coarser than the jump."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from correlation.model import Model, Sensor
+from correlation.model_solver import ModelSolver
 from correlation.prediction import Points, Prediction, Predictor
+from hbsolve.state_sequence import Track
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.jointed_system import JointedSystem
 
@@ -25,13 +29,13 @@ def duffing(cubic: float) -> Model:
     return Model(system=system, sensors=(Sensor(name="x", row=np.ones(1)),), n_harmonic=2, n_sample=64)
 
 
-def sweeps(cubic: float, frequency: np.ndarray, level: float = FORCE) -> Prediction:
+def sweeps(cubic: float, frequency: np.ndarray, level: float = FORCE, before: Prediction | None = None) -> Prediction:
     n = len(frequency)
     points = Points(
         free=np.tile(False, 3 * n), level=np.full(3 * n, level), frequency=np.tile(frequency, 3),
         sensor=np.full(3 * n, "x"), harmonic=np.ones(3 * n, dtype=int), sweep=np.repeat([0, 1, -1], n),
     )  # fmt: skip
-    return Predictor(points=points, sweeps=(1, -1)).predict(duffing(cubic))
+    return Predictor(points=points, sweeps=(1, -1)).predict(duffing(cubic), before)
 
 
 def folds(cubic: float) -> tuple[float, float]:
@@ -84,3 +88,33 @@ def test_between_the_folds_each_row_is_of_its_own_branch(cubic: float) -> None:
 
 def test_a_linear_resonance_on_a_coarse_grid_has_no_jump() -> None:
     assert sweeps(0.2, np.linspace(8.5, 11.5, 13), level=FORCE / 100).jumps == ()
+
+
+def test_steps_that_were_followed_for_a_model_nearby_are_not_followed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = [0]
+    solve = ModelSolver.follow_near
+
+    def count(*arguments: Any) -> Track:
+        made[0] += 1
+        return solve(*arguments)
+
+    monkeypatch.setattr(ModelSolver, "follow_near", count)
+    frequency = np.linspace(8.5, 11.5, 13)
+    before = sweeps(0.2, frequency, level=FORCE / 3)
+    alone = made[0]
+    again = sweeps(0.21, frequency, level=FORCE / 3, before=before)
+    assert made[0] == alone > 0
+    np.testing.assert_allclose(again.value, sweeps(0.21, frequency, level=FORCE / 3).value, rtol=1e-6)
+
+
+@pytest.mark.parametrize("cubic", [0.24, 0.3, 0.36])
+def test_a_jump_of_a_model_nearby_hides_none(cubic: float) -> None:
+    frequency = np.linspace(8.5, 11.5, 25)
+    alone = sweeps(cubic, frequency)
+    found = sweeps(cubic, frequency, before=sweeps(0.3, frequency))
+    # A state that Newton's method finds from two starts agrees to 1e-9 of the linear motion, a fold nearby enlarges it.
+    np.testing.assert_allclose(found.value, alone.value, rtol=1e-6)
+    step = (frequency[1] - frequency[0]) / 16
+    for one, other in zip(found.jumps, alone.jumps, strict=True):
+        assert one.sweep == other.sweep
+        assert one.frequency == pytest.approx(other.frequency, abs=step)
