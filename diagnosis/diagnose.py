@@ -160,8 +160,8 @@ class EffectChoice(NamedTuple):
     """Scores in the order, and with the gains, by which those that deserve a fit are chosen."""
     cost: Callable[[Fit], float] = attrgetter("chi2")
     """Cost of a fit by which those that deserve a thorough fit are chosen."""
-    list_starts: Callable[[Sequence[Score], float], Starts] = lambda _scores, _gain: ()
-    """Effects with values from which their fits may begin as well, from the scores and the best gain of a quick fit."""
+    list_starts: Callable[[Sequence[Score], Fit], Starts] = lambda _scores, _best: ()
+    """Effects with values from which their fits may begin as well, from the scores and the best quick fit."""
 
 
 def screen_and_refit(
@@ -201,8 +201,9 @@ def screen_and_refit(
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
-    gain = max((problem.fit.chi2 - fit.chi2 for _, fit in fits), default=0.0)
-    fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, gain), run_step)
+    best = min((fit for _, fit in fits), key=choice.cost, default=problem.fit)
+    report("fits from other starts", progress.tests)
+    fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, best), run_step)
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
     refits, last = [], choose_finalists(fits, costs, problem.effort)
     for number, (score, fit) in enumerate(last):
@@ -383,18 +384,19 @@ def _list_starts(
     controlled: Starts,
     places: Sequence[UnknownForce],
     scores: Sequence[Score],
-    gain: float,
+    best: Fit,
 ) -> Starts:
     """Starts under response control; and far ones where something is missing that no effect near the fit explains.
 
-    An unknown force explains much then, or what is missing has become model error of an unusual size, or calibration
-    parameters that are far from their priors have taken it up. Thresholds of the linear theory decide whatever was
-    simulated: stored fits hold for all thresholds.
+    An unknown force explains much then, or the best quick fit leaves model error of an unusual size, or calibration
+    parameters that are far from their priors. Thresholds of the linear theory decide whatever was simulated: stored
+    fits hold for all thresholds.
     """
+    gain = screening.fit.chi2 - best.chi2
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
     is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / MIN_SHARE_KNOWN)
-    is_usual = screening.model_error_size.is_within(ErrorSize.usual(screening.budget.model))
-    if is_usual and not is_missing and not screening.fit.is_beyond_priors(CHANCE_BEYOND_PRIORS):
+    is_usual = screening.find_error_left(best).is_within(ErrorSize.usual(screening.budget.model))
+    if is_usual and not is_missing and not best.is_beyond_priors(CHANCE_BEYOND_PRIORS):
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 

@@ -151,6 +151,12 @@ class Arrangement:
         residual, m = train.residual(fit.prediction), fit.n_number
         return float(residual @ residual + fit.residual[m:] @ fit.residual[m:]) + train.log_weight
 
+    def find_error_left(self, fit: Fit) -> ErrorSize:
+        """Size of the model error that a fit leaves, where there is any without it."""
+        if get_error_size(self.train) == NO_ERROR:
+            return NO_ERROR
+        return get_error_size(update_model_error(self.train, fit.prediction))
+
     @property
     def cost(self) -> float:
         """-2 ln of the density of training data, fitted values and model error, up to a constant [-]."""
