@@ -6,6 +6,7 @@ from typing import Any
 
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
+from correlation.data_type.registry import Analyse
 from pipeline.store import Stage, Store
 from study.run_context import RunContext
 
@@ -18,7 +19,7 @@ def read_measured(folder: Path, run: RunContext) -> Campaign:
     folder
         Of the campaign.
     run
-        Its store keeps what analyses found, such as modes of ring-downs.
+        Its store keeps what analyses found, such as modes of ring-downs and of frequency responses.
 
     Raises
     ------
@@ -26,7 +27,12 @@ def read_measured(folder: Path, run: RunContext) -> Campaign:
         As `read_campaign`.
     """
     with run.progress.step("campaign", expected=1):
-        return read_campaign(folder, partial(_keep, run.store))
+        return read_campaign(folder, keep_analyses(run.store))
+
+
+def keep_analyses(store: Store) -> Analyse:
+    """Analyses of data that a store keeps, for all commands that read the same numbers."""
+    return partial(_keep, store)
 
 
 def _keep(store: Store, compute: Any, *args: Any, **words: Any) -> Any:

@@ -46,20 +46,22 @@ def read_campaign(path: Path, analyse: Analyse = analyse_anew) -> Campaign:
     return campaign.suspected(find_suspicions(campaign))
 
 
-def check_campaign(files: MeasuredFiles) -> Campaign:
+def check_campaign(files: MeasuredFiles, analyse: Analyse = analyse_anew) -> Campaign:
     """Read a campaign folder only as far as it tells whether it can be read, and what looks wrong in it.
 
     Parameters
     ----------
     files
         Folder with ``campaign.toml``, with those of its files that were read.
+    analyse
+        As in `read_campaign`.
 
     Raises
     ------
     CampaignError
         As `read_campaign`.
     """
-    campaign = check_folder(files)
+    campaign = check_folder(files, analyse)
     return campaign.suspected(find_suspicions(campaign))
 
 

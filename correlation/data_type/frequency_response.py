@@ -125,7 +125,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     if response.level is not None and test < 0:
         raise table.problem("level", "makes steady states of the response: name their test as well")
     table.finish()
-    return read_modes(response, sensors)
+    return read_modes(response, sensors, context.analyse)
 
 
 def _read_window(table: TomlTable) -> tuple[Window, float]:

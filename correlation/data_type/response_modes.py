@@ -4,12 +4,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
 
 from correlation.campaign.measurement import MeasuredSensor
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
+from correlation.data_type.registry import Analyse, analyse_anew
 from correlation.errors import CampaignError
 from correlation.modal.fit_modes import FEWEST_LINES, Modes, fit_modes
+from correlation.modal.window import Window
 from correlation.model import DERIVATIVE
 
 #: Modes that leave more than this share of the responses do not explain them [-].
@@ -20,7 +24,9 @@ VAGUE = 0.01
 LEAST_FREQUENCY, LEAST_DAMPING = 2e-4, 0.03
 
 
-def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> MeasuredResponse:
+def read_modes(
+    response: MeasuredResponse, sensors: Sequence[MeasuredSensor], analyse: Analyse = analyse_anew
+) -> MeasuredResponse:
     """The responses with their modes; without any, and with a suspicion, if none stands out.
 
     Parameters
@@ -29,6 +35,8 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
         Measured responses.
     sensors
         Sensors of its rows.
+    analyse
+        As in `DataContext`: the fit takes minutes where responses have thousands of lines.
     """
     told, there = response.told, np.isfinite(response.value).all(axis=0)
     incoherent, suspicions = int((there & ~told).sum()), response.suspicions
@@ -37,13 +45,13 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
         return replace(response, suspicions=(*suspicions, f"no mode was read: {low}: was the force too small there?"))
     if 2 * incoherent > there.sum():
         suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
-    try:
-        found = _fit(response, sensors)
-    except CampaignError as error:
-        why = _fits_conjugate(response, sensors) or str(error)
-        return replace(response, suspicions=(*suspicions, f"no mode was read: {why}"))
-    if float(np.median(found.residual)) > UNEXPLAINED and (why := _fits_conjugate(response, sensors)):
-        suspicions += (why,)
+    quantity = tuple(sensor.quantity for sensor in sensors)
+    found, doubt = analyse(
+        fit_or_doubt, response.frequency[told], response.value[:, told], quantity, response.decay, response.window
+    )
+    suspicions += (doubt,) if doubt else ()
+    if found is None:
+        return replace(response, suspicions=suspicions)
     # A shape needs two sensors, each in its own unit.
     has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
     modes = []
@@ -76,22 +84,39 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
     )
 
 
-def _fit(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> Modes:
-    told = response.told
-    quantity = [sensor.quantity for sensor in sensors]
-    return fit_modes(
-        response.frequency[told],
-        response.value[:, told],
-        quantity=quantity,
-        decay=response.decay,
-        window=response.window,
-    )
+def fit_or_doubt(
+    frequency: Float[NDArray[np.float64], " f"],
+    value: Complex[NDArray[np.complex128], "c f"],
+    quantity: tuple[str, ...],
+    decay: float,
+    window: Window,
+) -> tuple[Modes | None, str]:
+    """Modes of responses, and what speaks against them in words, empty for nothing.
 
-
-def _fits_conjugate(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> str:
-    """Evidence that the responses are of the other time factor: their conjugates are those of modes; else empty."""
+    Parameters
+    ----------
+    frequency, value, quantity, decay, window
+        As in `fit_modes`, shape (f,) and (c, f).
+    """
     try:
-        found = _fit(replace(response, value=response.value.conj()), sensors)
+        found = fit_modes(frequency, value, quantity=quantity, decay=decay, window=window)
+    except CampaignError as error:
+        why = _fits_conjugate(frequency, value, quantity, decay, window) or str(error)
+        return None, f"no mode was read: {why}"
+    unexplained = float(np.median(found.residual)) > UNEXPLAINED
+    return found, _fits_conjugate(frequency, value, quantity, decay, window) if unexplained else ""
+
+
+def _fits_conjugate(
+    frequency: Float[NDArray[np.float64], " f"],
+    value: Complex[NDArray[np.complex128], "c f"],
+    quantity: tuple[str, ...],
+    decay: float,
+    window: Window,
+) -> str:
+    """Evidence that responses are of the other time factor: their conjugates are those of modes; else empty."""
+    try:
+        found = fit_modes(frequency, value.conj(), quantity=quantity, decay=decay, window=window)
     except CampaignError:
         return ""
     if float(np.median(found.residual)) > UNEXPLAINED:

@@ -6,10 +6,12 @@ from numpy.typing import NDArray
 
 #: A step so many times as large as those beside it is none of a grid, however that is refined around a peak [-].
 GAP = 5.0
+#: Steps on either side that it is compared with: of readings in pairs, as of both sweeps, every other step is tiny [-].
+BESIDE = 2
 
 
 def find_gaps(frequency: Float[NDArray[np.float64], " f"]) -> Int[NDArray[np.int64], " g"]:
-    """Steps over a gap, from point i to point i + 1: far larger than both of their neighbours.
+    """Steps over a gap, from point i to point i + 1: far larger than those beside them.
 
     Parameters
     ----------
@@ -19,5 +21,7 @@ def find_gaps(frequency: Float[NDArray[np.float64], " f"]) -> Int[NDArray[np.int
     step = np.diff(frequency)
     if len(step) < 2:
         return np.zeros(0, dtype=np.int64)
-    beside = np.maximum(np.append(step[1:], 0.0), np.insert(step[:-1], 0, 0.0))
+    near = np.concatenate([np.zeros(BESIDE), step, np.zeros(BESIDE)])
+    away = [BESIDE + shift for shift in range(-BESIDE, BESIDE + 1) if shift]
+    beside = np.max([near[first : first + len(step)] for first in away], axis=0)
     return np.flatnonzero(step > GAP * beside)

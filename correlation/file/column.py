@@ -158,8 +158,7 @@ class MeasuredFile:
             There is none, or several differ only by their units; the message lists close names.
         """
         exact = [column for column in self.columns if column.name == name]
-        short = [column for column in self.columns if split_label(column.name)[0] == name]
-        matching = exact or short
+        matching = exact or [column for column in self.columns if split_label(column.name)[0] == name]
         if len(matching) == 1:
             return matching[0]
         names = [column.name for column in self.columns]

@@ -14,6 +14,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.feature.gap import find_gaps
+from correlation.noise.smoothness import estimate_curve_noise
 
 Frequencies = Float[NDArray[np.float64], " f"]
 
@@ -81,6 +82,24 @@ def find_curve_peaks(
             for top, (low, high) in zip(tops, pairwise(ends), strict=False)
         ]  # fmt: skip
     return tuple(found)
+
+
+def find_own_peaks(
+    frequency: Frequencies, value: Complex[NDArray[np.complex128], " f"] | Frequencies
+) -> tuple[CurvePeak, ...]:
+    """Peaks by rising frequency of a single curve, which shows its noise itself (`noise.smoothness`).
+
+    Parameters
+    ----------
+    frequency
+        Ascending, shape (f,) [Hz].
+    value
+        Complex amplitudes, or moduli, shape (f,).
+    """
+    parts = 2 if np.iscomplexobj(value) else 1
+    curve = np.asarray(value, dtype=np.complex128)
+    deviation, _ = estimate_curve_noise(frequency, curve, parts=parts)
+    return find_curve_peaks(frequency, curve[None], np.nan_to_num(deviation)[None])
 
 
 def _is_peak(size: Frequencies, noise: Frequencies, top: int) -> bool:

@@ -78,14 +78,37 @@ class ModalFit:
         return float(4 * np.log(np.maximum(self.noise, least)).sum() + count * np.log(2 * f * c))
 
 
-def columns(frequency: Frequencies, poles: Poles, power: int, duration: float | None = None) -> Matrix:
-    """Real columns of residues (real parts, imaginary parts) and residual terms, real rows above imaginary ones."""
-    s = 2j * np.pi * frequency[:, None]
-    first, second = (pole_response(s, each, power, duration)[0] for each in (poles, poles.conj()))
-    size = np.abs(poles.imag).mean() if len(poles) else 2 * np.pi * frequency.mean()
-    background = np.hstack([(size / np.abs(s)) ** 2, np.ones_like(s)]) / size * s**power
-    basis = np.hstack([first + second, 1j * (first - second), background, 1j * background])
-    return np.vstack([basis.real, basis.imag])
+class _Basis:
+    """What responses with given poles are made of; it depends on no weights.
+
+    Parameters
+    ----------
+    frequency, poles, duration
+        As in `fit_poles`.
+    powers
+        Powers that occur.
+    """
+
+    def __init__(self, frequency: Frequencies, poles: Poles, powers: set[int], duration: float | None) -> None:
+        self.poles, self.duration = poles, duration
+        self.columns: dict[int, Matrix] = {}
+        self.slopes: dict[int, tuple[Responses, Responses]] = {}
+        self._directions: dict[int, tuple[Matrix, Matrix]] = {}
+        s = 2j * np.pi * frequency[:, None]
+        size = np.abs(poles.imag).mean() if len(poles) else 2 * np.pi * frequency.mean()
+        for power in powers:
+            first, by_first = pole_response(s, poles, power, duration)
+            second, by_second = pole_response(s, poles.conj(), power, duration)
+            background = np.hstack([(size / np.abs(s)) ** 2, np.ones_like(s)]) / size * s**power
+            basis = np.hstack([first + second, 1j * (first - second), background, 1j * background])
+            self.columns[power] = np.vstack([basis.real, basis.imag])
+            self.slopes[power] = by_first, by_second
+
+    def directions(self, power: int) -> tuple[Matrix, Matrix]:
+        """Orthonormal directions of the columns, and the columns in them."""
+        if power not in self._directions:
+            self._directions[power] = np.linalg.qr(self.columns[power])
+        return self._directions[power]
 
 
 def fit_poles(
@@ -119,21 +142,22 @@ def fit_poles(
     else:
         weight = np.hstack([1 / deviation, 1 / deviation]).real
     damping = 1e-3
-    fit = _project(frequency, values, weight, poles, power, duration)
+    powers = set(power.tolist())
+    fit = _project(values, weight, _Basis(frequency, poles, powers, duration), power)
     for _ in range(ROUNDS):
         if deviation is None:
             # Noise differs between sensors: each counts by what it leaves.
             noise = np.maximum(fit.estimate_noise(), 1e-12 * np.abs(values).max())
             weight = np.hstack([1 / noise, 1 / noise])
-            fit = _project(frequency, values, weight, poles, power, duration)
-        normal, right, square = fit.normal, fit.right, fit.square
+            fit = _project(values, weight, fit.basis, power)
+        normal, right = fit.normal_equations()
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-300), right)
         m = len(poles)
         change = np.clip(step[:m] / -poles.real, -0.5, 0.5) * -poles.real
         turn = np.clip(step[m:] / -poles.real, -2, 2) * -poles.real
         trial_poles = poles + change + 1j * turn
-        trial = _project(frequency, values, weight, trial_poles, power, duration)
-        if trial.square < square:
+        trial = _project(values, weight, _Basis(frequency, trial_poles, powers, duration), power)
+        if trial.square < fit.square:
             poles, fit, damping = trial_poles, trial, max(damping / 10, 1e-12)
             if np.abs((change + 1j * turn) / poles.real).max() < ENOUGH:
                 break
@@ -141,55 +165,51 @@ def fit_poles(
             damping *= 10
             if damping > 1e6:
                 break
-    return fit.result(frequency, responses, deviation is not None)
+    return fit.result(deviation is not None)
 
 
 class _project:  # noqa: N801  # a step of the search, not a thing of the field
-    """Residues at given poles, and the normal equations of a step of the poles."""
+    """Residues at given poles, and what they leave."""
 
-    def __init__(
-        self,
-        frequency: Frequencies,
-        values: Matrix,
-        weight: Matrix,
-        poles: Poles,
-        power: Powers,
-        duration: float | None,
-    ) -> None:
-        self.poles, self.weight, self.duration = poles, weight, duration
-        m, f = len(poles), len(frequency)
-        s = 2j * np.pi * frequency[:, None]
-        powers = set(power.tolist())
-        by_pole = {
-            each: [pole_response(s, part, each, duration)[1] for part in (poles, poles.conj())] for each in powers
-        }
-        bases = {each: columns(frequency, poles, each, duration) for each in powers}
-        self.normal, self.right, self.square = np.zeros((2 * m, 2 * m)), np.zeros(2 * m), 0.0
-        self.amplitudes, self.inverses = [], []
+    def __init__(self, values: Matrix, weight: Matrix, basis: _Basis, power: Powers) -> None:
+        self.basis, self.weight, self.power = basis, weight, power.tolist()
+        m, f = len(basis.poles), values.shape[1] // 2
+        self.square = 0.0
+        self.amplitudes, self.directions, self.triangles = [], [], []
         self.fitted, self.left = np.empty_like(values), np.empty_like(values)
         self.freedom = max(2 * (f - m) - RESIDUAL_TERMS, 1)
         even = np.ptp(weight, axis=1) == 0
-        shared = {each: np.linalg.qr(basis) for each, basis in bases.items()}
         for row, (value, w) in enumerate(zip(values, weight, strict=True)):
-            basis, (q, r) = bases[int(power[row])], shared[int(power[row])]
-            first, second = by_pole[int(power[row])]
-            # Equal weights along a response leave the directions of its columns as they are.
-            q, r = np.linalg.qr(basis * w[:, None]) if not even[row] else (q, r * w[0])
+            columns = basis.columns[self.power[row]]
+            if even[row]:  # equal weights along a response leave the directions of its columns as they are
+                q, r = basis.directions(self.power[row])
+                r = r * w[0]
+            else:
+                q, r = np.linalg.qr(columns * w[:, None])
             amplitude = np.linalg.lstsq(r, q.T @ (value * w), rcond=None)[0]
-            self.fitted[row] = basis @ amplitude
+            self.fitted[row] = columns @ amplitude
             self.left[row] = value - self.fitted[row]
             left = self.left[row] * w
+            self.square += float(left @ left)
+            self.amplitudes.append(amplitude)
+            self.directions.append(q)
+            self.triangles.append(r)
+
+    def normal_equations(self) -> tuple[Matrix, Float[NDArray[np.float64], " p"]]:
+        """Those of a step of the poles, real parts first: matrix, shape (2 m, 2 m), and right side, shape (2 m,)."""
+        m = len(self.basis.poles)
+        normal, right = np.zeros((2 * m, 2 * m)), np.zeros(2 * m)
+        for row, (amplitude, q, w) in enumerate(zip(self.amplitudes, self.directions, self.weight, strict=True)):
+            first, second = self.basis.slopes[self.power[row]]
             residue = amplitude[:m] + 1j * amplitude[m : 2 * m]
             by_real = residue * first + residue.conj() * second
             by_imag = 1j * (residue * first - residue.conj() * second)
             slope = np.hstack([by_real, by_imag])
             slope = np.vstack([slope.real, slope.imag]) * w[:, None]
             slope -= q @ (q.T @ slope)
-            self.normal += slope.T @ slope
-            self.right += slope.T @ left
-            self.square += float(left @ left)
-            self.amplitudes.append(amplitude)
-            self.inverses.append(np.linalg.pinv(r))
+            normal += slope.T @ slope
+            right += slope.T @ (self.left[row] * w)
+        return normal, right
 
     def estimate_noise(self) -> Noise:
         """Standard deviation of real and imaginary part at each line, from what is left, shape (c, f)."""
@@ -202,19 +222,20 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
         size = np.sqrt(((self.left * self.weight) ** 2).sum(axis=1, keepdims=True) / self.freedom)
         return np.asarray(size / self.weight[:, : self.weight.shape[1] // 2])
 
-    def result(self, frequency: Frequencies, responses: Responses, known: bool) -> ModalFit:
+    def result(self, known: bool) -> ModalFit:
         """The fit with its covariance."""
-        m, f = len(self.poles), len(frequency)
+        m, f = len(self.basis.poles), self.left.shape[1] // 2
         # Noise that moves sensors or lines alike averages less.
-        scale = 1.0 if self.duration is None else LINES_ALIKE
+        scale = 1.0 if self.basis.duration is None else LINES_ALIKE
         scale *= _sensors_alike((self.left * self.weight)[:, :f] + 1j * (self.left * self.weight)[:, f:])
         if known:  # deviations that are too small for what is left are scaled up
-            scale *= max(self.square / (self.freedom * len(responses)), 1.0)
-        covariance = np.asarray(np.linalg.pinv(self.normal, hermitian=True) * scale, dtype=np.float64)
-        spread = np.array([np.sqrt(scale * (inverse**2).sum(axis=1)) for inverse in self.inverses])
+            scale *= max(self.square / (self.freedom * len(self.left)), 1.0)
+        normal, _ = self.normal_equations()
+        covariance = np.asarray(np.linalg.pinv(normal, hermitian=True) * scale, dtype=np.float64)
+        spread = np.array([np.sqrt(scale * (np.linalg.pinv(r) ** 2).sum(axis=1)) for r in self.triangles])
         residues = np.array([amplitude[:m] + 1j * amplitude[m : 2 * m] for amplitude in self.amplitudes])
         return ModalFit(
-            poles=self.poles,
+            poles=self.basis.poles,
             pole_covariance=covariance,
             residues=residues,
             residue_deviation=np.sqrt((spread[:, :m] ** 2 + spread[:, m : 2 * m] ** 2) / 2),

@@ -3,6 +3,9 @@
 Where a measured resonance is far from all those of the calibrated model, a support, a mass or a unit is wrong, and many
 effects could mend that resonance alone. The same holds where the model has a resonance in the band and the measurements
 have none. And where calibration parameters are beyond their priors, what is missing may be what moved them there.
+
+A band may hold several modes: every measured resonance counts, not the highest alone, and a predicted one is absent
+where none was measured between its own valleys.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,12 +17,15 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import name_configuration
 from correlation.feature.observation import Observation
+from correlation.metric.curve_peak import CurvePeak, find_curve_peaks, find_own_peaks
 from correlation.model import Model
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.calibration import Fit
 from fe.dense_modes import compute_dense_modes
 from reduction.jointed_system import JointedSystem
 from reduction.stuck import stick_at_rest
+
+Sizes = Float[NDArray[np.float64], " n"]
 
 #: Relative distance of a measured resonance from those of a model that is far, set on development seeds [-].
 MAX_RESONANCE_ERROR = 0.1
@@ -82,9 +88,11 @@ def find_absent_peak(observed: Observation, predicted: Complex[NDArray[np.comple
         if len(rows) < 3 or not np.isfinite(size).all():
             continue
         top, end = int(np.argmax(size)), int(np.argmax(curve))
+        frequency = observed.points.frequency[rows]
+        if _shows_peak(frequency, size, curve):
+            continue
         at_end = end in (0, len(curve) - 1) and curve[end] > MIN_PEAK_OVER_ENDS * curve[len(curve) - 1 - end]
         if at_end and size[top] > max(MIN_PEAK_OVER_ENDS * max(size[0], size[-1]), MIN_PEAK_OVER_MEASURED * curve[top]):
-            frequency = observed.points.frequency[rows]
             name = name_configuration(free)
             return AbsentPeak(name, float(frequency[top]), float(frequency[0]), float(frequency[-1]))
     return None
@@ -142,15 +150,33 @@ def describe_beyond_priors(beyond_priors: Sequence[str]) -> str:
 
 
 def _list_peaks(observed: Observation) -> Iterator[tuple[bool, float]]:
-    """Configuration and frequency of the highest peak of each curve [Hz]."""
+    """Configuration and frequency of the peaks of each curve [Hz]."""
     for free, rows, curve in _list_curves(observed):
-        if curve.max() > MIN_PEAK_OVER_ENDS * max(curve[0], curve[-1]):
-            yield free, float(observed.points.frequency[rows[np.argmax(curve)]])
+        for peak in _find_clear_peaks(observed.points.frequency[rows], curve):
+            yield free, peak.frequency
+
+
+def _find_clear_peaks(frequency: Sizes, curve: Sizes) -> list[CurvePeak]:
+    """Peaks that are far above their valleys, or above the ends of the band."""
+    clear = []
+    for peak in find_own_peaks(frequency, curve):
+        height, ends = peak.shape[0].real, np.interp([peak.low, peak.high], frequency, curve)
+        # A higher end is on the flank of another mode, with a deep valley before it.
+        if ((height > MIN_PEAK_OVER_ENDS * ends) | (height <= ends)).all():
+            clear.append(peak)
+    return clear
+
+
+def _shows_peak(frequency: Sizes, predicted: Sizes, measured: Sizes) -> bool:
+    """Whether there is a measured peak between the valleys of the highest predicted one."""
+    top = frequency[np.argmax(predicted)]
+    own = [peak for peak in find_curve_peaks(frequency, predicted[None].astype(complex)) if peak.frequency == top]
+    return any(one.low < peak.frequency < one.high for one in own for peak in _find_clear_peaks(frequency, measured))
 
 
 def _list_curves(
     observed: Observation,
-) -> Iterator[tuple[bool, NDArray[np.int64], Float[NDArray[np.float64], " n"]]]:
+) -> Iterator[tuple[bool, NDArray[np.int64], Sizes]]:
     """Of each configuration the rows of the sensor that moves most at the lowest level, and its size per force."""
     points = observed.points
     size = _per_force(observed, observed.value)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from functools import cache
 
 from correlation.file.column import Column
 from correlation.file.unit_label import amplitude_in_words, amplitude_of_unit, find_suffix, find_unit
@@ -24,10 +25,15 @@ def said_amplitude(judged: JudgedTable, column: Column) -> str:
     by_label = next((said for text in in_units if (said := amplitude_of_unit(text))), "") or amplitude_in_words(label)
     if by_label:
         return by_label
-    texts = [f"{key}: {text}" for key, text in {**judged.table.file.facts, **column.facts}.items()]
-    telling = [text for text in texts if OF_AMPLITUDES.search(text) and not AVERAGED.search(text)]
-    found = {word for text in telling if (word := amplitude_in_words(text))}
+    facts = {**judged.table.file.facts, **column.facts}
+    found = {word for key, text in facts.items() if (word := _said_in_text(f"{key}: {text}"))}
     return found.pop() if len(found) == 1 else ""
+
+
+@cache  # a file may have thousands of texts, which stand beside each of its columns
+def _said_in_text(text: str) -> str:
+    """What amplitudes are by a text that speaks of them; empty if it says none."""
+    return amplitude_in_words(text) if OF_AMPLITUDES.search(text) and not AVERAGED.search(text) else ""
 
 
 def draft_amplitude(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST
+from correlation.data_type.registry import Analyse, analyse_anew
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
@@ -211,7 +212,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     return draft
 
 
-def write_manifest(measured: FolderFiles, draft: Draft) -> NewCampaign:
+def write_manifest(measured: FolderFiles, draft: Draft, analyse: Analyse = analyse_anew) -> NewCampaign:
     """Write a draft, without entries that `read_campaign` refuses.
 
     Parameters
@@ -220,6 +221,8 @@ def write_manifest(measured: FolderFiles, draft: Draft) -> NewCampaign:
         Files of the campaign.
     draft
         Draft, which loses these entries.
+    analyse
+        As in `read_campaign`.
 
     Raises
     ------
@@ -228,7 +231,7 @@ def write_manifest(measured: FolderFiles, draft: Draft) -> NewCampaign:
     """
     path, whole = measured.folder / MANIFEST, draft.text()
     try:
-        suspicions = keep_readable(draft, measured.folder, measured.files)
+        suspicions = keep_readable(draft, measured.folder, measured.files, analyse)
     except CampaignError as error:
         path.write_text(whole, encoding="utf-8")
         raise CampaignError(f'{error}; the draft with all entries is in "{path}", to be mended there') from None

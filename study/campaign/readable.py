@@ -4,15 +4,17 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.read_campaign import check_campaign
+from correlation.data_type.registry import Analyse, analyse_anew
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
+from pipeline.fingerprint import key
 from study.alike import merge_alike
 from study.campaign.draft import Draft, entry_name, plain
 
@@ -33,7 +35,9 @@ def nothing_left(draft: Draft, folder: Path) -> CampaignError:
     return CampaignError(f'nothing in "{folder}" can be compared with a model ({listed}); give measured files')
 
 
-def keep_readable(draft: Draft, folder: Path, measured: Mapping[str, MeasuredFile]) -> list[str]:
+def keep_readable(
+    draft: Draft, folder: Path, measured: Mapping[str, MeasuredFile], analyse: Analyse = analyse_anew
+) -> list[str]:
     """Leave out entries that `read_campaign` refuses, one after the other.
 
     Parameters
@@ -44,6 +48,8 @@ def keep_readable(draft: Draft, folder: Path, measured: Mapping[str, MeasuredFil
         Folder of the campaign.
     measured
         Its files by their names.
+    analyse
+        As in `read_campaign`. Data that are tried again, without other entries, are not analysed again.
 
     Returns
     -------
@@ -54,6 +60,7 @@ def keep_readable(draft: Draft, folder: Path, measured: Mapping[str, MeasuredFil
     CampaignError
         Nothing is left.
     """
+    analyse = _analyse_once(analyse)
     files = [path for path in folder.iterdir() if path.is_file() and path.name != MANIFEST]
     # Within the folder, so that files have second names there: a campaign reads no file outside its own folder.
     with tempfile.TemporaryDirectory(dir=folder, prefix=".") as trial:
@@ -63,12 +70,25 @@ def keep_readable(draft: Draft, folder: Path, measured: Mapping[str, MeasuredFil
             (Path(trial) / MANIFEST).write_text(draft.text(), encoding="utf-8")
             try:
                 files_again = MeasuredFiles(folder=Path(trial), known=dict(measured))
-                return [str(suspicion) for suspicion in check_campaign(files_again).suspicions]
+                return [str(suspicion) for suspicion in check_campaign(files_again, analyse).suspicions]
             except CampaignError as error:
                 if not _leave_out(draft, str(error)):
                     raise CampaignError(f"the draft cannot be read: {error}") from None
             if draft.is_empty:
                 raise nothing_left(draft, folder)
+
+
+def _analyse_once(analyse: Analyse) -> Analyse:
+    """The same, which remembers its results."""
+    known: dict[str, Any] = {}
+
+    def analyse_or_remember(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
+        which = key(compute.__qualname__, {"args": args, "words": words}, compute.__module__)
+        if which not in known:
+            known[which] = analyse(compute, *args, **words)
+        return known[which]
+
+    return analyse_or_remember
 
 
 def _name_again(file: Path, name: Path) -> None:

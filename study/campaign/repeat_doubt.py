@@ -1,12 +1,19 @@
-"""Runs that were taken for repeats and are not alike: their resonances are further apart than their peaks are wide."""
+"""Runs that were taken for repeats and are not alike: their resonances are further apart than their peaks are wide.
 
-from collections.abc import Iterator
+With several modes in the band, which of them is the highest changes from run to run. The peaks of two runs are
+therefore paired mode by mode, and the highest of each is compared with its partner.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.metric.curve_peak import CurvePeak, find_own_peaks
+from correlation.metric.mode_pairing import pair_modes
 from study.campaign.column_role import Role
 from study.campaign.draft import Draft, Run
 from study.campaign.draft_frequency import complex_force, complex_response, harmonic_of_rows, responses_with_phases
@@ -33,11 +40,11 @@ def doubt_repeats(draft: Draft) -> Iterator[str]:
             key = (run["test"], f"{run_level(run):.3g}", run_direction(run), harmonic, *sorted(run["columns"]))
             groups.setdefault(key, []).append(run)
     for (test, level, *_), runs in groups.items():
-        peaks = [(run, peak) for run in runs if (peak := _peak(run)) is not None]
+        curves = [(run, curve) for run in runs if (curve := read_peaks(*_response(run)))]
         apart = [
-            (abs(one[0] / other[0] - 1), a, b)
-            for (a, one), (b, other) in combinations(peaks, 2)
-            if abs(one[0] - other[0]) > max(one[1], other[1])
+            (share, a, b)
+            for (a, one), (b, other) in combinations(curves, 2)
+            if (share := compare_peaks(one, other)) is not None
         ]
         if apart:
             share, a, b = max(apart, key=lambda item: item[0])
@@ -48,8 +55,8 @@ def doubt_repeats(draft: Draft) -> Iterator[str]:
             )
 
 
-def _peak(run: Run) -> tuple[float, float] | None:
-    """Frequency and half-power width of the largest peak of the first response to the force; None without one."""
+def _response(run: Run) -> tuple[Series, Series]:
+    """Frequencies and sizes of the first response to the force."""
     judged = run.judged
     mask = judged.mask(run.get("rows", {}))
     column, partner = responses_with_phases(judged)[0]
@@ -57,29 +64,67 @@ def _peak(run: Run) -> tuple[float, float] | None:
     size = np.abs(column.values if values is None else values)[mask]
     if force is not None and (np.abs(force[mask]) > 0).all():
         size = size / np.abs(force[mask])
-    return peak_and_width(np.asarray(judged.of_role(Role.FREQUENCY)[0].values.real[mask]), size)
+    return np.asarray(judged.of_role(Role.FREQUENCY)[0].values.real[mask]), size
 
 
-def peak_and_width(frequency: Series, size: Series) -> tuple[float, float] | None:
-    """Frequency of the largest of some values, and the distance of the values on either side that fall to 1/sqrt(2).
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WidePeak:
+    """A peak and the distance of the values on either side of it that fall to 1/sqrt(2) [Hz]."""
+
+    peak: CurvePeak
+    width: float
+
+
+def read_peaks(frequency: Series, size: Series) -> tuple[WidePeak, ...]:
+    """Peaks of a response, the highest first.
 
     Parameters
     ----------
     frequency, size
-        Frequencies in any order and sizes of a response, shape (n,) each.
+        Frequencies in any order and sizes of the response, shape (n,) each. Of several at one frequency the largest
+        counts.
 
     Returns
     -------
-    Both in the unit of the frequency; None where the peak is not within the frequencies.
+    Those that fall to half of their power on either side, before another one; none if the highest one does not, such as
+    a response that is largest at an end of the band.
     """
     there = np.isfinite(frequency) & np.isfinite(size)
-    order = np.argsort(frequency[there], kind="stable")
-    frequency, size = frequency[there][order], size[there][order]
-    if not len(size):
-        return None
-    peak = int(np.argmax(size))
-    low = np.flatnonzero(size[:peak] < size[peak] / np.sqrt(2))
-    high = np.flatnonzero(size[peak:] < size[peak] / np.sqrt(2))
-    if not len(low) or not len(high):
-        return None
-    return float(frequency[peak]), float(frequency[peak + high[0]] - frequency[low[-1]])
+    lines, place = np.unique(frequency[there], return_inverse=True)
+    curve = np.zeros(len(lines))
+    np.maximum.at(curve, place, size[there])
+    found = [wide for peak in find_own_peaks(lines, curve) if (wide := _measure_width(peak, lines, curve)) is not None]
+    found.sort(key=lambda wide: -float(wide.peak.shape[0].real))
+    return tuple(found) if found and found[0].peak.shape[0].real == curve.max() else ()
+
+
+def _measure_width(peak: CurvePeak, frequency: Series, size: Series) -> WidePeak | None:
+    """A peak with its width; None if it does not fall to half of its power on one side."""
+    half = size < peak.shape[0].real / np.sqrt(2)
+    low = frequency[half & (frequency >= peak.low) & (frequency < peak.frequency)]
+    high = frequency[half & (frequency <= peak.high) & (frequency > peak.frequency)]
+    return WidePeak(peak=peak, width=float(high[0] - low[-1])) if len(low) and len(high) else None
+
+
+def compare_peaks(one: Sequence[WidePeak], other: Sequence[WidePeak]) -> float | None:
+    """How far apart the highest peaks of two responses are from those of their modes in the other, relative [-].
+
+    Parameters
+    ----------
+    one, other
+        Peaks, the highest first.
+
+    Returns
+    -------
+    None if no two of a mode are further apart than the wider of them is wide. A peak whose mode the other response does
+    not show is as far from it as from its highest peak.
+    """
+    pairs = pair_modes([{0: each.peak} for each in one], [{0: each.peak} for each in other])
+    back = {theirs: own for own, theirs in pairs.items()}
+    compared = [(one[0], other[pairs.get(0, 0)]), (one[back.get(0, 0)], other[0])]
+    apart = [
+        abs(a.peak.frequency / b.peak.frequency - 1)
+        for a, b in compared
+        if abs(a.peak.frequency - b.peak.frequency) > max(a.width, b.width)
+    ]
+    return max(apart, default=None)

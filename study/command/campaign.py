@@ -36,6 +36,7 @@ def new(
     from geometry.errors import InputError
     from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
     from study.campaign.question import Assumptions, Terminal
+    from study.measured_campaign import keep_analyses
 
     if not (yes or sys.stdin.isatty()):
         raise InputError(
@@ -46,7 +47,7 @@ def new(
         measured = read_folder(folder, overwrite=force, report=report)
     draft = draft_campaign(measured, Assumptions() if yes else Terminal())
     with run.progress.step("try the manifest"):
-        drafted = write_manifest(measured, draft)
+        drafted = write_manifest(measured, draft, keep_analyses(run.store))
     return Answer(document=make_document(drafted), text=format_report(drafted))
 
 

@@ -4,15 +4,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, same_level
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.ring_down import FreeDecay
-from correlation.errors import CampaignError
-from correlation.modal.backbone import fit_peak
+from correlation.metric.mode_pairing import pair_modes
 from correlation.model import Model
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
@@ -21,6 +20,7 @@ from fe.dense_modes import compute_dense_modes
 from reduction.jointed_system import modal_damping
 from reduction.stuck import stick_at_rest
 from study.estimate.first_estimate import FirstEstimate
+from study.estimate.level_modes import LevelMode, read_level_modes
 
 SLIPS = "the lowest level may already slip a little: the damping includes friction then, and is an upper bound"
 STEADY = "the damping does not grow with the amplitude: friction is no part of it"
@@ -59,6 +59,8 @@ class Resonance:
         What it was read from.
     is_steady
         Whether the damping is the same at larger amplitudes, so that friction is no part of it.
+    is_largest
+        Whether no other resonance of the same stepped sines is larger.
     """
 
     free: bool
@@ -68,6 +70,7 @@ class Resonance:
     damping_deviation: float
     source: str
     is_steady: bool = False
+    is_largest: bool = True
 
 
 def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
@@ -114,56 +117,29 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
             continue
         level = float(table.level[own].min())
         at_lowest = same_level(table.level, level)
-        lowest = _peak(campaign, own & at_lowest)
-        if lowest is None:
-            continue
-        higher, next_one = own & ~at_lowest, None
+        modes, higher, above = read_level_modes(campaign, own & at_lowest), own & ~at_lowest, list[LevelMode]()
         if higher.any():
-            next_one = _peak(campaign, own & same_level(table.level, float(table.level[higher].min())))
-        frequency, frequency_deviation, damping, damping_deviation = lowest
-        yield Resonance(
-            free=test.configuration == "free",
-            frequency=frequency,
-            frequency_deviation=frequency_deviation,
-            damping=damping,
-            damping_deviation=damping_deviation,
-            source=f'test "{test.name}" at {level:.4g} {campaign.drive.unit}',
-            is_steady=next_one is not None and _are_equal(damping, damping_deviation, next_one[2], next_one[3]),
-        )
+            above = read_level_modes(campaign, own & same_level(table.level, float(table.level[higher].min())))
+        partners = pair_modes([{0: mode.peak} for mode in modes], [{0: mode.peak} for mode in above])
+        for number, mode in enumerate(modes):
+            partner = above[partners[number]] if number in partners else None
+            yield Resonance(
+                free=test.configuration == "free",
+                frequency=mode.frequency,
+                frequency_deviation=mode.frequency_deviation,
+                damping=mode.damping,
+                damping_deviation=mode.damping_deviation,
+                source=f'test "{test.name}" at {level:.4g} {campaign.drive.unit}'
+                + (f" near {mode.frequency:.4g} Hz" if len(modes) > 1 else ""),
+                is_steady=partner is not None
+                and _are_equal(mode.damping, mode.damping_deviation, partner.damping, partner.damping_deviation),
+                is_largest=mode.size == max(each.size for each in modes),
+            )
 
 
 def _are_equal(one: float, deviation: float, other: float, other_deviation: float) -> bool:
     """Whether two damping ratios differ by no more than their scatter and what a test is read to."""
     return abs(other - one) <= TWO_SIDED_95 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
-
-
-def _peak(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> tuple[float, float, float, float] | None:
-    """Frequency [Hz] and damping [-] of some rows' highest peak, each with its deviation; None without a peak."""
-    table, by_sensor = campaign.measurement, []
-    for sensor in np.unique(table.sensor[own]):
-        measured, found = campaign.sensors[sensor], list[tuple[float, ...]]()
-        if measured.line is not None:
-            continue
-        for repeat in np.unique(table.repeat[own]):
-            rows = np.flatnonzero(own & (table.sensor == sensor) & (table.repeat == repeat))
-            frequency, place = np.unique(table.frequency[rows], return_inverse=True)
-            amplitude = np.bincount(place, np.abs(table.value[rows]) / table.force[rows]) / np.bincount(place)
-            try:
-                found.append(fit_peak(frequency, amplitude, None, measured.quantity))
-            except CampaignError:
-                continue
-        by_sensor += [np.array(found)] if found else []
-    if not by_sensor:
-        return None
-    # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.
-    peaks = min(by_sensor, key=lambda table: float(np.nan_to_num(np.median(table[:, 3]), nan=np.inf)))
-    count = np.sqrt(len(peaks))
-    return (
-        float(peaks[:, 2].mean()),
-        float(np.fmax(peaks[:, 2].std() / count, np.median(peaks[:, 3]))),
-        float(np.median(peaks[:, 4])),
-        float(np.fmax(peaks[:, 4].std() / count, np.median(peaks[:, 5]))),
-    )
 
 
 def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstimate]:

@@ -101,7 +101,8 @@ def calibrate_linear(plan: Plan, model: PaperModel, mu: float, run: RunContext) 
     ComputationFailed
         The campaign has no resonance of the lowest level.
     """
-    peaks = {item.free: item for item in find_resonances(model.campaign)}
+    # The paper's resonance is the largest one in its band.
+    peaks = {item.free: item for item in find_resonances(model.campaign) if item.is_largest}
     if False not in peaks:
         raise ComputationFailed(
             "there is no resonance in the tests of the lowest level with dampers: the linear calibration needs it; "

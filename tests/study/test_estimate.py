@@ -10,7 +10,7 @@ from correlation.campaign.read_campaign import read_campaign
 from study.case.setup import read_case
 from study.cli import main
 from study.diagnose.add import undo
-from study.estimate.resonance import Resonance, estimate_stiffness, find_partners
+from study.estimate.resonance import Resonance, estimate_stiffness, find_partners, find_resonances
 
 STIFFNESS, DAMPING = 4e5, 0.004
 KT, MU, PRELOAD = 2e5, 0.4, 20.0
@@ -293,6 +293,46 @@ def test_a_resonance_that_the_model_lacks_hides_no_other(
     estimates: list[dict[str, object]] = run(folder, capfdbinary)["estimates"]  # type: ignore[assignment]
     found = [item for item in estimates if item["parameter"] == "kt" and "beside" in str(item["source"])]
     assert [item["factor"] for item in found] == pytest.approx([MORE_KT], rel=0.01)
+
+
+def test_modes_of_stepped_sines_are_told_apart_whichever_is_higher_in_a_repeat_or_at_a_level(folder: Path) -> None:
+    natural, ratio = (100.0, 125.0), 0.01
+    lines = np.linspace(90.0, 135.0, 91)
+    manifest = SINE.partition("[[run]]")[0]
+    for number, (level, heights) in enumerate([(1, (1.0, 0.8)), (1, (0.8, 1.0)), (3, (0.7, 1.0)), (3, (0.9, 1.0))]):
+        parts = [
+            height * 2 * ratio / (1 - (lines / own) ** 2 + 2j * ratio * lines / own)
+            for own, height in zip(natural, heights, strict=True)
+        ]
+        value = 1e-6 * level * np.sum(parts, axis=0)
+        rows = [f"{f:.9g},{abs(x):.9g},{np.angle(x):.9g}" for f, x in zip(lines, value, strict=True)]
+        (folder / "tests" / f"sine{number}.csv").write_text("\n".join(["f,x,angle", *rows]), encoding="utf-8")
+        entry = SINE.partition("[[run]]")[2].replace("level = 1", f"level = {level}\nrepeat = {1 + number % 2}")
+        manifest += "[[run]]" + entry.replace("sine.csv", f"sine{number}.csv")
+    text = MANIFEST.partition("[[loop]]")[0] + manifest
+    (folder / "tests" / "campaign.toml").write_text(text, encoding="utf-8")
+    found = list(find_resonances(read_campaign(folder / "tests")))
+    # The flank of the other mode is 6 % of a peak, and shifts it by about as much of its width, which is 2 Hz.
+    assert [item.frequency for item in found] == pytest.approx(natural, abs=0.15)
+    assert [item.damping for item in found] == pytest.approx([ratio, ratio], rel=0.06)
+    assert all(item.frequency_deviation < 0.15 for item in found)
+    assert all(item.is_steady for item in found)
+    assert [item.is_largest for item in found] == [True, False]
+    assert len({item.source for item in found}) == 2
+
+
+def test_a_repeat_of_one_point_beside_a_resonance_does_not_hide_it(folder: Path) -> None:
+    lines = np.linspace(90.0, 110.0, 41)
+    manifest = SINE.partition("[[run]]")[0]
+    for number, frequency in enumerate((lines, lines[:1]), start=1):
+        value = 1e-6 / (1 - (frequency / 100.0) ** 2 + 0.02j * frequency / 100.0)
+        rows = [f"{f:.9g},{abs(x):.9g},{np.angle(x):.9g}" for f, x in zip(frequency, value, strict=True)]
+        (folder / "tests" / f"sine{number}.csv").write_text("\n".join(["f,x,angle", *rows]), encoding="utf-8")
+        manifest += SINE[SINE.index("[[run]]") :].replace('"sine.csv"', f'"sine{number}.csv"\nrepeat = {number}')
+    text = MANIFEST.partition("[[loop]]")[0] + manifest
+    (folder / "tests" / "campaign.toml").write_text(text, encoding="utf-8")
+    (found,) = find_resonances(read_campaign(folder / "tests"))
+    assert found.frequency == pytest.approx(100.0, rel=1e-6)  # nine digits in the file
 
 
 def test_an_estimate_needs_no_repeats(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:

@@ -44,15 +44,17 @@ def read_folder(folder: Path, analyse: Analyse = analyse_anew) -> Campaign:
     return _read(MeasuredFiles(folder=folder), lambda kind: kind.read, analyse)
 
 
-def check_folder(files: MeasuredFiles) -> Campaign:
-    """The same without the analyses of data that take long.
+def check_folder(files: MeasuredFiles, analyse: Analyse = analyse_anew) -> Campaign:
+    """The same without the analyses of data that take long and tell nothing of whether the data can be read.
 
     Parameters
     ----------
     files
         Folder, with those of its files that were read.
+    analyse
+        As in `DataContext`.
     """
-    return _read(files, lambda kind: kind.check or kind.read, analyse_anew)
+    return _read(files, lambda kind: kind.check or kind.read, analyse)
 
 
 def _read(

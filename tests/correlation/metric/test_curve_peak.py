@@ -50,6 +50,13 @@ def test_a_band_that_begins_above_a_resonance_has_no_peak_although_another_band_
     assert found.high == 32.0
 
 
+def test_readings_in_pairs_of_both_sweeps_are_one_band() -> None:
+    pairs = np.sort(np.concatenate([GRID, GRID + 1e-3]))
+    (found,) = find_curve_peaks(pairs, modes(pairs, 40.0))
+    assert found.frequency == pytest.approx(40.0, abs=0.13)
+    assert (found.low, found.high) == (pairs[0], pairs[-1])
+
+
 def test_a_gap_is_a_step_unlike_those_on_either_side() -> None:
     refined = np.concatenate([np.arange(20, 28, 1.0), np.arange(28, 32, 0.05), np.arange(32, 40, 1.0)])
     assert not len(find_gaps(refined))

@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from jaxtyping import Complex
+from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
+from correlation.prediction import Points
 from diagnosis.decision.closeness import (
     CHANCE_BEYOND_PRIORS,
     MAX_RESONANCE_ERROR,
@@ -22,7 +25,9 @@ from diagnosis.effect.shift import Shift
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
+from fe.dense_modes import compute_dense_modes
 from reduction.joint_law.friction_contact import friction_contacts
+from reduction.stuck import stick_at_rest
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +91,49 @@ def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -
     assert find_absent_peak(observed, observed.value) is None
     assert find_absent_peak(observed, peak) is None
     assert find_absent_peak(beyond, 1e-6 * peak) is None
+
+
+#: Lines of a band with two modes [Hz].
+BAND = np.linspace(20.0, 60.0, 401)
+
+
+def respond(*modes: tuple[float, float]) -> Complex[NDArray[np.complex128], " f"]:
+    """Response of modes with natural frequencies [Hz], so high each, over the band."""
+    parts = [height * 0.02 / (1 - (BAND / own) ** 2 + 0.02j * BAND / own) for own, height in modes]
+    return np.asarray(np.sum(parts, axis=0))
+
+
+def observe(value: Complex[NDArray[np.complex128], " f"]) -> Observation:
+    """One repeat of the tip at one level over the band, as far as the response goes."""
+    one = np.ones(len(value), dtype=np.int64)
+    points = Points(
+        free=one == 0, level=1.0 * one, frequency=BAND[: len(value)], sensor=np.full(len(value), "tip"), harmonic=one,
+        sweep=0 * one, force=1.0 * one,
+    )  # fmt: skip
+    return Observation(points=points, repeat=value[:, None], motion=one > 0, taken=(one > 0)[:, None])
+
+
+@pytest.mark.parametrize("heights", [(1.0, 0.5), (0.5, 1.0)])
+def test_each_of_two_modes_is_compared_whichever_is_higher(small: Model, heights: tuple[float, float]) -> None:
+    second = compute_dense_modes(small.system.mass, small.system.stiffness).frequency[1]
+    stuck = stick_at_rest(small.system.stiffness, small.system.joints)
+    own = compute_dense_modes(small.system.mass, stuck).frequency[0]
+    lacking = float(np.sqrt(own * second))
+    assert lacking / own > 1 + 2 * MAX_RESONANCE_ERROR
+    far = find_far_resonance(observe(respond((own, heights[0]), (lacking, heights[1]))), small)
+    assert far is not None
+    assert far.measured == pytest.approx(lacking, abs=0.1)  # a step of the frequencies
+    assert find_far_resonance(observe(respond((own, heights[0]), (second, heights[1]))), small) is None
+
+
+def test_a_resonance_that_was_measured_below_a_higher_flank_is_not_absent() -> None:
+    # The band ends on the flank of the second mode, above the peak of the first.
+    measured = respond((30.0, 0.1), (58.0, 1.0))[: np.searchsorted(BAND, 57.0)]
+    assert np.argmax(np.abs(measured)) == len(measured) - 1
+    predicted = respond((30.0, 1.0))[: len(measured)]
+    assert find_absent_peak(observe(measured), predicted) is None
+    # Without the first mode it is.
+    assert find_absent_peak(observe(respond((58.0, 1.0))[: len(measured)]), predicted) is not None
 
 
 def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(small: Model) -> None:

@@ -4,6 +4,7 @@ import os
 import shutil
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +16,11 @@ from correlation.campaign.read_campaign import check_campaign, read_campaign
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, Point
 from correlation.file.uff.write_uff import write_uff
+from correlation.modal.fit_modes import Modes, fit_modes
+from pipeline.store import Store
 from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
 from study.campaign.question import Assumptions, Marked, Question
+from study.measured_campaign import keep_analyses
 from tests.study.campaign.drafted_folder import FREQUENCY, ONES, drafted, receptance, write_csv
 
 DATA = os.environ.get("STICKSLIP_DATA", "")
@@ -260,6 +264,51 @@ def test_a_draft_reads_each_file_once_and_fits_no_decay(tmp_path: Path, monkeypa
     write_csv(tmp_path / "released.csv", "time [s],acc tip [m/s^2]", time, noise)
     with pytest.raises(CampaignError, match="nothing oscillates"):
         check_campaign(MeasuredFiles(folder=tmp_path, known=dict(read_folder(tmp_path, overwrite=True).files)))
+
+
+@pytest.fixture
+def fits(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Arguments of the fits of modes that are made."""
+    made: list[Any] = []
+
+    def fit(*args: Any, **words: Any) -> Modes:
+        made.append(args)
+        return fit_modes(*args, **words)
+
+    monkeypatch.setattr("correlation.data_type.response_modes.fit_modes", fit)
+    return made
+
+
+def write_response(folder: Path) -> None:
+    h = receptance(FREQUENCY)
+    write_csv(folder / "frf.csv", "f [Hz],a re [m/N],a im [m/N]", FREQUENCY, h.real, h.imag)
+
+
+def test_a_draft_that_is_tried_again_without_an_entry_fits_modes_once(tmp_path: Path, fits: list[Any]) -> None:
+    write_response(tmp_path)
+    time = np.arange(2000) / 2000
+    decay = np.exp(-6 * time) * np.cos(2 * np.pi * 60 * time)
+    # An impulse response has no unit of a motion.
+    write_csv(tmp_path / "released.csv", "time [s],acc tip [g_n/N]", time, decay)
+    draft = draft_campaign(measured := read_folder(tmp_path), Assumptions())
+    assert len(draft.entries["ring_down"]) == 1
+    write_manifest(measured, draft)
+    assert not draft.entries["ring_down"]
+    assert len(fits) == 1
+
+
+def test_modes_that_a_draft_fitted_are_there_for_all_later_commands(tmp_path: Path, fits: list[Any]) -> None:
+    folder = tmp_path / "measured"
+    folder.mkdir()
+    write_response(folder)
+    analyse = keep_analyses(Store(tmp_path / "store"))
+    write_manifest(measured := read_folder(folder), draft_campaign(measured, Assumptions()), analyse)
+    (response,) = read_campaign(folder, analyse).data
+    assert len(fits) == 1
+    (anew,) = read_campaign(folder).data
+    assert len(fits) == 2
+    assert [mode.frequency for mode in anew.modes] == [mode.frequency for mode in response.modes]
+    np.testing.assert_array_equal(anew.fit.stabilisation.pole, response.fit.stabilisation.pole)
 
 
 def test_an_array_of_responses_has_a_sensor_per_output_and_one_input(tmp_path: Path) -> None:

@@ -3,12 +3,11 @@
 import re
 import unicodedata
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from study.campaign.repeat_doubt import peak_and_width
+from study.campaign.repeat_doubt import compare_peaks, read_peaks
 from study.campaign.run_name import condition_words, levels_in_name
 from tests.study.campaign.drafted_folder import FREQUENCY, drafted, receptance, write_csv
 
@@ -130,6 +129,31 @@ def test_the_level_is_the_one_that_a_word_calls_so() -> None:
 
 def test_the_width_of_a_peak_is_that_of_half_power() -> None:
     frequency = np.linspace(90, 110, 2001)
-    found: Any = peak_and_width(frequency[::-1], np.abs(receptance(frequency, 100.0, 0.01))[::-1])
-    np.testing.assert_allclose(found, [100.0, 2.0], atol=0.03)
-    assert peak_and_width(frequency, frequency) is None
+    (found,) = read_peaks(frequency[::-1], np.abs(receptance(frequency, 100.0, 0.01))[::-1])
+    # Three steps: the peak and both ends lie on points.
+    np.testing.assert_allclose([found.peak.frequency, found.width], [100.0, 2.0], atol=0.03)
+    assert read_peaks(frequency, frequency) == ()
+
+
+@pytest.mark.parametrize(("moved", "suspected"), [(1.0, None), (1.04, 0.04)])
+def test_repeats_that_differ_in_which_of_two_modes_is_the_highest_are_alike(
+    tmp_path: Path, moved: float, suspected: float | None
+) -> None:
+    sizes = {}
+    for name, share, factor in (("rep1_3N", 0.8, 1.0), ("rep2_3N", 1.6, moved)):
+        values = receptance(FREQUENCY, 94.0 * factor, 0.005) + share * receptance(FREQUENCY, 104.0 * factor, 0.005)
+        sizes[name] = 1e6 * np.abs(values)
+        columns = [FREQUENCY, 3 + 0 * FREQUENCY, 3 * sizes[name], np.degrees(np.angle(values))]
+        write_csv(tmp_path / f"{name}.csv", HEADER, *columns)
+    first, second = (read_peaks(FREQUENCY, size) for size in sizes.values())
+    assert first[0].peak.frequency < 98 < second[0].peak.frequency  # each has another mode as its highest
+    # Half a step of the frequencies for either peak.
+    assert compare_peaks(first, second) == (None if suspected is None else pytest.approx(suspected, abs=0.006))
+    campaign, _ = drafted(tmp_path)
+    assert any("apart" in sentence for sentence in campaign.suspicions) == bool(suspected)
+
+
+def test_a_mode_that_one_response_alone_shows_is_no_partner_of_an_octave_higher_one() -> None:
+    frequency = np.linspace(10, 300, 2901)
+    low, high = (read_peaks(frequency, np.abs(receptance(frequency, natural))) for natural in (100.0, 250.0))
+    assert compare_peaks(low, high) == pytest.approx(0.6, abs=0.002)  # steps of 0.1 Hz

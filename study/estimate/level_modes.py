@@ -1,0 +1,135 @@
+"""Modes that stepped sines of one level show: frequency and damping of each, over its repeats.
+
+Which of several modes is the highest may change from repeat to repeat and from level to level. The peaks of a repeat,
+of all its sensors together, are therefore tracked over the repeats before anything is averaged.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign
+from correlation.errors import CampaignError
+from correlation.metric.curve_peak import CurvePeak, find_curve_peaks
+from correlation.metric.mode_pairing import Mode, track_modes
+from correlation.modal.backbone import fit_peak
+from correlation.noise.smoothness import estimate_curve_noise
+
+Series = Float[NDArray[np.float64], " f"]
+#: Frequencies, rising, and moduli over the force of each sensor by its number.
+Curves = Mapping[int, tuple[Series, Series]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelMode:
+    """A mode at one level.
+
+    Parameters
+    ----------
+    frequency, frequency_deviation
+        [Hz].
+    damping, damping_deviation
+        [-]; NaN where unknown.
+    peak
+        That of the first repeat that shows it.
+    """
+
+    frequency: float
+    frequency_deviation: float
+    damping: float
+    damping_deviation: float
+    peak: CurvePeak
+
+    @property
+    def size(self) -> float:
+        """Response at the peak, all sensors together [largest of each sensor]."""
+        return float(np.linalg.norm(np.nan_to_num(self.peak.shape)))
+
+
+def read_level_modes(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> list[LevelMode]:
+    """Modes by rising frequency.
+
+    Parameters
+    ----------
+    campaign
+        Campaign.
+    own
+        Rows of its table: fundamentals of one test at one level, shape (n,).
+    """
+    table = campaign.measurement
+    repeats = [_list_curves(campaign, own & (table.repeat == repeat)) for repeat in np.unique(table.repeat[own])]
+    largest: dict[int, float] = {}
+    for curves in repeats:
+        for sensor, (_, size) in curves.items():
+            largest[sensor] = max(largest.get(sensor, 0.0), float(size.max()))
+    modes = track_modes([_find_peaks(curves, largest) for curves in repeats])
+    found = [_read_mode(campaign, repeats, mode) for mode in modes if _is_in_most(mode, repeats)]
+    return [mode for mode in found if mode is not None]
+
+
+def _list_curves(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> Curves:
+    """Curves of the motions of one repeat, the mean of its sweeps."""
+    table, curves = campaign.measurement, dict[int, tuple[Series, Series]]()
+    for sensor in np.unique(table.sensor[own]).tolist():
+        if campaign.sensors[sensor].line is not None:
+            continue
+        rows = np.flatnonzero(own & (table.sensor == sensor))
+        frequency, place = np.unique(table.frequency[rows], return_inverse=True)
+        size = np.bincount(place, np.abs(table.value[rows]) / table.force[rows]) / np.bincount(place)
+        curves[sensor] = frequency, size
+    return curves
+
+
+def _find_peaks(curves: Curves, largest: Mapping[int, float]) -> tuple[CurvePeak, ...]:
+    """Peaks of one repeat, each motion over the largest one of its sensor."""
+    if not curves:
+        return ()
+    grid = np.unique(np.concatenate([frequency for frequency, _ in curves.values()]))
+    motion = np.full((len(largest), len(grid)), np.nan, dtype=np.complex128)
+    noise = np.zeros(motion.shape)
+    for row, (sensor, top) in enumerate(largest.items()):
+        if sensor in curves and top > 0:
+            frequency, size = curves[sensor]
+            deviation, _ = estimate_curve_noise(frequency, size.astype(complex), parts=1)
+            motion[row] = np.interp(grid, frequency, size / top, left=np.nan, right=np.nan)
+            noise[row] = np.interp(grid, frequency, np.nan_to_num(deviation) / top)
+    return find_curve_peaks(grid, motion, noise)
+
+
+def _is_in_most(mode: Mode, repeats: Sequence[Curves]) -> bool:
+    """Whether most repeats show a mode of those that go beyond it: noise makes a peak in one, and none in others."""
+    own = np.mean([peak.frequency for peak in mode.values()])
+    beyond = [curves for curves in repeats if any(lines[0] < own < lines[-1] for lines, _ in curves.values())]
+    return 2 * len(mode) > len(beyond)
+
+
+def _read_mode(campaign: Campaign, repeats: Sequence[Curves], mode: Mode) -> LevelMode | None:
+    """A mode by the sensor that shows it most clearly; None if none shows the peak of one mode."""
+    by_sensor = []
+    for sensor in sorted({sensor for number in mode for sensor in repeats[number]}):
+        found = list[tuple[float, ...]]()
+        for number, peak in sorted(mode.items()):
+            if sensor not in repeats[number]:
+                continue
+            frequency, size = repeats[number][sensor]
+            span = (frequency >= peak.low) & (frequency <= peak.high)
+            try:
+                found.append(fit_peak(frequency[span], size[span], None, campaign.sensors[sensor].quantity))
+            except CampaignError:
+                continue
+        by_sensor += [np.array(found)] if found else []
+    if not by_sensor:
+        return None
+    # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.
+    peaks = min(by_sensor, key=lambda table: float(np.nan_to_num(np.median(table[:, 3]), nan=np.inf)))
+    count = np.sqrt(len(peaks))
+    return LevelMode(
+        frequency=float(peaks[:, 2].mean()),
+        frequency_deviation=float(np.fmax(peaks[:, 2].std() / count, np.median(peaks[:, 3]))),
+        damping=float(np.median(peaks[:, 4])),
+        damping_deviation=float(np.fmax(peaks[:, 4].std() / count, np.median(peaks[:, 5]))),
+        peak=mode[min(mode)],
+    )
