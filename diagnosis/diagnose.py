@@ -45,6 +45,7 @@ from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.detection_threshold import (
     LEAST_UNKNOWN_FORCE_GAIN,
+    LINEAR_MARGIN,
     NO_THRESHOLDS,
     Thresholds,
     compute_linear_thresholds,
@@ -314,11 +315,13 @@ def diagnose(
     list_starts = partial(_list_starts, screening, found.starts, places)
     choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
     scores, baseline, refits = screen_and_refit(screening, found.effects, run_step, report, progress, choice)
-    thresholds = thresholds or compute_linear_thresholds(scores)
+    linear = compute_linear_thresholds(scores)
+    thresholds = thresholds or linear
     report("own covariances", progress.covariances)
     baseline = baseline if screening is arrangement else baseline_fit(arrangement)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
-    own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
+    chance = linear.gain / LINEAR_MARGIN
+    own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue, chance=chance)
     finalists = refit_each_by_own_covariance(screening, refits, partial(own, screening.train), run_step)
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", progress.explanation)

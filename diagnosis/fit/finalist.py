@@ -13,10 +13,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
 
+import numpy as np
+
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.arrangement import Arrangement, arrange_with_effect
 from diagnosis.fit.calibration import Ending, Fit
 from diagnosis.fit.comparison import Comparison
@@ -51,8 +54,13 @@ def refit_by_own_covariance(
     catalogue_of: Callable[[Model], Catalogue],
     by: Comparison,
     refit: Refit,
+    *,
+    chance: float = -np.inf,
 ) -> Finalist:
     """Fit an effect anew, by the covariance of its own model.
+
+    The gain of an effect is the smaller one by both covariances. Where chance explains that by the common one, the
+    other changes no verdict, and is left out.
 
     Parameters
     ----------
@@ -64,10 +72,14 @@ def refit_by_own_covariance(
         As in `diagnosis.fit.arrangement.arrange`.
     by, refit
         Fit with the effect, and the comparison that it was fitted to.
+    chance
+        Gain that chance explains; every effect is fitted by its own covariance by default.
     """
     assert refit.effect is not None
     # By the covariance that all fits have in common, which is that of `arrangement`, and by its own.
     common, fit = _refit(arrangement, refit.fit, by)
+    if arrangement.cost - common.cost <= chance:
+        return Finalist(refit=_compare(refit.effect, [common], [arrangement], [baseline]), arrangement=common)
     own = arrange_with_effect(campaign, arrangement, refit.effect, fit, catalogue_of)
     own_without = own.with_refit(baseline.fit, arrangement.train)
     common_without = arrangement
@@ -77,19 +89,36 @@ def refit_by_own_covariance(
             common_without, common_without.with_refit_without(refit.effect, common.fit), key=attrgetter("cost")
         )
         own_without = min(own_without, own.with_refit_without(refit.effect, own.fit), key=attrgetter("cost"))
-    tested = [each.tested(refit.effect, each.fit) for each in (common, own)]
     without = [
         baseline if common_without is arrangement else common_without.tested(None, common_without.fit),
         own_without.tested(None, own_without.fit),
     ]
-    compared = replace(
-        tested[1],
-        gain=min(common_without.cost - common.cost, own_without.cost - own.cost),
-        held_out_gain=min(one.held_out_cost - other.held_out_cost for one, other in zip(without, tested, strict=True)),
-        cost=own.cost + tested[1].held_out_cost,
-        worsens=any(is_worse(tested[1], each) for each in without),
-    )
+    compared = _compare(refit.effect, [common, own], [common_without, own_without], without)
     return Finalist(refit=compared, arrangement=own)
+
+
+def _compare(
+    effect: Effect, beside: Sequence[Arrangement], alone: Sequence[Arrangement], without: Sequence[Refit]
+) -> Refit:
+    """Test of an effect by the last of some covariances, with the least that it gains by any of them.
+
+    Parameters
+    ----------
+    effect
+        The effect.
+    beside, alone
+        Fits with the effect and without, one by each covariance.
+    without
+        Tests of the latter.
+    """
+    tested = [each.tested(effect, each.fit) for each in beside]
+    return replace(
+        tested[-1],
+        gain=min(one.cost - other.cost for one, other in zip(alone, beside, strict=True)),
+        held_out_gain=min(one.held_out_cost - other.held_out_cost for one, other in zip(without, tested, strict=True)),
+        cost=beside[-1].cost + tested[-1].held_out_cost,
+        worsens=any(is_worse(tested[-1], each) for each in without),
+    )
 
 
 def refit_each_by_own_covariance(

@@ -69,6 +69,21 @@ def finalists(campaign: Any, arrangement: Arrangement, scores: list[Score]) -> l
     return weighed(campaign, arrangement, before, refits)
 
 
+def test_an_effect_that_gains_no_more_than_chance_is_weighed_by_the_common_covariance_alone(
+    campaign: Any, small: Model, arrangement: Arrangement, scores: list[Score]
+) -> None:
+    own = partial(
+        refit_by_own_covariance, campaign, arrangement, baseline_fit(arrangement),
+        partial(list_campaign_effects, campaign), arrangement.train,
+    )  # fmt: skip
+    (score,) = [each for each in scores if each.effect.name == FALSE]
+    false = refit(arrangement, score)
+    both, alone = own(false), own(false, chance=np.inf)
+    # The gain is the smaller one of those by both.
+    assert alone.refit.gain == arrangement.cost - alone.arrangement.cost >= both.refit.gain
+    assert own(false, chance=alone.refit.gain - 1e-6).refit.gain == both.refit.gain
+
+
 def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
     campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], arrangement: Arrangement,
     finalists: list[Finalist],
