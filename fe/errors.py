@@ -11,7 +11,7 @@ class InvertedCell(MeshError):
     """At least one cell is turned inside out."""
 
 
-class BesideMesh(MeshError):
+class PointOffSurface(MeshError):
     """A place that is not on the surface of the mesh.
 
     Parameters
@@ -40,7 +40,7 @@ class SupportError(InputError):
     """Supports that name nothing, or leave a rigid-body motion free."""
 
 
-class LooseBody(SupportError):
+class UnsupportedBody(SupportError):
     """One body of several that the supports leave a rigid-body motion."""
 
 

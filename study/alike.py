@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from geometry.some_names import MOST, name_some
+from geometry.name_list import MOST, join_first_names
 
 if TYPE_CHECKING:
     from correlation.campaign.measurement import Suspicion
@@ -49,7 +49,7 @@ def merge_alike(sentences: Sequence[str], *, naming_all: bool = False) -> list[s
 
 
 def _name(names: Sequence[str], naming_all: bool) -> str:
-    return ", ".join(names) if naming_all else name_some(names)
+    return ", ".join(names) if naming_all else join_first_names(names)
 
 
 def _quoted(sentences: Sequence[str]) -> list[str]:
@@ -103,4 +103,4 @@ def name_wrong_places(suspicions: "Sequence[Suspicion]") -> str:
     What a headline says in words of its own is not named by its place.
     """
     wrong = [each for each in suspicions if not each.remark and not each.headline]
-    return name_some(list(dict.fromkeys(place for each in wrong for place in (each.where, *each.alike))), "; ")
+    return join_first_names(list(dict.fromkeys(place for each in wrong for place in (each.where, *each.alike))), "; ")

@@ -18,7 +18,7 @@ from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_re
 from correlation.data_quality.trend_suspicion import find_trend_suspicions
 from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
-from geometry.some_names import name_some
+from geometry.name_list import join_first_names
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
@@ -244,7 +244,7 @@ def _runs_that_lack(campaign: Campaign, table: Measurement, full: NDArray[np.int
     )
     fewer = runs.first[of_short < of_full]
     named = [f"repeat {table.repeat[row]} at {table.level[row]:.4g} {campaign.drive.unit}" for row in fewer]
-    return f", in {name_some(named)}" if named else ""
+    return f", in {join_first_names(named)}" if named else ""
 
 
 def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:

@@ -12,7 +12,7 @@ from fe.sparse.supernodes import Supernodes, pack
 from fe.sparse.upper_triangle import Upper
 
 
-def warm() -> None:
+def compile_kernels() -> None:
     """Solve with the smallest factor for as many right-hand sides as `LANES` has; the code is stored on disk."""
     one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
     upper = Upper(start, only, np.eye(3), 3)
@@ -30,4 +30,4 @@ def warm() -> None:
 
 
 if __name__ == "__main__":
-    warm()
+    compile_kernels()

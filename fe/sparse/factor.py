@@ -161,8 +161,8 @@ def check_diagonal(diagonal: NDArray[np.float64]) -> None:
         raise singular(len(diagonal))
 
 
-def other_places() -> ValueError:
-    """The error for new values whose places are not those of the matrix analysed first."""
+def changed_pattern_error() -> ValueError:
+    """The error for a matrix whose sparsity pattern is not that of the matrix analysed first."""
     return ValueError("the new matrix has entries in other places: factorise it by itself")
 
 

@@ -147,7 +147,7 @@ class KrylovBasis:
         if not column.size:  # BLAS refuses to do nothing
             return column, np.empty((self.size, 0))
         Q = self._vectors[:, : self.size]
-        part = _projected(Q, self._mass.passing(column))
+        part = _projected(Q, self._mass.multiply_in_workspace(column))
         return _less(column, Q, part), part
 
     def _orthonormalise(self, column: Matrix, scale: float) -> Matrix:

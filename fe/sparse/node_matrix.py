@@ -93,20 +93,20 @@ class BlockProduct:
             direction, kept = (1, whole) if node is None else (NODE, node)
         self._kernel = _kernel(kept, direction)
         # Kept from one product to the next: fresh memory costs as much as the product.
-        self._passing = np.empty((0, 0))
+        self._workspace = np.empty((0, 0))
 
     def __matmul__(self, columns: Matrix) -> Matrix:
         """Product with columns (n, k), in Fortran order."""
         return self.into(np.empty(columns.shape, order="F"), columns)
 
-    def passing(self, columns: Matrix) -> Matrix:
-        """The same in an array that the next call writes over."""
-        if self._passing.shape != columns.shape:
-            self._passing = np.empty(columns.shape, order="F")
-        return self.into(self._passing, columns)
+    def multiply_in_workspace(self, columns: Matrix) -> Matrix:
+        """The same in a workspace, which the next call overwrites."""
+        if self._workspace.shape != columns.shape:
+            self._workspace = np.empty(columns.shape, order="F")
+        return self.into(self._workspace, columns)
 
     def into(self, product: Matrix, columns: Matrix) -> Matrix:
-        """The same in an array of the columns' shape in Fortran order, which is there already.
+        """The same in a given array of the columns' shape in Fortran order.
 
         Raises
         ------

@@ -9,8 +9,10 @@ from geometry.errors import InputError
 from reduction.errors import ExchangeError
 
 
-def write_whole(path: Path | str, write: Callable[[Path], object], wrong: type[InputError] = ExchangeError) -> None:
-    """Write a file; one of that name is replaced in one step, or left as it was if anything fails.
+def write_atomically(
+    path: Path | str, write: Callable[[Path], object], wrong: type[InputError] = ExchangeError
+) -> None:
+    """Write a file atomically: a file of that name is replaced as a whole, or stays as it was if anything fails.
 
     `write` writes a file of the name that it is given, in the same folder, which must exist.
 

@@ -11,8 +11,8 @@ from correlation.campaign.measurement import Suspicion, name_configuration
 from correlation.metric.misfit import Misfit, find_worst, find_worst_cell, split_misfit, summarise_misfit
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
+from geometry.name_list import join_first_names
 from geometry.plain_number import plain
-from geometry.some_names import name_some
 from study.alike import name_wrong_places
 from study.compare.curve import name_harmonic
 from study.compare.data import DataComparison, without_comparison
@@ -113,7 +113,7 @@ def judge(
     }[tone]
     if differing and tone != "missing":
         verb, word = ("agrees", "with") if tone == "nothing" else ("is close", "to")
-        tag = f"The model {verb} {word} the steady states, but differs from {name_some(differing)}"
+        tag = f"The model {verb} {word} the steady states, but differs from {join_first_names(differing)}"
         tone = "missing"
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"

@@ -38,9 +38,9 @@ def draft_part(wishes: Wishes, run: RunContext) -> Draft:
 def _step(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     from geometry.listed_faces import corner_points, list_faces
     from geometry.step_part import read_body
-    from geometry.system_library import preflight
+    from geometry.system_library import require_system_libraries
 
-    preflight("cad")
+    require_system_libraries("cad")
     with run.progress.step("read the solid"):
         body = read_body(file)
         faces = list_faces(body)

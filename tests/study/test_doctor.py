@@ -24,7 +24,7 @@ def without_a_library(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def test_preflight_names_the_library_and_the_line_that_installs_it(without_a_library: None) -> None:
     with pytest.raises(MissingSoftware, match=r"libNowhere\.so\.7: install with `.*apt-get install .* libnowhere7`"):
-        system_library.preflight("cad", "pictures")
+        system_library.require_system_libraries("cad", "pictures")
 
 
 def test_of_several_that_serve_one_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,9 +83,10 @@ def test_it_needs_nothing_but_the_standard_library() -> None:
     assert (done.returncode, done.stdout) == (0, "()\n"), done.stderr
 
 
-def test_preflight_imports_nothing_heavy() -> None:
+def test_the_check_of_libraries_imports_nothing_heavy() -> None:
     script = (
-        "import sys; from geometry.system_library import preflight; preflight('cad', 'pictures'); "
+        "import sys; from geometry.system_library import require_system_libraries; "
+        "require_system_libraries('cad', 'pictures'); "
         "print([m for m in ('numpy', 'vtkmodules', 'cadquery', 'pyvista') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

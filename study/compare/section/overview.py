@@ -7,7 +7,7 @@ import numpy as np
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.feature.observation import arrange_campaign
 from correlation.feature.settling import find_unsettled
-from geometry.some_names import name_some
+from geometry.name_list import join_first_names
 from study.compare.curve import Drawing
 from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
@@ -86,7 +86,7 @@ def _left_out_states(compared: ComparisonResult) -> list[str]:
 
 def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
     """The states of lowest levels by level and frequency, and how many more there are."""
-    return name_some([f"{level:g} {unit} at {at:g} Hz" + " (free)" * free for free, level, at in sorted(states)])
+    return join_first_names([f"{level:g} {unit} at {at:g} Hz" + " (free)" * free for free, level, at in sorted(states)])
 
 
 def _settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:

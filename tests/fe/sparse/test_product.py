@@ -54,7 +54,7 @@ def test_widths_may_change_from_one_product_to_the_next(monkeypatch: pytest.Monk
     product = BlockProduct(matrix)
     for k in (5, 24, 1, 30, 0, 12):
         columns = random.standard_normal((270, k))
-        np.testing.assert_allclose(product.passing(columns), matrix @ columns, atol=1e-13, rtol=0)
+        np.testing.assert_allclose(product.multiply_in_workspace(columns), matrix @ columns, atol=1e-13, rtol=0)
 
 
 @pytest.mark.parametrize("long", [0, 10_000], ids=["own", "SciPy's"])
