@@ -56,7 +56,7 @@ from study.limits.table import LimitsTable
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
 from transient.state_transition import modal_structure
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 MOST_MASSES, MOST_CONTACTS = 6, 3
 LEAST_DAMPING = 0.005
@@ -155,11 +155,11 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
         own = replace(model, system=changed(model.system, change))
         for name in own.preloads:
             own = own.with_preload_ratio(name, float(load))
-        bench = SweptBench(own.system, rows, STEPS_PER_PERIOD)
+        bench = VirtualSweepTest(own.system, rows, STEPS_PER_PERIOD)
         for level in LEVELS:
             share = random.uniform(-HISTORY, HISTORY, len(model.system.joints))
             force = level * (1 + scatter * random.standard_normal(len(both))) if scatter else np.full(len(both), level)
-            seen = bench.sweep([float(item * shift) for item in both], force.tolist(), share, n_push=N_PUSH)
+            seen = bench.sweep([float(item * shift) for item in both], force.tolist(), share, n_stability_period=N_PUSH)
             for number, frequency in enumerate(both):
                 if not seen.periodic[number]:
                     continue

@@ -31,7 +31,7 @@ from transient.virtual_bench.campaign import (
     with_noise,
     write_campaign,
 )
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 #: Modes that may be the one which the force drives: those of bodies that hang free or roll may be lower.
 LOWEST = 20
@@ -147,7 +147,7 @@ def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: n
             ("jointed", jointed, points.frequencies, shift, points.levels),
             ("free", free, points.free_frequencies, shift_free, (FREE_LEVEL,)),
         ):
-            bench = SweptBench(system, sensors)
+            bench = VirtualSweepTest(system, sensors)
             up = [float(each * factor) for each in frequencies]
             count = sum(isinstance(joint, FrictionContact) for joint in system.joints)
             for level in levels:

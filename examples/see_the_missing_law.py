@@ -24,7 +24,7 @@ from figure.style import png
 from reduction.jointed_system import ElasticStop, JointedSystem
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.missing_law import RecoveredLaw
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 K = 4e4 * np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
@@ -46,7 +46,7 @@ specimen = JointedSystem(
 
 # Sweeps up at four levels by time integration, harmonics 1 and 3 of each mass, two repeats with 0.3 % of noise.
 levels, frequencies, random = (0.08, 0.2, 0.3, 0.4), np.linspace(12.0, 13.8, 20), np.random.default_rng(1)
-bench = SweptBench(specimen, places)
+bench = VirtualSweepTest(specimen, places)
 motion = np.array([bench.sweep(frequencies.tolist(), level).motion for level in levels])
 where = np.indices((2, *motion.shape)).reshape(5, -1)
 repeat, level, frequency, sensor, harmonic = where

@@ -1,4 +1,4 @@
-r"""The compiled march: exact steps of the linear structure, contact forces implicit and condensed to the joints.
+r"""The compiled integration: exact steps of the linear structure, implicit joint forces condensed to the joints.
 
 With modal state y and the mean joint forces f over a step,
 
@@ -172,7 +172,7 @@ def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matr
 
 
 class Marched(NamedTuple):
-    """Where a march stands; it updates all of these in place."""
+    """State of an integration, which updates all of these arrays in place."""
 
     state: Vector
     """Modal displacements and velocities, shape (2 r,)."""
@@ -193,10 +193,10 @@ def march(
     now: Marched, scale: float, by: Transition, joints: Packed, level: Vector, load: Vector, states: Matrix,
     forces: Matrix, sliders: Matrix,
 ) -> tuple[int, float, int]:  # fmt: skip
-    """March over len(level) steps.
+    """Integrate over len(level) steps.
 
-    Into states, forces and sliders goes what is true at the *start* of each step, unless they are empty. Returns (-1 or
-    the step that failed, scale, iterations).
+    The rows of states, forces and sliders, unless they are empty, receive the values at the *start* of each step.
+    Returns (-1 or the step that failed, scale, iterations).
     """
     state, position, slider, end = now.state, now.position, now.slider, now.end
     transition, input_factor, rows, flexibility = by.matrix, by.input_factor, by.rows, by.flexibility

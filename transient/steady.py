@@ -16,7 +16,7 @@ from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_number, whole_number
 from reduction.array_type import Array, Matrix, Real, Vector
 from reduction.jointed_system import JointedSystem
-from transient.anderson_acceleration import Anderson
+from transient.anderson_acceleration import AndersonAcceleration
 from transient.errors import StepError, TransientError
 from transient.state import TransientState
 from transient.state_transition import ModalStructure, modal_structure
@@ -136,9 +136,9 @@ def steady_motion(
     max_steps_per_period
         See `steps_per_period` [-].
     acceleration
-        Periods that are combined to jump towards the steady state (Anderson); 0 follows the motion as it is. A jump
-        drags sliders as no motion would, and may end in another steady state where many exist, or in one that is
-        unstable and that no motion would reach [-].
+        Periods that are combined to jump towards the steady state (Anderson acceleration); 0 follows the motion as it
+        is. A jump drags sliders as no motion would, and may end in another steady state where many exist, or in one
+        that is unstable and that no motion would reach [-].
 
     Raises
     ------
@@ -200,7 +200,7 @@ def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: i
     weight = _weights(structure)
     marks = [stepper.vector * weight]
     changes: list[float] = []
-    jump = Anderson(acceleration)
+    jump = AndersonAcceleration(acceleration)
     for _ in range(max_period):
         start = stepper.state
         record = stepper.record()
