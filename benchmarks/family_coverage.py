@@ -226,7 +226,7 @@ def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:
     rows = [
         {
             "sensor": item.family.sensor, "harmonic": item.family.harmonic, "level": item.family.level,
-            "coverage": item.coverage, "tightness": item.tightness, "leaves": item.leaves,
+            "coverage": item.coverage, "tightness": item.tightness, "leaves": item.leaves_band,
             "n_outside": len(item.departures), "n": item.n_compared,
             "deviations": max([one.deviations for one in item.departures], default=0.0),
             "worst": max([one.distance / max(abs(one.limit), 1e-300) for one in item.departures], default=0.0),

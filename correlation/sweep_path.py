@@ -86,7 +86,7 @@ class SweepPath:
             if first is not None and self._follows_first_sweep(here, before, frequency, first):
                 state: SteadyState | None = first
             else:
-                leads = self._leads_through(here, at, known)
+                leads = self._passes_through(here, at, known)
                 if leads and here is not None and not wide[number - 1]:
                     state, jump = known, None
                 else:
@@ -107,7 +107,7 @@ class SweepPath:
                 self._first_sweep.setdefault(frequency, state)
         return states, jumps
 
-    def _leads_through(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
+    def _passes_through(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
         """Whether the path leads through a state that was found: at the one found before, with the same sliders."""
         return (
             found is not None and (here is None or here is last) and np.array_equal(found.initial_slider, self._sliders)
@@ -130,9 +130,9 @@ class SweepPath:
         state = self.solver.solve(self.level, target, self._sliders, [here]) if found is None else found
         if here is None or before is None or state is None or not self._may_jump(here, before, state, target):
             return state, None
-        return self._in_small_steps(here, before, state, target)
+        return self._follow_in_small_steps(here, before, state, target)
 
-    def _in_small_steps(
+    def _follow_in_small_steps(
         self, here: SteadyState, frequency: float, there: SteadyState, target: float
     ) -> tuple[SteadyState, JumpPoint | None]:
         """The same in steps that are small enough for the branch; `there` is the state by one Newton solution."""

@@ -45,7 +45,7 @@ def list_weights(arrangement: Arrangement) -> list[Weights]:
     train, fit = arrangement.train, arrangement.fit
     m, there = fit.n_number, train.has_prediction(fit.prediction)
     difference = train.difference(fit.prediction)
-    jacobian, prior = train.whitening.undo(fit.jacobian[:m]), fit.jacobian[m:]
+    jacobian, prior = train.whitening.unwhiten(fit.jacobian[:m]), fit.jacobian[m:]
     listed = [train]
     if train.model_error is not None and train.model_error.size != NO_ERROR:
         listed += [resize_model_error(train, train.model_error.size.scaled(share)) for share in LESS_ERROR]
@@ -84,7 +84,7 @@ def _compute_gains(
     weights, m = list_weights(arrangement), arrangement.fit.n_number
     gains = np.zeros((len(weights), len(effects)))
     for number, (effect, slope) in enumerate(zip(effects, slopes, strict=True)):
-        change = arrangement.train.whitening.undo(slope[:m, None])
+        change = arrangement.train.whitening.unwhiten(slope[:m, None])
         for each, row in zip(weights, gains, strict=True):
             row[number] = find_least(effect, each.across(change)[:, 0], each.residual).gain - each.surplus
     return gains

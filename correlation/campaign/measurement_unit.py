@@ -147,5 +147,5 @@ def _unknown(name: str, unit: str) -> str:
     close = same_letters or difflib.get_close_matches(name, FAMILIAR_UNITS, 1, 0.5)
     if not close:
         return f'unknown unit "{name}"; units are written like N/um, m/s^2, deg'
-    mended = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", close[0], unit)
-    return f'unknown unit "{name}"; did you mean "{mended}"?'
+    corrected = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", close[0], unit)
+    return f'unknown unit "{name}"; did you mean "{corrected}"?'

@@ -11,11 +11,11 @@ from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.campaign.stepped_sine import sorting
 from correlation.data_quality.campaign import find_suspicions
-from correlation.data_type.registry import Analyse, analyse_anew
+from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 
 
-def read_campaign(path: Path, analyse: Analyse = analyse_anew) -> Campaign:
+def read_campaign(path: Path, analyse: Analyse = analyse_uncached) -> Campaign:
     """Read a campaign in any of `FORMATS`.
 
     Parameters

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_quality.logarithm import turn_phases
+from correlation.data_quality.logarithm import wrap_phases
 from correlation.data_quality.model_ratio import find_model_ratios
 from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
@@ -96,14 +96,14 @@ def _of_all(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iter
     miss = float(np.abs(np.array(factors) - np.log(factor)).max())
     if miss < CLOSE:
         true, read = known[factor]
-        asked, mend = _ask(true, read, "their"), "correct the column unit"
+        asked, correct = _ask(true, read, "their"), "correct the column unit"
         if factor in AMPLITUDES:  # convention.amplitude is that of the force as well: their ratio stays
             asked = f"are the responses {true} values, and the forces {read}?"
-            mend = "convert either of them, and state which both are in convention.amplitude"
+            correct = "convert either of them, and state which both are in convention.amplitude"
         yield Suspicion(
             where="all sensors",
             sentence=f"each reads {np.exp(np.median(factors)):.3g} times what the model says, at all levels and "
-            f"frequencies: {asked} If so, {mend}; if not, the load of the case",
+            f"frequencies: {asked} If so, {correct}; if not, the load of the case",
             remark=True,
         )
 
@@ -141,7 +141,7 @@ def _beside_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.compl
     usual = np.full(readings.state.max() + 1, np.nan, dtype=np.complex128)
     parts = (group_medians(number, part[~own]) for part in (readings.ratio.real, readings.ratio.imag))
     usual[state] = next(parts) + 1j * next(parts)
-    return turn_phases(np.where(own, readings.ratio - usual[readings.state], np.nan))
+    return wrap_phases(np.where(own, readings.ratio - usual[readings.state], np.nan))
 
 
 def _constant(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"], ratio: Ratios) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_quality.by_repeat import arrange_by_repeat
+from correlation.data_quality.repeat_array import arrange_repeats
 
 #: Least difference of two repeats that is told, and its least ratio to the scatter of readings about the factor [-].
 LEAST, CLEAR = 0.02, 3.0
@@ -45,9 +45,7 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     for number, test in enumerate(campaign.tests):
         if test.settling:
             continue  # its readings differ since they settle
-        repeats, values, *_ = arrange_by_repeat(
-            campaign.measurement.where(campaign.measurement.test == number), sensors
-        )
+        repeats, values, *_ = arrange_repeats(campaign.measurement.where(campaign.measurement.test == number), sensors)
         with np.errstate(divide="ignore", invalid="ignore"):  # a reading of zero has no share
             size = np.log(np.abs(values))
             share = np.where(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.campaign import channels, line
 from correlation.data_quality.frequency_unit import find_wrong_frequency_unit
-from correlation.data_quality.logarithm import turn_phases
+from correlation.data_quality.logarithm import wrap_phases
 from correlation.feature.table import FeatureTable
 
 Logarithms = Complex[NDArray[np.complex128], "s s"]
@@ -86,7 +86,7 @@ def find_swapped_sensors(
     for j, i in combinations(range(n), 2):
         if not np.isfinite(seen[i, j] + said[i, j]):
             continue
-        own, swapped = abs(turn_phases(seen[i, j] - said[i, j])), abs(turn_phases(seen[i, j] + said[i, j]))
+        own, swapped = abs(wrap_phases(seen[i, j] - said[i, j])), abs(wrap_phases(seen[i, j] + said[i, j]))
         if own > (SMALL if _others_confirm(seen, said, i, j) else SWAPPED) and swapped < AFTER_SWAPPING * own:
             first, second = campaign.sensors[i].name, campaign.sensors[j].name
             sentence = (
@@ -128,11 +128,11 @@ def _others_confirm(seen: Logarithms, said: Logarithms, i: int, j: int) -> bool:
     if not rest:
         return False
     apart = np.array(
-        [[abs(turn_phases(seen[one, k] - said[one, k])), abs(turn_phases(seen[one, k] - said[other, k]))]
+        [[abs(wrap_phases(seen[one, k] - said[one, k])), abs(wrap_phases(seen[one, k] - said[other, k]))]
          for k in rest for one, other in ((i, j), (j, i))]
     )  # fmt: skip
     among = [
-        abs(turn_phases(seen[k, m] - said[k, m])) for k in rest for m in rest if np.isfinite(seen[k, m] + said[k, m])
+        abs(wrap_phases(seen[k, m] - said[k, m])) for k in rest for m in rest if np.isfinite(seen[k, m] + said[k, m])
     ]
     right = max(among, default=0.0)
     return bool((apart[:, 1] < AFTER_SWAPPING * apart[:, 0]).all() and right < AFTER_SWAPPING * apart[:, 0].min())

@@ -17,7 +17,7 @@ from correlation.data_quality.size_cause import list_causes
 from correlation.data_quality.wrong_unit import format_times
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import find_partner, linear_modes, motion_sensors
-from correlation.data_type.mode_set import mend_modes
+from correlation.data_type.mode_set import correct_modes
 from correlation.model import DERIVATIVE, Model
 from geometry.plain_number import plain
 
@@ -88,7 +88,7 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
     )
     found: list[tuple[int, float, complex]] = []
     fit = response.fit
-    for mode in mend_modes(model, response.modes) if fit is not None else ():
+    for mode in correct_modes(model, response.modes) if fit is not None else ():
         partner = find_partner(model, mode, frequency, shapes)
         if fit is None or partner is None or not frequency[partner] > 0:
             continue

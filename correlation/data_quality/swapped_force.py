@@ -14,7 +14,7 @@ from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
-from correlation.data_quality.by_repeat import Repeats, arrange_by_repeat
+from correlation.data_quality.repeat_array import Repeats, arrange_repeats
 from correlation.feature.table import FeatureTable
 from correlation.row_group import group_rows
 
@@ -91,7 +91,7 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         table = campaign.measurement.where(campaign.measurement.test == test)
         harmonics = np.unique(table.harmonic).tolist()
         for i, j in _pairs(campaign):
-            values = {harmonic: arrange_by_repeat(table, (i, j), harmonic).value for harmonic in harmonics}
+            values = {harmonic: arrange_repeats(table, (i, j), harmonic).value for harmonic in harmonics}
             found = []
             for column, repeat in enumerate(np.unique(table.repeat).tolist()):
                 evidence = _beside_others(values, column)

@@ -44,9 +44,9 @@ class ModeSet:
         return np.array([mode.shape for mode in self.modes]).T
 
     @property
-    def mended(self) -> Complex[NDArray[np.complex128], "c n"]:
-        """Measured shapes without the mistake of a sensor: these tell which mode is which, shape (c, n)."""
-        return self.shape if self.mistake is None else np.asarray(self.mistake.mend(self.shape))
+    def corrected_shape(self) -> Complex[NDArray[np.complex128], "c n"]:
+        """Measured shapes with the sensor mistake corrected, by which modes are paired, shape (c, n)."""
+        return self.shape if self.mistake is None else np.asarray(self.mistake.correct(self.shape))
 
 
 def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet]:
@@ -80,12 +80,12 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet
         )  # fmt: skip
 
 
-def mend_modes(model: Model, modes: Sequence[MeasuredMode]) -> list[MeasuredMode]:
-    """The same modes in the same order, their shapes without the mistake of a sensor."""
-    mended = {
+def correct_modes(model: Model, modes: Sequence[MeasuredMode]) -> list[MeasuredMode]:
+    """Correct the sensor mistake in the shapes of modes; their order stays."""
+    corrected = {
         id(mode): replace(mode, shape=shape)
         for group in group_modes(model, modes)
         if group.mistake is not None
-        for mode, shape in zip(group.modes, group.mended.T, strict=True)
+        for mode, shape in zip(group.modes, group.corrected_shape.T, strict=True)
     }
-    return [mended.get(id(mode), mode) for mode in modes]
+    return [corrected.get(id(mode), mode) for mode in modes]

@@ -45,7 +45,7 @@ class Datum(Protocol):
 Analyse: TypeAlias = Callable[..., Any]
 
 
-def analyse_anew(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
+def analyse_uncached(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
     """Call a function with its arguments: nothing is kept."""
     return compute(*args, **words)
 

@@ -30,10 +30,10 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
     sensors
         Sensors of its rows.
     """
-    told, there = response.told, np.isfinite(response.value).all(axis=0)
-    incoherent, suspicions = int((there & ~told).sum()), response.suspicions
+    coherent, there = response.coherent_lines, np.isfinite(response.value).all(axis=0)
+    incoherent, suspicions = int((there & ~coherent).sum()), response.suspicions
     low = f"no sensor has a coherence of {response.coherence_limit:.2g} at {incoherent} of {there.sum()} lines"
-    if told.sum() < FEWEST_LINES <= there.sum():
+    if coherent.sum() < FEWEST_LINES <= there.sum():
         return replace(response, suspicions=(*suspicions, f"no mode was read: {low}: was the force too small there?"))
     if 2 * incoherent > there.sum():
         suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
@@ -77,11 +77,11 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
 
 
 def _fit(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> Modes:
-    told = response.told
+    coherent = response.coherent_lines
     quantity = [sensor.quantity for sensor in sensors]
     return fit_modes(
-        response.frequency[told],
-        response.value[:, told],
+        response.frequency[coherent],
+        response.value[:, coherent],
         quantity=quantity,
         decay=response.decay,
         window=response.window,

@@ -232,7 +232,7 @@ def _refined_readings(
         error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
         if len(readings) > 1:
             now = _read_checks(check, state)
-            if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
+            if before is not None and abs(readings[-1] - readings[-2]) <= error and _is_converged(before, now):
                 return _Refined(readings, error, True, state, reached)
             before = now
     return _Refined(readings, error, False, state, reached)
@@ -284,7 +284,7 @@ def _read_checks(check: ModelSolver, state: SteadyState) -> Complex[NDArray[np.c
     return np.array([np.where(forces, mean, 0.0), check.read(state, names, np.ones(len(names), dtype=np.int64))])
 
 
-def _stands_still(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[NDArray[np.complex128], "2 k"]) -> bool:
+def _is_converged(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[NDArray[np.complex128], "2 k"]) -> bool:
     """Whether no check sensor has changed by more than a search leaves to be gained."""
     size = np.abs(now)
     size[0] += size[1]

@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.signal.decay_flow import FlowFit
-from correlation.signal.release import Decay, estimate_noise
+from correlation.signal.free_decay import Decay, estimate_noise
+from correlation.signal.slow_flow import SlowFlowFit
 
 Vector = Float[NDArray[np.float64], " k"]
 
@@ -62,7 +62,7 @@ class DecayMisfit:
         return np.hypot(deviation * excess, np.interp(time, self.time, share) / (np.pi * PERIODS))
 
 
-def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> DecayMisfit:
+def measure_misfit(decay: Decay, fit: SlowFlowFit, number: int) -> DecayMisfit:
     """What a fit leaves at the phase of a mode, from the start to where the mode sinks into the noise."""
     flow, step = fit.flows[number], decay.step
     wave, _ = flow.linearise(flow.coefficients, step)

@@ -90,7 +90,7 @@ def _without_model_error(arrangement: Arrangement) -> Arrangement:
         return arrangement
     of, fit, m = arrangement.train, arrangement.fit, arrangement.fit.n_number
     train = leave_out_model_error(of)
-    jacobian = np.concatenate([train.whitening(of.whitening.undo(fit.jacobian[:m])), fit.jacobian[m:]])
+    jacobian = np.concatenate([train.whitening(of.whitening.unwhiten(fit.jacobian[:m])), fit.jacobian[m:]])
     residual = np.concatenate([train.residual(fit.prediction), fit.residual[m:]])
     fit = replace(fit, jacobian=jacobian, residual=residual, chi2=float(residual @ residual))
     return replace(arrangement, train=train, fit=fit)

@@ -81,7 +81,7 @@ class RecordArrangement:
         )  # fmt: skip
 
     def testable(self, effects: Sequence[Effect]) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
-        """Effects that a march through time allows, and the others with the reason."""
+        """Effects that the time integration allows, and the others with the reason."""
         found, left = [], []
         for effect in effects:
             unknowns = self.unknowns([effect])
@@ -128,7 +128,7 @@ def arrange_records(
     noise
         Standard deviation of the noise of sensors, by name [unit of the record]; none if it is not known.
     steps
-        Steps of the march per sample [-].
+        Integration steps per sample [-].
 
     Raises
     ------

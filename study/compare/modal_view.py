@@ -122,7 +122,7 @@ def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet
     for group in groups:
         measured = np.array([mode.frequency for mode in group.modes])
         # Swapped sensors must not decide which mode is which; the MAC is that of the shapes as they were measured.
-        pairing = pair_modes(measured, group.mended, group.frequency, group.seen)
+        pairing = pair_modes(measured, group.corrected_shape, group.frequency, group.seen)
         assurance = modal_assurance(group.shape, group.seen)
         pairs = tuple(replace(one, assurance=float(assurance[one.measured, one.model])) for one in pairing.pairs)
         pairing = replace(pairing, pairs=pairs, assurance=assurance)
@@ -153,7 +153,7 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
         fit = response.fit
         assert fit is not None
         diagram, order = fit.stabilisation, _derivative(model, response)
-        there = response.told  # the lines of the fit
+        there = response.coherent_lines  # the lines of the fit
         line = response.frequency[there]
         measured, fitted = (
             np.sqrt((np.abs(values / (2 * np.pi * line) ** order) ** 2).mean(axis=0))
@@ -206,7 +206,7 @@ def _compare_shapes(
 ) -> FdacMap:
     """FDAC of a measured response and the model's, of displacements, at most `MOST_LINES` frequencies of each."""
     # At 0 Hz accelerometers read nothing, which has no shape.
-    there = np.flatnonzero(response.told & response.value.any(axis=0) & predicted.any(axis=0))
+    there = np.flatnonzero(response.coherent_lines & response.value.any(axis=0) & predicted.any(axis=0))
     there = there[np.unique(np.linspace(0, len(there) - 1, MOST_LINES).round().astype(int))]
     line = response.frequency[there]
     scale = (2 * np.pi * line) ** _derivative(model, response)

@@ -280,5 +280,5 @@ def test_after_a_mistake_is_mended_nothing_that_was_finished_is_computed_again(
         raise AssertionError("something was computed again")
 
     monkeypatch.setattr(parallel, "_start", refuse)
-    mended = solved(store, short + '[structure.dead_weight.right]\ninclination = "8 deg"\n' + SWEEP)
-    assert (mended.preloaded.rest.normal > 0).all()
+    corrected = solved(store, short + '[structure.dead_weight.right]\ninclination = "8 deg"\n' + SWEEP)
+    assert (corrected.preloaded.rest.normal > 0).all()

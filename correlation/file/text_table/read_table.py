@@ -14,8 +14,8 @@ from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
 from correlation.file.number import is_written_number, may_part_thousands, read_number
 from correlation.file.quantity import OF_UNIT
-from correlation.file.text_table.closing import until_closing
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
+from correlation.file.text_table.footer import skip_footer
 from correlation.file.text_table.open_text import clean, open_text
 from correlation.file.unit_label import split_label, split_unit_cell, unit_text
 
@@ -64,7 +64,7 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
             first = sample[len(preamble) - 1][0] if preamble else 0
         body: Iterator[Line] = itertools.chain((line for line in sample if line[0] > first), lines)
         below: dict[str, str] = {}
-        body = until_closing(path.name, body, dialect, below)
+        body = skip_footer(path.name, body, dialect, below)
         blocks = _Blocks(path.name, dialect)
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)

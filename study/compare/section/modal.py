@@ -128,5 +128,5 @@ def _judge_shapes(own: ModalSet) -> Iterator[str]:
 
 
 def _agreement(response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"]) -> NDArray[np.float64]:
-    there = response.told
+    there = response.coherent_lines
     return np.asarray(response_assurance(response.value[:, there], predicted[:, there]))

@@ -9,7 +9,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.decay_flow import Flow
+from correlation.signal.slow_flow import SlowFlow
 
 Vector = Float[NDArray[np.float64], " n"]
 
@@ -135,7 +135,7 @@ def find_decay(
     skip = skip if stride == 1 else max(skip, REACH * stride)
     floor = ABOVE_NOISE * noise * np.sqrt(2 * min(modes) * step / AVERAGED)
     decay = Decay(
-        start=float(time[first + skip]), step=step * stride, values=_thinned(part, skip, stride), frequencies=modes,
+        start=float(time[first + skip]), step=step * stride, values=_decimate(part, skip, stride), frequencies=modes,
         floor=floor,
     )  # fmt: skip
     longest = max(decay.n_sample(number) for number in range(len(modes)))
@@ -149,7 +149,7 @@ def find_decay(
     return replace(decay, values=decay.values[:longest])
 
 
-def _thinned(values: Vector, first: int, stride: int) -> Vector:
+def _decimate(values: Vector, first: int, stride: int) -> Vector:
     """Every so many samples from one on, without what would fold onto other frequencies.
 
     The filter is symmetric and its gain is 1 within 0.2 % below 0.8 times the highest frequency that is resolved, so
@@ -163,7 +163,7 @@ def _thinned(values: Vector, first: int, stride: int) -> Vector:
     return np.asarray(oaconvolve(values, low_pass, mode="valid")[first - REACH * stride :: stride])
 
 
-def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[Flow]:
+def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[SlowFlow]:
     """First guesses of all modes: constants for no interval, else cubic splines of so many, read off the envelopes.
 
     The first mode, the strongest, has harmonics; one that another mode stands on, or that the samples do not resolve,
@@ -179,7 +179,7 @@ def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
             and all(abs(order * own / other - 1) > HARMONIC for other in decay.frequencies)
         )
         logarithm, rate, omega, phase = _readings(decay, number, n_sample)
-        flow = Flow(
+        flow = SlowFlow(
             breaks=np.linspace(
                 min(logarithm.min(), logarithm.max() - LEAST_RANGE), logarithm.max(), max(intervals, 1) + 1
             ),
