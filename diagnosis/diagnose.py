@@ -196,7 +196,7 @@ def screen_and_refit(
     baseline = run_step("held-out error", lambda: baseline_fit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
-    listed = shortlist(ranked, problem.effort, is_poor=is_poor_fit(problem))
+    listed = shortlist(ranked, problem.selection, is_poor=is_poor_fit(problem))
     fits, chosen = [], [by_name[each.effect.name] for each in listed]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
@@ -204,7 +204,7 @@ def screen_and_refit(
     gain = max((problem.fit.chi2 - fit.chi2 for _, fit in fits), default=0.0)
     fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, gain), run_step)
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
-    refits, last = [], choose_finalists(fits, costs, problem.effort)
+    refits, last = [], choose_finalists(fits, costs, problem.selection)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", progress.between("tests", "covariances", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
@@ -402,7 +402,7 @@ def _list_starts(
 def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
     """Effects that explain most at measured motions, the best of them first, with the values of their fits."""
     found = find_controlled_starts(arrangement, arrangement.train, effects, arrangement.budget.model)
-    return found[: arrangement.effort.finalists]
+    return found[: arrangement.selection.n_finalist]
 
 
 def _downweight_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:

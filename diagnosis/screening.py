@@ -126,7 +126,7 @@ def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vec
     """Whitened derivative with respect to each effect's strength at its vanishing value, shape (m + p,) each."""
     fit = problem.fit
     # All effects are applied at once at their vanishing values: the states are those of the fit.
-    for group in [effects] if problem.effort.together else [[each] for each in effects]:
+    for group in [effects] if problem.selection.slopes_at_once else [[each] for each in effects]:
         unknowns = problem.unknowns(group)
         values = np.array([*fit.values, *unknowns.vanishing[len(fit.values) :]])
         model = unknowns.compose(values)
@@ -138,28 +138,28 @@ def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vec
 
 def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, slope: Vector) -> Score:
     """Score by the derivative, then by the difference at the strength that it predicts, at most the typical one."""
-    parameter, effort = effect.parameters[0], problem.effort
+    parameter, selection = effect.parameters[0], problem.selection
     typical = parameter.typical - parameter.vanishes
     whole = float(np.linalg.norm(slope))
     across = project_out(basis, slope)
     absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
-    if 1 - absorbed < effort.least_left or whole * abs(typical) < effort.unseen:
+    if 1 - absorbed < selection.least_unabsorbed_share or whole * abs(typical) < selection.least_change:
         slope, across = 0 * slope, 0 * across
     tried = find_least(effect, across, residual)
     rates = _compensation_rates(problem, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    if abs(step) > LEAST * abs(typical) and 1 - absorbed >= effort.least_left:
+    if abs(step) > LEAST * abs(typical) and 1 - absorbed >= selection.least_unabsorbed_share:
         change = _change(problem, effect, step, rates)
         finite = find_least(effect, project_out(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
     start = _compensated_values(problem, effect, tried.step, rates)
-    if not size or size * abs(typical) < effort.unseen:
+    if not size or size * abs(typical) < selection.least_change:
         return Score(
             effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical),
-            absorbed=absorbed if 1 - absorbed < effort.least_left else 1.0,
+            absorbed=absorbed if 1 - absorbed < selection.least_unabsorbed_share else 1.0,
             direction=np.zeros_like(residual), start=start, slope=slope,
         )  # fmt: skip
     return Score(
