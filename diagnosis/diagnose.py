@@ -22,7 +22,6 @@ from diagnosis.decision.closeness import (
 from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.stand_in import MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Verdict
-from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration import Fit
@@ -41,6 +40,7 @@ from diagnosis.fit.refit import (
     refit,
     shortlist,
 )
+from diagnosis.model_error_share import rank_by_best_covariance
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.detection_threshold import (
@@ -311,7 +311,7 @@ def diagnose(
     report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
     list_starts = partial(_list_starts, screening, found.starts, places)
-    choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
+    choice = EffectChoice(partial(rank_by_best_covariance, screening), screening.cost_with_error_left, list_starts)
     scores, baseline, refits = screen_and_refit(screening, found.effects, run_step, report, progress, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", progress.covariances)

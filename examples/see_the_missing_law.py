@@ -16,9 +16,9 @@ from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.missing_law.curves import compute_curves
+from diagnosis.missing_law.description import describe
 from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.recover import recover_law
-from diagnosis.missing_law.words import describe
 from figure.missing_law import draw_missing_law
 from figure.style import png
 from reduction.jointed_system import ElasticStop, JointedSystem

@@ -60,7 +60,7 @@ class StateTable:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
-    """What the readings and some places do in each state, with p places, t further tangents and h harmonics.
+    """Readings, motions of places and their derivatives in each state; p places, t further tangents, h harmonics.
 
     Parameters
     ----------
@@ -86,11 +86,11 @@ class Response:
     states: Mapping[Key, SteadyState]
 
 
-def respond(
+def compute_response(
     predictor: Predictor, model: Model, prediction: Prediction, table: StateTable, rows: Sequence[Row], count: int,
     tangents: Sequence[Tangent],
 ) -> Response:  # fmt: skip
-    """Response of a model about its prediction to forces at places.
+    """Linearise the response of a model about its prediction with respect to forces at places.
 
     Parameters
     ----------
@@ -130,11 +130,11 @@ def respond(
     )  # fmt: skip
 
 
-def respond_to_loads(
+def compute_loaded_response(
     predictor: Predictor, model: Model, near: Mapping[Key, SteadyState], table: StateTable, row: Row,
     loads: Complex[NDArray[np.complex128], "s h"], tangents: Sequence[Tangent],
 ) -> Response:  # fmt: skip
-    """The same at one place, under forces there of given harmonics in each state, shape (s, h) [N].
+    """Linearise the response under forces of given harmonics at one place in each state, shape (s, h) [N].
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def respond_to_loads(
         if key not in found.states:
             continue
         mine = StateTable(keys=(key,), force=table.force[number : number + 1], number=np.zeros(len(at), dtype=np.int64))
-        part = respond(single, loaded, found, mine, [row], count, tangents)
+        part = compute_response(single, loaded, found, mine, [row], count, tangents)
         whole.value[at], whole.slopes[at], whole.tangents[at] = part.value, part.slopes, part.tangents
         motion[number], own[number], states[key] = part.motion[0], part.own[0], found.states[key]
     return replace(whole, motion=motion, own=own, states=states)

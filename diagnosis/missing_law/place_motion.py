@@ -1,4 +1,4 @@
-"""How a place moved, and which force there is missing, as the readings say."""
+"""Motion of a place, and the missing force there, estimated from the readings."""
 
 import numpy as np
 from jaxtyping import Complex, Float

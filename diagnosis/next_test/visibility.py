@@ -12,7 +12,7 @@ from diagnosis.next_test.advise import find_error_sources, find_peak
 from diagnosis.next_test.list_tests import Tested, list_tests
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.plan import plan_tests
-from diagnosis.next_test.signature import ErrorSources, InSetUp
+from diagnosis.next_test.signature import ErrorSources, SetUpEffect
 from hbsolve.errors import ModelError
 
 
@@ -75,7 +75,7 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
 def _see(test: NextTest, arrangement: Arrangement, catalogue: Catalogue, sources: ErrorSources) -> VisibleTest:
     """Effects that a test would show; none where the model has no state in it."""
     places = () if test.place is None else (test.place,)
-    model = InSetUp(set_up=test.set_up, places=places, quantity=sources.quantity).apply(arrangement.fit.model, ())
+    model = SetUpEffect(set_up=test.set_up, places=places, quantity=sources.quantity).apply(arrangement.fit.model, ())
     names: tuple[str, ...] = ()
     try:
         plan = plan_tests(

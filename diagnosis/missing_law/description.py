@@ -1,4 +1,4 @@
-r"""Words for a recovered law, from its posterior draws: each is said only if 97.5 % of the draws say so.
+r"""Description of a recovered law from its posterior draws: a word applies if it holds for 97.5 % of the draws.
 
 hardening, softening
     The secant stiffness at the largest amplitude, less that at a third of it (or at the smallest), is of one sign and
@@ -46,8 +46,8 @@ CLEARANCES, POWERS = np.linspace(0.1, 0.9, 33), np.linspace(1.0, 7.0, 25)
 
 
 @dataclass(frozen=True, kw_only=True)
-class LawWords:
-    """Words and numbers of a report on a law.
+class LawDescription:
+    """Description of a law in a report.
 
     Parameters
     ----------
@@ -62,13 +62,13 @@ class LawWords:
     sentences: tuple[str, ...]
 
 
-def describe(curves: LawCurves) -> LawWords:
+def describe(curves: LawCurves) -> LawDescription:
     """Words for the curves of a law."""
     words, sentences = list[str](), list[str]()
     for told, said in (_tell_stiffness(curves), _tell_gap(curves), _tell_sides(curves), _tell_work(curves)):
         words += told
         sentences += said
-    return LawWords(words=tuple(words), sentences=tuple(sentences))
+    return LawDescription(words=tuple(words), sentences=tuple(sentences))
 
 
 def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
@@ -115,7 +115,7 @@ def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np
     """Clearance over the range of a side, median of the draws; None where a power of the displacement fits as well."""
     beyond = np.maximum(x - CLEARANCES[:, None], 0.0)
     power = x ** POWERS[:, None]
-    left_gap, left_power = _left(force, beyond), _left(force, power)
+    left_gap, left_power = _residual_sums(force, beyond), _residual_sums(force, power)
     pushes = force[:, np.argmax(x)] > 0
     is_gap = (left_gap.min(axis=1) * BETTER < left_power.min(axis=1)) & pushes
     if np.mean(is_gap) < BAND[1]:
@@ -123,8 +123,8 @@ def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np
     return float(np.median(CLEARANCES[left_gap.argmin(axis=1)]))
 
 
-def _left(force: NDArray[np.float64], shapes: NDArray[np.float64]) -> Float[NDArray[np.float64], "d s"]:
-    """Sums of squares that each shape, with the best factor, leaves of each force."""
+def _residual_sums(force: NDArray[np.float64], shapes: NDArray[np.float64]) -> Float[NDArray[np.float64], "d s"]:
+    """Residual sums of squares of each force, fitted by each shape with the best factor, shape (d, s)."""
     along = force @ shapes.T
     return np.asarray((force**2).sum(axis=1)[:, None] - along**2 / (shapes**2).sum(axis=1))
 
