@@ -50,7 +50,7 @@ from fe.dense_modes import compute_dense_modes
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.compare.families import family_search, lay_over_limits, select_families
+from study.compare.families import compare_with_limits, family_search, select_families
 from study.compare.family_limits import find_family_limits
 from study.limits.table import LimitsTable
 from transient.equilibrium import equilibrium
@@ -205,9 +205,9 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     families = measured_families(measured)
     chosen, _ = select_families(model, measured, families)
     search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
-    search = search.boxed()
+    search = search.with_numeric_box()
     limits = find_family_limits.compute(search)
-    return lay_over_limits(measured, families, chosen, limits, budget).verdicts
+    return compare_with_limits(measured, families, chosen, limits, budget).verdicts
 
 
 def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from correlation.file.column import MeasuredFile
 from correlation.file.format.uff import NOT_READ
 from correlation.file.text_table.footer import describe_footer
-from study.alike import NUMBER
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
 from study.campaign.table_kind import REMEDY, JudgedTable, Kind
+from study.merge_sentences import NUMBER
 
 
 def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:

@@ -169,11 +169,11 @@ def find_families(
     search = family_search(model, budget, campaign, chosen, table, nominal)
     step = run.step("reach of the sliders", expected=30)
     try:
-        search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
+        search = search.with_numeric_box(lambda rest: step.run(find_reaches, rest, report=step.report))
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = run_search(find_family_limits, search, stem, run, executor)
-    judged = lay_over_limits(campaign, families, chosen, limits, budget)
+    judged = compare_with_limits(campaign, families, chosen, limits, budget)
     return replace(nothing, verdicts=judged.verdicts, errors=judged.errors, preloads=judged.preloads, limits=limits)
 
 
@@ -279,17 +279,17 @@ def _force_span(families: Sequence[Family]) -> float:
 
 
 class JudgedFamilies(NamedTuple):
-    """Families over their limits, with what set-ups were told to differ by."""
+    """Families over their limits, with the estimated differences between set-ups."""
 
     verdicts: tuple[FamilyVerdict, ...]
     errors: RepeatErrors
     preloads: Preloads
 
 
-def lay_over_limits(
+def compare_with_limits(
     campaign: Campaign, families: Sequence[Family], chosen: Sequence[Family], limits: FamilyLimits, budget: Budget
 ) -> JudgedFamilies:
-    """Correct the families that have limits for force and preload, estimate what is left to noise, and judge them.
+    """Compare families with their limits: correct them for force and preload, and estimate their noise.
 
     Parameters
     ----------

@@ -31,7 +31,6 @@ from fe.blas_threads import on_one_blas_thread
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
-from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
@@ -45,6 +44,7 @@ from study.compare.unknown_gain import SetGains, set_gains
 from study.compare.untested_friction import find_untested_friction
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
+from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
 #: Levels are in the unit beside them, whatever the name of their column says: it is older than shaken bases.

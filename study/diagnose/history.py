@@ -113,8 +113,8 @@ class History:
     steps: tuple[Step, ...] = ()
 
     @property
-    def standing(self) -> tuple[Step, ...]:
-        """Effects that were added, and calibrations, that were not taken back."""
+    def active_steps(self) -> tuple[Step, ...]:
+        """Added effects and calibrations that have not been undone."""
         steps: list[Step] = []
         for step in self.steps:
             if step.what in {ADD, CALIBRATION}:

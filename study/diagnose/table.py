@@ -204,7 +204,7 @@ def list_strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, floa
     return [(effect, *numbers[0]) for effect, numbers in _effects(setup, refit)]
 
 
-def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
+def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
     """Values that `stickslip add` would write into the case for a refit, each with half its 95 % interval.
 
     Without an effect those of `stickslip calibrate`.

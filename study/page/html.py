@@ -66,7 +66,7 @@ def fill_template(
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"typeset": set_in_type, **filters}
+    environment.filters |= {"typeset": typeset_text, **filters}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         version=importlib.metadata.version("stickslip"),
         policy=content_policy(scripts.values()),
@@ -109,7 +109,7 @@ def embed(picture: bytes) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
 
-def set_in_type(text: str) -> str:
+def typeset_text(text: str) -> str:
     """Words as they are printed, with no line's end before %."""
     return typeset(text).replace(" %", "\u00a0%")
 

@@ -107,7 +107,7 @@ def response_curve(
         continuation = make_continuation(system, curve, harmonics, n_sample)
         return run(
             continuation, slider=curve.slider, report=share,
-            resumed=checkpoint.load() if checkpoint else None, save=checkpoint.offer if checkpoint else None,
+            resumed=checkpoint.load() if checkpoint else None, save=checkpoint.save_if_due if checkpoint else None,
         )  # fmt: skip
     except NoSteadyState as error:
         raise ComputationFailed(f"{curve.label}: {error}") from error

@@ -13,11 +13,11 @@ from pipeline.worker_pool import Workers, worker_pool
 from study.case.setup import read_case
 from study.case.tables import Case
 from study.kind.registry import OpenCase
-from study.limits.curve import found_limits
+from study.limits.curve import search_limits
 from study.limits.model import make_limit_search
 from study.limits.result import LimitCurves, convert_own_limits
 from study.limits.several.quantity import Quantity, own_quantity
-from study.limits.several.search import convert_several_limits, found_several_limits, make_several_search
+from study.limits.several.search import convert_several_limits, make_several_search, search_several_limits
 from study.limits.stored_search import run_search
 from study.limits.table import EVERYTHING
 from study.run_context import RunContext
@@ -103,12 +103,12 @@ def _ask(case: Case[Any], model: SolveModel) -> _Asked:
     if case.limits.objective == EVERYTHING:
         several, quantities = make_several_search(case, case.limits, case.sweep, model)
         return _Asked(
-            searched=found_several_limits, search=several, quantities=quantities,
+            searched=search_several_limits, search=several, quantities=quantities,
             convert=lambda found, run: convert_several_limits(several, quantities, found, model, run),
         )  # fmt: skip
     search, quantity = make_limit_search(case, case.limits, case.sweep, model), own_quantity(case.limits, model)
     return _Asked(
-        searched=found_limits, search=search, quantities=(quantity,),
+        searched=search_limits, search=search, quantities=(quantity,),
         convert=lambda found, run: (convert_own_limits(search, case.limits, found, model, run),),
     )  # fmt: skip
 

@@ -39,7 +39,7 @@ def test_what_is_missing_is_told_and_prescribed(without_a_library: None, tmp_pat
     missing = {finding.subject: finding.detail for finding in findings if finding.verdict == "missing"}
     assert missing["system libraries"] == "libNowhere.so.7 for off-screen pictures (pyvista)"
     assert missing["off-screen picture"] == "not tried, since its libraries are missing"
-    assert "libnowhere7" in doctor.prescription(findings)
+    assert "libnowhere7" in doctor.make_install_command(findings)
 
 
 def test_a_crash_while_drawing_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""One mistake that was made in many files, printed once."""
+"""Similar sentences merged into one: a mistake that was made in many files is printed once."""
 
 import re
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ QUOTED = re.compile(r'"[^"]+"')
 MANIFEST = "campaign.toml"
 
 
-def merge_alike(sentences: Sequence[str], *, naming_all: bool = False) -> list[str]:
-    """Sentences that differ by the file and by numbers alone, or by what they speak of, once each.
+def merge_similar(sentences: Sequence[str], *, naming_all: bool = False) -> list[str]:
+    """Merge sentences that differ only by the file, by numbers or by their subject.
 
-    More than `MOST` of them that differ also by names in quotes, such as those of columns, are one too.
+    More than `MOST` of them that differ also by quoted names, such as those of columns, are merged as well.
 
     Parameters
     ----------
