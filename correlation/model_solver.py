@@ -474,7 +474,7 @@ class ModelSolver:
         return self.levels[level]
 
     def _line(self, line: str, component: str) -> Float[NDArray[np.float64], " d"]:
-        """Which joint directions a line sensor sums."""
+        """Joint directions that a line sensor sums."""
         members = self.model.lines[line]
         row = np.zeros(self.balance.n_direction)
         for number, joint in enumerate(self.model.system.joints):

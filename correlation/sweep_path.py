@@ -135,7 +135,7 @@ class SweepPath:
     def _follow_in_small_steps(
         self, here: SteadyState, frequency: float, there: SteadyState, target: float
     ) -> tuple[SteadyState, JumpPoint | None]:
-        """The same in steps that are small enough for the branch; `there` is the state by one Newton solution."""
+        """Follow the branch in small steps; `there` is the state that a single Newton solution gives."""
         state, share, step = here, 0.0, 0.5
         jump: JumpPoint | None = None
         while share < 1:

@@ -31,7 +31,7 @@ HINTS = {
 
 
 def si_factor(unit: str, si: str) -> float:
-    """What a value in a unit is multiplied by to become SI.
+    """Factor from a unit to SI.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def si_quantity(value: object, si: str) -> float:
 
 
 def positive_si_quantity(value: object, si: str) -> float:
-    """The same of a quantity that is above zero.
+    """The same for a positive quantity.
 
     Raises
     ------

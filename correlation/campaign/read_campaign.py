@@ -74,7 +74,7 @@ def _others(path: Path, analyse: Analyse) -> Campaign:
 
 
 def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
-    """What a format reads; one from outside may fail, or give what is no campaign."""
+    """Read a campaign by a format, and check the result of a format from outside."""
     if format_.read is read_folder:
         return read_folder(path, analyse)
     try:
@@ -95,7 +95,7 @@ def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
 
 
 def _wrong(campaign: Campaign) -> str | None:
-    """What no comparison could use, with the remedy."""
+    """Content that no comparison can use, with the remedy."""
     table = campaign.measurement
     for called in ([each.name for each in campaign.sensors], [each.name for each in campaign.tests]):
         if len(set(called)) < len(called):

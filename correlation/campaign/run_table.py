@@ -279,7 +279,7 @@ def _steady_state(
 
 
 def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) -> tuple[Suspicion, ...]:
-    """What looks wrong in one steady state over time."""
+    """Suspicions about one steady state over time."""
     assert result.reference is not None
     suspicions = [Suspicion(where=entry.file, sentence=sentence) for sentence in result.suspicions]
     share = np.abs(result.reference[2:]) / amplitude

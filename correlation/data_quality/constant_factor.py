@@ -109,7 +109,7 @@ def _of_all(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iter
 
 
 def _of_one(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
-    """One channel has a factor that the others, which agree with the model, do not have."""
+    """Factor of one channel alone, where the others agree with the model."""
     for sensor in sensors:
         apart = _beside_others(readings, sensor)
         if campaign.sensors[sensor].has_phase and not np.nanmedian(np.abs(apart.imag)) < PHASE:

@@ -89,7 +89,7 @@ def common_factor(ratios: Sequence[float]) -> float | None:
 
 
 def likely_units(factor: float, unit: str) -> list[str]:
-    """What may be in which unit, if forces are so many times their set points, in words.
+    """Likely units of forces that are a given factor times their set points, in words.
 
     Parameters
     ----------

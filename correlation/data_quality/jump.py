@@ -7,7 +7,7 @@ from correlation.feature.branch import Branches, find_branches
 
 
 def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
-    """One for each state that is left out, or of which some repeats are: remarks, as a jump is no mistake."""
+    """Remark on each state that is excluded, in all or some repeats; a jump is no mistake."""
     return tuple(
         Suspicion(
             where=_where(campaign, of, float(of.curves.frequency[state])),

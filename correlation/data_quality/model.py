@@ -139,7 +139,7 @@ def _others_confirm(seen: Logarithms, said: Logarithms, i: int, j: int) -> bool:
 
 
 def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
-    """Where a test resonates [Hz], at the peak of its lowest level or else somewhere in its band, and in words."""
+    """Resonance frequency of a test [Hz], at the peak of its lowest level or else within its band, and in words."""
     for _, sensor, rows in (each for each in channels(campaign) if each[0] == test):
         table = campaign.measurement.where(rows)
         frequency, value = line(table, float(table.level.min()))

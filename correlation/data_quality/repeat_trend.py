@@ -40,7 +40,7 @@ Times = Float[NDArray[np.float64], "n r"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trend:
-    """What goes with the time from repeat to repeat of a test.
+    """Trend over the repeats of a test.
 
     Parameters
     ----------

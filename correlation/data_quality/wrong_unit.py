@@ -45,7 +45,7 @@ ROTATIONS = {3: "mrad", 6: "urad"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Runs:
-    """One run of one channel a row: test, sensor, level, repeat, and the logarithm of measured over predicted.
+    """Runs, one row per run and channel: test, sensor, level, repeat, logarithm of measured over predicted.
 
     `spread` is how far most readings are from one real factor, positive or negative, in the same logarithm.
     """
@@ -211,7 +211,7 @@ def _of_channel(
 
 
 def _part(runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor: int, level_unit: str) -> Iterator[str]:
-    """Which runs of the channel, if not all."""
+    """Runs of the channel in words; empty for all."""
     channel = (runs.test == test) & (runs.sensor == sensor)
     for name, column, unit in (("level", runs.level, f" {level_unit}"), ("repeat", runs.repeat, "")):
         values = np.unique(column[chosen])
@@ -221,7 +221,7 @@ def _part(runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor:
 
 
 def _else(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.bool_], " n"], test: int) -> str:
-    """Where a channel is right."""
+    """Runs in which a channel is right, in words."""
     names = [f'"{campaign.tests[each].name}"' for each in np.unique(runs.test[rows]) if each != test]
     return f"test {' and '.join(names)}" if names else "its other runs"
 

@@ -1,4 +1,4 @@
-"""What a measured frequency response is, with the modes that it shows."""
+"""Measured frequency response with its modes."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""What limits are at other forces and preloads.
+"""Limits at other forces and preloads.
 
 With less force or more preload a contact that a limit holds at the edge of slip has room left: the state with the
 sliders of the limit still exists, but it is a limit no more. The sliders are therefore searched for anew from there, in
@@ -41,7 +41,7 @@ STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
 
 
 class SolveEffort(Enum):
-    """What is tried to find a state near a known one."""
+    """Effort of a search for a state near a known one."""
 
     NEWTON_ONLY = auto()
     """Newton's method from the known state."""

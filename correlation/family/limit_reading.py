@@ -56,7 +56,7 @@ class LimitStates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitReadings:
-    """What a sensor reads at its limits.
+    """Readings of a sensor at its limits.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class LimitReadings:
 
 
 def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
-    """What the limits of a sensor's harmonic bound: an amplitude of the displacement that it follows, or a force."""
+    """Objective that the limits of a sensor's harmonic bound: an amplitude of displacement, or a force."""
     if not isinstance(sensor, LineSensor):
         return OutputHarmonic(row=sensor.row, harmonic=harmonic)
     direction = -1 if sensor.component == "normal" else 0
@@ -216,7 +216,7 @@ def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     solvers: Sequence[tuple[ModelSolver, ModelSolver]],
 ) -> _Refined:  # fmt: skip
-    """What a sensor reads by one balance after the other, until its state stands still."""
+    """Readings of a sensor by finer and finer balances, until its state has converged."""
     readings: list[float] = []
     error, before, reached = 0.0, None, solvers[0][0]
     for number, (solver, check) in enumerate(solvers):
@@ -315,7 +315,7 @@ def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64
 
 
 def _choose_effort(number: int) -> SolveEffort:
-    """Effort of one of the finer and finer balances, by its number."""
+    """Search effort of the n-th refinement."""
     return SolveEffort.NEWTON_ONLY if number > FEWEST_BALANCE else SolveEffort.FEW_STARTS
 
 

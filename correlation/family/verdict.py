@@ -197,7 +197,7 @@ def judge_family(
 
 
 def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tuple[Values, NDArray[np.int64]]:
-    """How far readings are outside, in standard deviations, and of which limit; 0 inside."""
+    """Distance of readings outside of their limits in standard deviations, 0 inside, and the limit."""
     beyond = np.nan_to_num(np.array([limit[0] - value, value - limit[1]]), nan=-np.inf)
     side = np.argmax(beyond, axis=0)
     rows = np.arange(len(value))

@@ -193,7 +193,7 @@ def average_readings(
 
 
 def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:
-    """Which of some points each row of a campaign's table is a reading of, shape (rows,); -1 for none."""
+    """Index of the point of each row of a campaign's table, shape (rows,); -1 for none."""
     table = campaign.measurement
     free_test = campaign.is_free
     names = np.array([sensor.name for sensor in campaign.sensors])

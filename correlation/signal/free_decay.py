@@ -1,4 +1,4 @@
-"""Where a free decay begins and ends in a record, which modes are in it, and first guesses of them."""
+"""Free decay of a record: its start and end, its modes, and their first guesses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -150,7 +150,7 @@ def find_decay(
 
 
 def _decimate(values: Vector, first: int, stride: int) -> Vector:
-    """Every so many samples from one on, without what would fold onto other frequencies.
+    """Decimate samples with an anti-aliasing filter, from a first one on.
 
     The filter is symmetric and its gain is 1 within 0.2 % below 0.8 times the highest frequency that is resolved, so
     that it changes neither phase nor decay of a mode. Only places where it is within the values are kept.

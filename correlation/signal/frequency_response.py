@@ -50,7 +50,7 @@ CHANCE = 0.01
 
 
 class Excitation(Enum):
-    """What drove the structure."""
+    """Kind of excitation."""
 
     RANDOM = "random"
     """Stationary noise: Hann's window, blocks that overlap by half."""

@@ -170,7 +170,7 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
 
 
 def check_pair(displacement: Any, force: Any) -> tuple[Samples, Samples]:
-    """Both signals, of one length, neither constant (`CampaignError`)."""
+    """Check both signals: of equal length, neither constant (else `CampaignError`)."""
     x, f = check_channels(displacement, "the displacement"), check_channels(force, "the force")
     if x.shape != f.shape or len(x) != 1:
         raise CampaignError(
@@ -330,7 +330,7 @@ def _has_negative_work(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple
 
 
 def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...], play: float) -> list[str]:
-    """What the periods say against the record, in words."""
+    """Suspicions about the record from its periods, in words."""
     suspicions = []
     if play:
         suspicions.append(

@@ -198,7 +198,7 @@ def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
 
 
 def _describe_duplicate(mode: RingDown, fitted: Sequence[RingDown]) -> str:
-    """Why a mode is none beside another one, in words; empty if it is one.
+    """Reason why a mode duplicates another one, in words; empty if it does not.
 
     Modes whose frequencies differ by less than they decay cancel each other at any size.
     """
@@ -220,7 +220,7 @@ def cut_decay(
     end: float | None = None,
     frequencies: Sequence[float] | None = None,
 ) -> Decay:
-    """What `analyse_ring_down` fits modes to, with its checks: it takes a small part of the time of the fit."""
+    """Cut out the decay that `analyse_ring_down` fits, with its checks, in a small part of the time of the fit."""
     if quantity not in DERIVATIVE:
         raise CampaignError(f'"{quantity}" is no quantity of a ring-down: give {", ".join(DERIVATIVE)}')
     channel = check_channels(values)

@@ -214,7 +214,7 @@ def _certainty(flow: SlowFlow, prior: float) -> Vector:
 
 
 def _largest_step(flow: SlowFlow, step: float) -> Vector:
-    """How far each coefficient may move at once: a logarithm by 0.5, a phase by 1 rad, also at the end."""
+    """Largest step of each coefficient: a logarithm by 0.5, a phase by 1 rad, also at the end."""
     count = (len(flow.coefficients) - 2) // 2
     return np.concatenate([[0.5, 1.0], np.full(count, 0.5), np.full(count, 4.0 / (step * flow.n_sample))])
 

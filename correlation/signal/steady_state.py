@@ -99,7 +99,7 @@ def fit_steady_state(
 
 
 def residual_decay(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64], " c"]:
-    """By how much the residual's root mean square falls from the first half to the second, relative, shape (c,) [-].
+    """Relative decrease of the residual's root mean square from the first half to the second, shape (c,) [-].
 
     It is zero where chance explains the difference: halves count as many independent values as noise of the residual's
     bandwidth has, not as many as samples.

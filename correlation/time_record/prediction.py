@@ -46,7 +46,7 @@ class Drive:
 
     @property
     def measured(self) -> Samples:
-        """Of the compared samples, shape (s, n)."""
+        """Measured values of the compared samples, shape (s, n)."""
         return np.stack([self.record.channel(name)[self.first :] for name in self.sensors])
 
 

@@ -139,7 +139,7 @@ def _check_memory(joints: Sequence[Joint]) -> None:
 
 
 def _driven(model: Model) -> Array:
-    """Where the force of a record acts, shape (r,) [N/N]."""
+    """Load vector of the force of a record, shape (r,) [N/N]."""
     dynamic = model.system.dynamic
     higher = [k for k in range(2, len(dynamic)) if dynamic[k].any()]
     if higher:

@@ -181,7 +181,7 @@ class _Blocks:
         return np.array(numbers)
 
     def _mistake(self, text: str) -> str:
-        """What is wrong with a field that is no number, and the remedy."""
+        """Error about a field that is no number, with the remedy."""
         sign, other = (",", ".") if self.dialect.decimal_comma else (".", ",")
         if other in text and is_written_number(text):
             word = {",": "comma", ".": "point"}
@@ -200,7 +200,7 @@ class _Blocks:
 
 
 def _doubt_decimals(sample: Sequence[Line], first: int, dialect: Dialect) -> str:
-    """Why what was read as decimals may be thousands; empty if it may not."""
+    """Reason why numbers read as decimals may be thousands; empty if they may not."""
     rows = [dialect.fields(text) for number, text in sample if number > first]
     rows = [fields for fields in rows if len(fields) == len(dialect.numeric)]
     if not may_part_thousands(rows, decimal_comma=dialect.decimal_comma):
@@ -283,7 +283,7 @@ def _is_unit_row(row: Sequence[str]) -> bool:
 
 
 def _facts(texts: Sequence[str]) -> dict[str, str]:
-    """What comments and preamble say as "key: value"."""
+    """Facts that comments and preamble state as "key: value"."""
     facts: dict[str, str] = {}
     for text in texts:
         match = KEY_VALUE.match(text)
