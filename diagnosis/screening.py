@@ -118,7 +118,7 @@ def make_basis(changes: Matrix) -> Matrix:
 
 
 def project_out(basis: Matrix, changes: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
-    """What is left of one change, or of several columns, beside a basis."""
+    """Project a basis out of one change, or of several columns."""
     return np.asarray(changes - basis @ (basis.T @ changes))
 
 

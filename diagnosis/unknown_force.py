@@ -1,4 +1,4 @@
-"""What is missing at a place, where no known effect explains it: a force that grows with the motion, or a resonator."""
+"""Unknown force at a place, where no known effect explains the data: one that grows with the motion, or a resonator."""
 
 from typing import TypeAlias
 

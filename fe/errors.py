@@ -41,7 +41,7 @@ class SupportError(InputError):
 
 
 class UnsupportedBody(SupportError):
-    """One body of several that the supports leave a rigid-body motion."""
+    """Supports that leave one of several bodies a rigid-body motion."""
 
 
 class MatrixFileError(InputError):

@@ -100,7 +100,7 @@ Carrier: TypeAlias = tuple[Element, int, Int[NDArray[np.int64], " node"], Float[
 
 
 def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Carrier]:
-    """What carries each place."""
+    """Face that carries each place, with the shape functions there."""
     if not len(faces):
         raise MeshError(f'"{name}": there is no face that could carry it, so name the face that it lies on')
     host = {

@@ -1,4 +1,4 @@
-"""What contacts do over a period, along response curves: the shares stuck, slipping and separated as stacked areas."""
+"""Contact states along response curves: shares of the period stuck, slipping and separated, as stacked areas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ N_TICK = 5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StatePanel:
-    """One panel.
+    """Panel of one response curve.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def contact_states_figure(result: ContactStates) -> Figure:
 
 
 def _draw(axes: Axes, panel: StatePanel) -> bool:
-    """One panel; whether its curve turns back, so that the axis counts points instead."""
+    """Draw a panel; return whether its curve turns back, so that the axis counts points instead."""
     from matplotlib.ticker import MaxNLocator
 
     step = np.diff(panel.parameter)

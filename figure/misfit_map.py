@@ -1,4 +1,4 @@
-"""Where a model fails: level by frequency, one panel per sensor and harmonic, in standard deviations."""
+"""Map of the misfit over level and frequency in standard deviations, one panel per sensor and harmonic."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ WITHOUT = 0.9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapPanel:
-    """One sensor and harmonic.
+    """Panel of one sensor and harmonic.
 
     Parameters
     ----------

@@ -122,7 +122,7 @@ class StoredTasks(MutableMapping[str, Any]):
         return iter(self._known)
 
     def __len__(self) -> int:
-        """Their number."""
+        """Number of stored results."""
         return len(self._known)
 
     @property

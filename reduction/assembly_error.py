@@ -1,4 +1,4 @@
-"""How far a reduced assembly is from its bodies in full: frequencies, shapes, and receptances at the contacts."""
+"""Error of a reduced assembly against the full bodies: frequencies, shapes, and receptances at the contacts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

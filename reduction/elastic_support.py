@@ -38,7 +38,7 @@ from reduction.rom import ReducedModel
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ElasticSupport:
-    """How a reduced body rides on its support: three translations, and rotations about the middle of the support.
+    """Motion of a reduced body on its elastic support: three translations, and rotations about the support's centre.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What this machine lacks, found with the standard library alone, and the one line that installs it.
+"""Missing software of this machine, found with the standard library alone, and the command that installs it.
 
 Nothing that may be missing is imported (`geometry.system_library`), and drawing is tried in a process of its own.
 """

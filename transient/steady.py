@@ -66,7 +66,7 @@ class SteadyMotion(JointHistory):
 
     @property
     def message(self) -> str:
-        """What was reached, in a sentence."""
+        """Sentence on the steady state that was reached."""
         if self.period_multiple == 1:
             return f"the motion repeats every period of the excitation, seen after {self.n_period} periods"
         if self.period_multiple:
@@ -193,7 +193,7 @@ def _check_numbers(
 
 
 def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: int) -> tuple[SteadyMotion, Record]:
-    """What steps of one length reach, without an estimate of their error; and its record."""
+    """Steady state by steps of one length, without an estimate of their error, and its record."""
     structure = stepper.structure
     period = 2 * np.pi / stepper.angular_frequency
     slowest = min(float(np.exp(-0.5 * max(np.diag(structure.damping).min(), 0.0) * period)), SLOWEST)

@@ -320,7 +320,7 @@ class Campaign:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What was read, by field, wherever its files are."""
+        """Content by field, independent of the place of the files."""
         return {name: value for name, value in vars(self).items() if name != "folder"}
 
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":

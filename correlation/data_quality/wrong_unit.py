@@ -227,7 +227,7 @@ def _else(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.bool_], " n"], 
 
 
 def name_length(power: int, quantities: Set[str]) -> str:
-    """What unit of length makes values so many powers of ten too large, as a question; empty for none that is used.
+    """Question for the unit of length that explains so many powers of ten; empty if no usual unit does.
 
     Parameters
     ----------

@@ -88,7 +88,7 @@ class FreeDecay:
 
     @property
     def suspicions(self) -> tuple[str, ...]:
-        """What looks wrong in the record, in words."""
+        """Suspicions about the record, in words."""
         size = float(np.ptp(self.signal)) / 2 if len(self.signal) else 0.0
         clipped = describe_clipping(self.signal[self.time >= self._start])
         found = [f"{clipped}, which spoils frequency and damping: give a later start"] if clipped else []

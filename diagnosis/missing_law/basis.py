@@ -71,12 +71,12 @@ class LawBasis:
 
     @property
     def width(self) -> float:
-        """Of a piece of the springs [m]."""
+        """Width of a straight piece of the springs [m]."""
         return self.reach / N_PIECE
 
     @property
     def width_of_speed(self) -> float:
-        """Of a piece of the damper [m/s]."""
+        """Width of a straight piece of the damper [m/s]."""
         return self.speed / N_PIECE
 
     @property

@@ -54,7 +54,7 @@ class StateTable:
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
-        """Of each state, shape (s,) [rad/s]."""
+        """Angular frequency of each state, shape (s,) [rad/s]."""
         return 2 * np.pi * np.array([frequency for _, _, frequency in self.keys])
 
 
@@ -203,7 +203,7 @@ def _load(model: Model, row: Row, per_level: Complex[NDArray[np.complex128], " h
 
 
 def _list_forces(model: Model, row: Row, count: int) -> list[Tangent]:
-    """Both parts of a force in each harmonic; the imaginary part of a mean is nothing."""
+    """Tangents of the real and imaginary part of a force in each harmonic; that of an imaginary mean is zero."""
     tangents = []
     for harmonic in range(count):
         for part in (1.0, 1j if harmonic else 0.0):

@@ -35,7 +35,7 @@ N_PLACE = 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tested:
-    """What a campaign has measured.
+    """Measured points of a campaign.
 
     Parameters
     ----------

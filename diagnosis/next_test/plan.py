@@ -42,7 +42,7 @@ CONFUSED = 0.95
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """What tests would show.
+    """Effects that planned tests would show.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Plan:
         return compute_detectable_strengths(self.scores, self.threshold)
 
     def relative(self, score: Score) -> float:
-        """The same over the typical strength [-]."""
+        """Smallest detectable strength over the typical one [-]."""
         return float(np.sqrt(self.threshold) / score.size) if score.size else np.inf
 
     @cached_property

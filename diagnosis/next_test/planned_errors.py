@@ -116,7 +116,7 @@ def plan_errors(
 
 
 def list_usual_jitter(model: Model) -> list[tuple[Effect, float]]:
-    """What usually differs between repeats, with standard deviations, where no repeats have told it."""
+    """Usual jitter between repeats, with standard deviations, where it is not measured."""
     sizes = [size**2 * np.eye(1) for size in USUAL_JITTER[:-1]]
     return list_jitter(model, [*sizes, USUAL_JITTER[-1] ** 2 * np.eye(len(model.preload_groups))])
 

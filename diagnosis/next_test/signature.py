@@ -33,7 +33,7 @@ Readings = Complex[NDArray[np.complex128], " k"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ErrorSources:
-    """What is known of the errors of readings.
+    """Error sources of readings.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class ErrorSources:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SignatureCurve:
-    """What each of n candidates predicts for one sensor, level and harmonic of a test.
+    """Predictions of n candidates for one sensor, level and harmonic of a test.
 
     Parameters
     ----------

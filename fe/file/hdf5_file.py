@@ -15,7 +15,7 @@ MOST = 100_000
 
 
 def find_unsafe_hdf5_content(path: Path) -> str | None:
-    """Why an HDF5 file must not be opened in this process, as the end of a sentence; None if it may.
+    """Reason not to open an HDF5 file in this process, as the end of a sentence; None for a safe file.
 
     A damaged file may end the library, keep it in a loop, or announce arrays that no memory holds.
     """
@@ -66,7 +66,7 @@ def _read_array(file: Any, node: Any) -> None:
 
 
 def _attempt(act: Callable[..., Any], *arguments: Any) -> Any:
-    """What an act gives; None if it fails, for that is no trap."""
+    """Result of an action; None if it raises an error, which is harmless."""
     try:
         return act(*arguments)
     except MemoryError:

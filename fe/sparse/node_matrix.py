@@ -55,7 +55,7 @@ class NodeMatrix:
         return np.repeat(self.nodes.diagonal(), NODE)
 
     def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "NodeMatrix":
-        """Of some nodes: a copy."""
+        """Copy of the part of some nodes."""
         return NodeMatrix(nodes=sp.csr_array(self.nodes[nodes][:, nodes]))
 
     def tocsr(self) -> sp.csr_array:

@@ -1,4 +1,4 @@
-"""What a file of a reduced model may hold, whatever its format: one sentence for each mistake."""
+"""Check of the content of a reduced model's file, of any format: one sentence for each mistake."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -28,7 +28,7 @@ LARGEST = 5000
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StructureMatrices:
-    """What a file says of a linear structure; arrays are copied and read-only."""
+    """Matrices of a linear structure from a file; arrays are copied and read-only."""
 
     mass: Matrix
     damping: Matrix

@@ -84,7 +84,7 @@ class FamilySearch:
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
-        """Of the model at these frequencies, whose joints may shift them, shape (f,) [rad/s]."""
+        """Angular frequencies of the model, with the frequency shift of its joints, shape (f,) [rad/s]."""
         return np.asarray(2 * np.pi * self.frequency * (1 + self.model.frequency_shift.get("jointed", 0.0)))
 
     def problem(self) -> LimitProblem:
@@ -138,7 +138,7 @@ def find_reaches(rest: FamilySearch, report: Callable[[float, float], None] | No
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyLimits:
-    """What a search found.
+    """Limits found by a search.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def _readings(
     search: FamilySearch, problem: LimitProblem, omega: NDArray[np.float64], found: list[ResponseLimits],
     store: MutableMapping[str, Any], executor: Executor | None, report: Callable[[float, float], None] | None,
 ) -> list[list[LimitReadings]]:  # fmt: skip
-    """What the sensors read at the limits, by level and channel."""
+    """Sensor readings at the limits, by level and channel."""
 
     def progress(stage: StageProgress) -> None:
         if report is not None and stage.done:

@@ -162,7 +162,7 @@ def _verdict(comparison: FamilyComparison) -> Iterator[str]:
 
 
 def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVerdict]) -> str:
-    """One sensor and harmonic at the levels at which it leaves its limits."""
+    """Sentence on one sensor and harmonic, with the levels at which it leaves its limits."""
     verdict = max(leaving, key=lambda item: item.departures[0].deviations)
     worst, unit = verdict.departures[0], comparison.level_unit
     count = sum(len(item.departures) for item in leaving)
@@ -246,7 +246,7 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
 
 
 def _reach(limits: FamilyLimits, unit: str) -> str:
-    """How far, in words."""
+    """Reach of the sliders, in words."""
     if not np.isfinite(limits.reach).all():
         return "anywhere"
     furthest = [f"{1e6 * item:.3g} um" for item in limits.reach.max(axis=1)]

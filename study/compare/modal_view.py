@@ -61,13 +61,13 @@ class ModalSet:
 
     @property
     def name(self) -> str:
-        """Where the modes are from: a frequency response, or the manifest, which names their structure."""
+        """Source of the modes: a frequency response, or the manifest, which names their structure."""
         return self.measured[0].name.rpartition(", mode")[0] or self.configuration
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModalView:
-    """What is drawn and written of the modes of a campaign.
+    """Tables and figures of the modes of a campaign.
 
     Parameters
     ----------

@@ -206,7 +206,7 @@ class Side:
 
     @property
     def peak_source(self) -> PeakSource:
-        """What its resonances are read off."""
+        """Source of its resonances."""
         of = self.comparison
         return PeakSource(
             observed=of.observed, predicted=self.prediction.value, features=of.features, whitening=of.whitening,
@@ -215,7 +215,7 @@ class Side:
 
     @property
     def misfit(self) -> Misfit:
-        """By its points."""
+        """Misfit at its points."""
         comparison, value = self.comparison, self.prediction.value
         predicted = comparison.features.of_values(value)
         difference = (comparison.measured - predicted) / comparison.whitening.total_deviation
@@ -290,7 +290,7 @@ def find_peaks(sides: Sequence[Side], level_unit: str) -> ModePeaks:
 
 
 def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None) -> str:
-    """One line a point of the training data and of what is held out; what does not exist is empty.
+    """Format the misfit as CSV, one line per point of the training and held-out data; missing values are empty.
 
     Parameters
     ----------

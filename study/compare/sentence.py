@@ -1,4 +1,4 @@
-"""Where a model fails, in a few sentences for a structural dynamicist."""
+"""Summary of a comparison in a few sentences for a structural dynamicist."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -134,7 +134,7 @@ class DataDiagnosisResult:
 
     @property
     def tested(self) -> str:
-        """Which data test the fit, in words."""
+        """Data that test the fit, in words."""
         if not self.held_out:
             return "a single datum: what was fitted is also what tests the fit"
         assumed = "" if any(datum.held_out for datum in self.campaign.data) else ", as the manifest holds none out"

@@ -48,7 +48,7 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One thing that was done.
+    """Step of a history.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ class History:
 
 
 def history_file(case: Path) -> Path:
-    """Where the history of a case file is."""
+    """Path of the history of a case file."""
     return case.with_name(f"{case.stem}.history.json")
 
 

@@ -223,7 +223,7 @@ def _reads(place: Place) -> str:
 
 
 def _pull(factor: float, prior: float) -> dict[str, Any]:
-    """How far a calibration parameter moved, in standard deviations of its prior, and its place on a scale [%]."""
+    """Change of a calibration parameter in standard deviations of its prior, and its place on a scale [%]."""
     pull = (factor - 1) / prior
     return {"words": f"{pull:+.2f}", "place": f"{50 + 50 * max(-1.0, min(1.0, pull / 3)):.1f}", "far": abs(pull) > 2}
 

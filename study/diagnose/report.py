@@ -145,7 +145,7 @@ def _verdict(result: Round) -> Iterator[str]:
 
 
 def _resonances(result: Round) -> Iterator[str]:
-    """How the resonances change with the level, where something that has no name is missing."""
+    """Level dependence of the resonances, where an unnamed effect is missing."""
     for sentence in describe_level_dependence(result):
         yield from wrap(sentence, WIDTH, initial_indent="  ", subsequent_indent="    ")
 

@@ -79,12 +79,12 @@ class Round(Tabular):
 
     @property
     def wrong(self) -> list[Suspicion]:
-        """What looks wrong in the measurements, without remarks."""
+        """Suspicions about the measurements, without remarks."""
         return [each for each in self.suspicions if not each.remark]
 
     @property
     def changes(self) -> list[str]:
-        """What changed in the course of a test, which no case explains; what may have, where nothing is missing."""
+        """Changes during a test, which no case explains; where nothing is missing, suspected ones as well."""
         is_nothing = self.diagnosis.verdict.finding is Finding.NOTHING
         return [each.headline for each in self.suspicions if each.of_time and (is_nothing or not each.remark)]
 

@@ -188,7 +188,7 @@ def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, floa
 
 
 def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
-    """How much too high natural frequencies of the model are, as a fit found them, by name [-]."""
+    """Fitted relative errors of the model's natural frequencies, by name [-]."""
     fitted = _calibrated(setup, refit)
     return {item.name: 1 / value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
 

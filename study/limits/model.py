@@ -77,7 +77,7 @@ class LimitSearch:
     settings: LimitSettings
 
     def balance(self) -> HarmonicBalance:
-        """What is solved."""
+        """Harmonic balance of the search."""
         return HarmonicBalance(system=self.system, n_harmonic=self.harmonics + 1, n_sample=self.n_sample)
 
     def problem(self) -> LimitProblem:
@@ -199,7 +199,7 @@ def choose_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
 
 
 def make_objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> Objective:
-    """What a table bounds, of an output, or of a contact or line if there is none.
+    """Objective of a table: of an output, or else of a contact or line.
 
     Raises
     ------

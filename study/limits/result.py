@@ -63,7 +63,7 @@ class LimitCurves:
 
     @property
     def label(self) -> str:
-        """Of an axis."""
+        """Label of an axis."""
         return f"{self.quantity} [{self.unit}]"
 
     @property
@@ -109,7 +109,7 @@ def convert_own_limits(
 def convert_limits(
     table: LimitsTable, output: Sensor | None, harmonic: int, result: LimitSearchResult, motion: str = ""
 ) -> LimitCurves:
-    """What a search found, in the unit of the surface.
+    """Convert the result of a search into the unit of the surface.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def list_rows(curves: LimitCurves, columns: Sequence[Mapping[str, NDArray[Any]]]
 
 
 def list_columns(curves: LimitCurves, side: int, unit: str) -> dict[str, NDArray[Any]]:
-    """What is known of one limit, by heading; the unit stands behind headings of values, such as " [um]"."""
+    """Columns of one limit by heading; headings of values end with their unit, such as " [um]"."""
     limits, row, name = curves.limits, curves.order[side], SIDES[side]
     result: dict[str, NDArray[Any]] = {f"{name}{unit}": curves.value[side]}
     if curves.is_refined:

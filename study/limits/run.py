@@ -24,7 +24,7 @@ from study.solve.model import SolveModel, make_vibrating_model, require_sweep
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitsResult:
-    """What the command reports.
+    """Result of the command.
 
     Parameters
     ----------

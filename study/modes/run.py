@@ -67,7 +67,7 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
 
 
 def _advice(error: SupportError) -> str:
-    """What else can be done about one body of several that nothing holds."""
+    """Further remedy for one of several bodies that is not supported."""
     if not isinstance(error, UnsupportedBody):
         return ""
     return (

@@ -1,4 +1,4 @@
-"""What a first case is made of: the words of its structure, and what they were made from."""
+"""Draft of a first case: the text of its structure, and its sources."""
 
 import os
 from collections.abc import Callable, Sequence

@@ -108,7 +108,7 @@ def _write(kind: str, request: NewCaseRequest, run: RunContext) -> NewCase:
 
 @contextmanager
 def _restored_if_it_fails(path: Path) -> Iterator[None]:
-    """What was in a file before, or no file, after a failure: half a case would look like one."""
+    """Restore the file after a failure, or remove a new one: an incomplete case would look like a complete one."""
     before = path.read_bytes() if path.is_file() else None
     try:
         yield

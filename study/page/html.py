@@ -78,13 +78,13 @@ def fill_template(
 
 
 def page_provenance() -> str:
-    """What a page carries of the command that makes it, as JSON; empty for a page that is made in Python."""
+    """Provenance of a page as JSON; empty for a page that is made in Python."""
     made_by = current_provenance()
     return "" if made_by is None else made_by.as_json()
 
 
 def content_policy(scripts: Iterable[str] = ()) -> str:
-    """What a browser lets a page do: run these scripts and no other, show pictures of its own, load and send nothing.
+    """Content security policy of a page: it runs these scripts only, shows its own pictures, loads and sends nothing.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ TESTS: Mapping[str, str] = {"jointed": "stepped", "free": "free"}
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignLayout:
-    """What a campaign's files call its sensors."""
+    """Names of sensors and lines in the files of a campaign."""
 
     title: str = "Beam with two contact lines"
     """Of the campaign."""
@@ -176,7 +176,7 @@ def sweeps(
 
 
 def with_noise(readings: Readings, random: np.random.Generator) -> Readings:
-    """What the sensors say of it."""
+    """Readings with noise."""
     return replace(
         readings,
         motion=readings.motion * (1 + NOISE * _complex_normal(random, readings.motion.shape))

@@ -34,7 +34,7 @@ CHANCE, OVERSHOOT = 0.5, (1.2, 2.2)
 
 @dataclass(frozen=True, kw_only=True)
 class LoadingHistory:
-    """What happens before a level is measured."""
+    """Loading history before a level is measured."""
 
     loads: tuple[float, ...]
     """Shares of the static load in their order, the last one 1; none if it is left alone [-]."""

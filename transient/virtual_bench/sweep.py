@@ -326,7 +326,7 @@ class VirtualSweepTest:
         return self._rows @ record.modal_displacement.T, self._lines @ record.force
 
     def read(self, record: Record) -> tuple[Array, Array, float]:
-        """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
+        """Sensor readings of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
         n = self.steps_per_period
         motion, force = (np.fft.rfft(item, axis=1) * (2 / n) for item in self.waveforms(record))
         force[:, 0] /= 2

@@ -1,4 +1,4 @@
-"""What was compared, and what could not be."""
+"""Overview of the compared data, and of data that could not be compared."""
 
 from collections.abc import Iterator
 
@@ -43,7 +43,7 @@ def describe_runs(campaign: Campaign) -> str:
 
 
 def left_out(compared: ComparisonResult) -> list[str]:
-    """What could not be compared, one sentence each."""
+    """Sentences on the data that could not be compared."""
     sentences = []
     sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
     missing = sum(int((~np.isfinite(side.predicted)).sum()) for side in sides)

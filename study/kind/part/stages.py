@@ -44,7 +44,7 @@ VIEWS = {"faces.png": (0.80, -0.62, 0.36), "faces_behind.png": (-0.80, 0.62, -0.
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolidSummary:
-    """What a STEP file holds.
+    """Summary of the solid in a STEP file.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def solid_summary(file: Path) -> SolidSummary:
 
 @stage("named faces of a STEP file")
 def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, NamedFaces]:
-    """What each name has got."""
+    """Faces found for each name."""
     require_system_libraries("cad")
     return {
         name: NamedFaces(n_face=len(region.faces), area=region.area, centre=region.centre)

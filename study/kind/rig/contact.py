@@ -1,4 +1,4 @@
-"""What a rig's case says of its contacts and dead weights, as the numerical packages take it."""
+"""Contacts and dead weights of a rig's case, in the form of the numerical packages."""
 
 from dataclasses import dataclass
 from math import degrees, tan

@@ -28,7 +28,7 @@ STATION_LABEL = "station, from the damper's end [-]"
 
 
 def choose_most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
-    """Of each level, or some of them with the highest, the curve whose contacts come nearest to slipping as a whole."""
+    """Choose, for some levels with the highest, the curve whose contacts are closest to gross slip."""
     distinct = np.unique(levels)
     drawn = distinct[evenly(len(distinct), MOST_CURVES)]
     ratio = [max(line.ratio for line in peak.lines.values()) for peak in peaks]

@@ -21,7 +21,7 @@ Samples = Float[NDArray[np.float64], " n"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineMotion:
-    """What happens on one contact line over a period of n instants.
+    """Forces and states of one contact line over a period of n instants.
 
     Parameters
     ----------
@@ -68,12 +68,12 @@ class RigForces:
 
     @property
     def inertia_error(self) -> dict[str, float]:
-        """What eqs 1 and 2 lose with the inertia of de-coupler and damper, by pair, see `_apart` [-]."""
+        """Error of eqs 1 and 2 by the neglected inertia of de-coupler and damper, by pair, see `_apart` [-]."""
         return {name: _apart(self.balanced[name], line.force) for name, line in self.lines.items()}
 
     @property
     def bending_error(self) -> dict[str, float]:
-        """What they lose with the forces across the arms, which bend instead of being hinged, by pair [-]."""
+        """Error by the neglected forces across the arms, which bend instead of being hinged, by pair [-]."""
         return {name: _apart(self.measured[name], self.balanced[name]) for name in self.lines}
 
 

@@ -106,7 +106,7 @@ class RigModel:
 
     @property
     def cells(self) -> RigMesh:
-        """How the bodies are meshed."""
+        """Mesh parameters of the bodies."""
         return choose_rig_mesh(self.rig, REGISTRY[self.element], self.size)
 
     def meshed(self) -> MeshedRig:
@@ -120,7 +120,7 @@ class RigModel:
         return MeshedRig(meshes={body: result[body] for body in BODIES}, coordinates={"blade": pushed})
 
     def meshes(self) -> dict[str, Mesh]:
-        """Their meshes alone."""
+        """Meshes of the bodies."""
         return dict(self.meshed().meshes)
 
     def modes_of(self, body: str) -> int:

@@ -116,7 +116,7 @@ def _side_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
 
 
 def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:
-    """Their rigid motions: contact alone holds them."""
+    """Rigid motions of the dampers, which contact alone supports."""
     return {
         body: rigid_motions(reduction.assembly, body, reduction.places(body), np.zeros(3))
         for body in (f"damper_{side}" for side in SIDES)

@@ -21,7 +21,7 @@ from study.run_context import RunContext
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeveralLimitsResult:
-    """What the command reports.
+    """Result of the command.
 
     Parameters
     ----------

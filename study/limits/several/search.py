@@ -123,7 +123,7 @@ def convert_several_limits(
     model: SolveModel,
     run: RunContext,
 ) -> tuple[LimitCurves, ...]:
-    """What a search found of each quantity, refined to the tolerance of the case, in the unit of its surface.
+    """Convert the result of a search for each quantity, refined to the tolerance of the case, into its unit.
 
     Parameters
     ----------
