@@ -115,12 +115,12 @@ class Decoupler:
 
     @property
     def plate_front(self) -> float:
-        """y of the plate's face on which the pad stands [m]."""
+        """Y of the plate's face on which the pad stands [m]."""
         return self.contact_length + self.end_clearance
 
     @property
     def plate_back(self) -> float:
-        """y of the plate's face from which the arms start [m]."""
+        """Y of the plate's face from which the arms start [m]."""
         return self.plate_front + self.plate_thickness
 
     @property

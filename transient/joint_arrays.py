@@ -22,7 +22,7 @@ NONE = -2
 Integers = Int[Whole, " joint"]
 
 
-class Packed(NamedTuple):
+class JointArrays(NamedTuple):
     """Joints as compiled code reads them."""
 
     kind: Integers
@@ -45,7 +45,7 @@ class TransientJointTable:
     """Directions of all joints in order, shape (d, r) [-]."""
     stuck_stiffness: Float[Real, " d"]
     """Stiffness of each direction while its joint sticks and is closed, shape (d,) [N/m]."""
-    packed: Packed
+    packed: JointArrays
     """The arrays that compiled code reads."""
     n_slider: int
     """Number of sliders [-]."""
@@ -70,7 +70,7 @@ def joint_table(system: JointedSystem) -> TransientJointTable:
     return TransientJointTable(
         rows=np.vstack([joint.directions for joint in system.joints]) if laws else np.zeros((0, system.n_dof)),
         stuck_stiffness=np.concatenate([np.zeros(0), *stuck]),
-        packed=Packed(
+        packed=JointArrays(
             np.array([FUNCTION if law.name not in names else names.index(law.name) for law in laws], dtype=np.int64),
             starts([len(item) for item in stuck]),
             starts(n_slider),

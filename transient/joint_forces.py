@@ -4,7 +4,7 @@ import numpy as np
 
 from fe.compiled import compiled, compiled_switch
 from reduction.array_type import Matrix, Vector
-from transient.joint_arrays import NONE, Integers, Packed
+from transient.joint_arrays import NONE, Integers, JointArrays
 from transient.joint_law.function_law import force as function_force
 from transient.joint_law.function_law import instant as function_instant
 from transient.joint_law.registry import ARGUMENTS, TRANSIENT_LAWS
@@ -24,8 +24,8 @@ _instant = compiled_switch(
 
 @compiled
 def joint_force(
-    joint: int, joints: Packed, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector,
-    moved: Vector,
+    joint: int, joints: JointArrays, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector,
+    end: Vector, moved: Vector,
 ) -> None:  # fmt: skip
     """Write mean and end force [N] of one joint's directions and the moved sliders [m] into the last three arguments.
 
@@ -42,7 +42,14 @@ def joint_force(
 
 @compiled
 def joint_forces(
-    joints: Packed, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
+    joints: JointArrays,
+    before: Vector,
+    after: Vector,
+    slider: Vector,
+    step: float,
+    mean: Vector,
+    end: Vector,
+    moved: Vector,
 ) -> None:
     """`joint_force` of all joints."""
     for joint in range(joints.kind.size):
@@ -51,7 +58,7 @@ def joint_forces(
 
 @compiled
 def set_instant_forces(
-    instant: Integers, joints: Packed, displacement: Matrix, velocity: Matrix, slider: Matrix, force: Matrix
+    instant: Integers, joints: JointArrays, displacement: Matrix, velocity: Matrix, slider: Matrix, force: Matrix
 ) -> None:  # fmt: skip
     """Replace the forces of laws that depend on the velocity by those of each instant.
 
@@ -70,7 +77,7 @@ def set_instant_forces(
 
 
 @compiled
-def move_sliders(joints: Packed, position: Matrix, slider: Vector, step: float) -> Vector:
+def move_sliders(joints: JointArrays, position: Matrix, slider: Vector, step: float) -> Vector:
     """Sliders, shape (s,) [m], at the end of a period of prescribed motion; a second period moves them no further.
 
     The motion is that of all directions at the ends of all steps, shape (t, d) [m]; `slider` is where they stand

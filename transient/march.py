@@ -16,7 +16,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from reduction.array_type import Matrix, Vector
-from transient.joint_arrays import Packed
+from transient.joint_arrays import JointArrays
 from transient.joint_forces import joint_force, joint_forces
 from transient.state_transition import Transition
 
@@ -45,7 +45,7 @@ class StepEquation(NamedTuple):
     """Positions before the step, shape (d,) [m]."""
     slider: Vector
     """Sliders before the step, shape (s,) [m]."""
-    joints: Packed
+    joints: JointArrays
     step: float
     """[s]; 0 for a step of no length."""
     force: Vector
@@ -190,7 +190,7 @@ class Marched(NamedTuple):
 
 @compiled
 def march(
-    now: Marched, scale: float, by: Transition, joints: Packed, level: Vector, load: Vector, states: Matrix,
+    now: Marched, scale: float, by: Transition, joints: JointArrays, level: Vector, load: Vector, states: Matrix,
     forces: Matrix, sliders: Matrix,
 ) -> tuple[int, float, int]:  # fmt: skip
     """Integrate over len(level) steps.

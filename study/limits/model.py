@@ -237,7 +237,7 @@ def find_contacts(name: str, model: SolveModel) -> tuple[str, ...]:
 
 def _output_harmonic(output: Sensor, model: SolveModel) -> OutputHarmonic:
     """The amplitude that a sensor reads, with the motion of a shaken base if it does not read relative to it."""
-    harmonic, carried = find_main_harmonic(model.system), model.carried(output)
+    harmonic, carried = find_main_harmonic(model.system), model.base_acceleration(output)
     base = 0.0 if carried is None or harmonic >= len(carried) else complex(carried[harmonic])
     return OutputHarmonic(row=output.row, harmonic=harmonic, base=base)
 

@@ -321,7 +321,7 @@ def _elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
     if reduction.root is None:
         return {}
     assembly = reduction.assembly
-    return {"blade": reduction.root.within(assembly.n_dof, assembly.columns("blade"))}
+    return {"blade": reduction.root.embed(assembly.n_dof, assembly.columns("blade"))}
 
 
 def _dofs(reduction: RigReduction) -> tuple[Dof, ...]:
