@@ -111,7 +111,10 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
     )
     preloaded = make_preloaded_rig(case, make_rig_model(of.case), of.reduction)
     system = make_jointed_system(
-        preloaded.joined, preloaded.rest, drawn.damping.ratio * factors["damping_ratio"], excitation(of.reduction)
+        preloaded.joined,
+        preloaded.static_state,
+        drawn.damping.ratio * factors["damping_ratio"],
+        excitation(of.reduction),
     )
     young, bodies = factors["youngs_modulus"] - 1, preloaded.joined.bodies
     # The bench knows a line by the first word of its contacts' names.

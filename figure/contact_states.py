@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import CONTACT_STATES, Axes, Figure, TitledFigure, add_legend, add_title, evenly, new_figure
+from figure.style import CONTACT_STATES, Axes, Figure, TitledFigure, add_legend, add_title, choose_evenly, new_figure
 
 #: Labelled places along a curve that turns back.
 N_TICK = 5
@@ -88,7 +88,7 @@ def _draw(axes: Axes, panel: StatePanel) -> bool:
     for number, state in enumerate(panel.states):
         axes.fill_between(place, edges[:, number], edges[:, number + 1], color=CONTACT_STATES[state], linewidth=0)
     if turns:
-        ticks = evenly(len(place), N_TICK)
+        ticks = choose_evenly(len(place), N_TICK)
         axes.set_xticks(ticks, [f"{panel.parameter[tick]:.4g}" for tick in ticks])
     else:
         # A label at the right end would run into the first one of the panel beside it.

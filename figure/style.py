@@ -221,7 +221,7 @@ def format_three_digits(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.10g}"
 
 
-def evenly(count: int, most: int) -> list[int]:
+def choose_evenly(count: int, most: int) -> list[int]:
     """Choose at most `most` of `count` places evenly, with the first and the last."""
     places = np.linspace(0, count - 1, min(count, most)).round().astype(int)
     return [int(place) for place in np.unique(places)]

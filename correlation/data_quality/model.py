@@ -122,18 +122,20 @@ def _ratios(
     return _ratio(both[0], both[1]), _ratio(both[2], both[3])
 
 
-def _others_confirm(seen: Logarithms, said: Logarithms, i: int, j: int) -> bool:
-    """Whether the ratios to all other sensors say that two are swapped, and those among the others are right."""
-    rest = [k for k in range(len(seen)) if k not in {i, j} and np.isfinite(seen[[i, j], k] + said[[i, j], k]).all()]
+def _others_confirm(measured: Logarithms, predicted: Logarithms, i: int, j: int) -> bool:
+    """Whether the ratios to all other sensors show that two are swapped, and those among the others are right."""
+    known = np.isfinite(measured + predicted)
+    rest = [k for k in range(len(measured)) if k not in {i, j} and known[[i, j], k].all()]
     if not rest:
         return False
+
+    def distance(row: int, k: int, of: int) -> float:
+        return float(abs(wrap_phases(measured[row, k] - predicted[of, k])))
+
     apart = np.array(
-        [[abs(wrap_phases(seen[one, k] - said[one, k])), abs(wrap_phases(seen[one, k] - said[other, k]))]
-         for k in rest for one, other in ((i, j), (j, i))]
-    )  # fmt: skip
-    among = [
-        abs(wrap_phases(seen[k, m] - said[k, m])) for k in rest for m in rest if np.isfinite(seen[k, m] + said[k, m])
-    ]
+        [[distance(one, k, one), distance(one, k, other)] for k in rest for one, other in ((i, j), (j, i))]
+    )
+    among = [distance(k, m, k) for k in rest for m in rest if known[k, m]]
     right = max(among, default=0.0)
     return bool((apart[:, 1] < AFTER_SWAPPING * apart[:, 0]).all() and right < AFTER_SWAPPING * apart[:, 0].min())
 

@@ -24,8 +24,8 @@ class ModeSet:
         Measured modes by rising frequency.
     frequency, damping
         Of the model's modes, shape (m,) [Hz, -].
-    seen
-        What the sensors read of the model's modes, shape (c, m).
+    model_shape
+        Mode shapes of the model at the sensors, shape (c, m).
     mistake
         A change of the sensors without which the shapes do not agree; None for none.
     """
@@ -35,7 +35,7 @@ class ModeSet:
     modes: tuple[MeasuredMode, ...]
     frequency: Float[NDArray[np.float64], " m"]
     damping: Float[NDArray[np.float64], " m"]
-    seen: Complex[NDArray[np.complex128], "c m"]
+    model_shape: Complex[NDArray[np.complex128], "c m"]
     mistake: SensorMistake | None
 
     @property
@@ -76,7 +76,7 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet
         )  # fmt: skip
         yield ModeSet(
             configuration=configuration, sensors=sensors, modes=tuple(measured), frequency=frequency,
-            damping=damping, seen=seen, mistake=mistake,
+            damping=damping, model_shape=seen, mistake=mistake,
         )  # fmt: skip
 
 

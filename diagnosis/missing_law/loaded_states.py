@@ -70,7 +70,7 @@ class Response:
         Harmonics of each place, shape (s, p, h) [m].
     slopes
         Change of each reading by the real and the imaginary part of a force at each place, shape (k, p, h, 2).
-    own
+    receptance
         Change of the fundamental of each place by those of a force there, shape (s, p, 2) [m/N].
     tangents
         Change of each reading by further parameters, shape (k, t).
@@ -81,7 +81,7 @@ class Response:
     value: Complex[NDArray[np.complex128], " k"]
     motion: Complex[NDArray[np.complex128], "s p h"]
     slopes: Complex[NDArray[np.complex128], "k p h 2"]
-    own: Complex[NDArray[np.complex128], "s p 2"]
+    receptance: Complex[NDArray[np.complex128], "s p 2"]
     tangents: Complex[NDArray[np.complex128], "k t"]
     states: Mapping[Key, SteadyState]
 
@@ -124,7 +124,7 @@ def compute_response(
         value=prediction.value,
         motion=np.array([np.array(rows) @ prediction.states[key].coefficients[:count].T for key in table.keys]),
         slopes=forces[: len(points)],
-        own=forces[len(points) :, :, 1].reshape(s, p, p, 2)[:, places, places],
+        receptance=forces[len(points) :, :, 1].reshape(s, p, p, 2)[:, places, places],
         tangents=found[: len(points), n:],
         states={key: prediction.states[key] for key in table.keys},
     )  # fmt: skip
@@ -167,8 +167,8 @@ def compute_loaded_response(
         mine = StateTable(keys=(key,), force=table.force[number : number + 1], number=np.zeros(len(at), dtype=np.int64))
         part = compute_response(single, loaded, found, mine, [row], count, tangents)
         whole.value[at], whole.slopes[at], whole.tangents[at] = part.value, part.slopes, part.tangents
-        motion[number], own[number], states[key] = part.motion[0], part.own[0], found.states[key]
-    return replace(whole, motion=motion, own=own, states=states)
+        motion[number], own[number], states[key] = part.motion[0], part.receptance[0], found.states[key]
+    return replace(whole, motion=motion, receptance=own, states=states)
 
 
 _COLUMNS = ("free", "level", "frequency", "sensor", "harmonic", "sweep", "force")
@@ -218,5 +218,5 @@ def _empty(k: int, p: int, count: int, t: int) -> Response:
     nothing = np.zeros((0, p, count), dtype=complex)
     return Response(
         value=np.full(k, np.nan, dtype=complex), motion=nothing, slopes=np.zeros((k, p, count, 2), dtype=complex),
-        own=np.zeros((0, p, 2), dtype=complex), tangents=np.zeros((k, t), dtype=complex), states={},
+        receptance=np.zeros((0, p, 2), dtype=complex), tangents=np.zeros((k, t), dtype=complex), states={},
     )  # fmt: skip

@@ -154,7 +154,7 @@ class _Recovery:
         name, row = list(self.rows.items())[number]
         response = replace(
             self.response, motion=self.response.motion[:, [number]], slopes=self.response.slopes[:, [number]],
-            own=self.response.own[:, [number]],
+            receptance=self.response.receptance[:, [number]],
         )  # fmt: skip
         return self._infer(name, row, self.values, np.zeros_like(response.motion[:, 0]), response)
 

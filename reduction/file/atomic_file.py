@@ -10,7 +10,7 @@ from reduction.errors import ExchangeError
 
 
 def write_atomically(
-    path: Path | str, write: Callable[[Path], object], wrong: type[InputError] = ExchangeError
+    path: Path | str, write: Callable[[Path], object], error_type: type[InputError] = ExchangeError
 ) -> None:
     """Write a file atomically: a file of that name is replaced as a whole, or stays as it was if anything fails.
 
@@ -19,11 +19,11 @@ def write_atomically(
     Raises
     ------
     InputError
-        Of the kind `wrong`: the folder does not exist, or the file cannot be written.
+        Of the kind `error_type`: the folder does not exist, or the file cannot be written.
     """
     path = Path(path)
     if not path.parent.is_dir():
-        raise wrong(f'"{path}" cannot be written: there is no folder "{path.parent}", create it first')
+        raise error_type(f'"{path}" cannot be written: there is no folder "{path.parent}", create it first')
     temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
         write(temporary)
@@ -31,6 +31,8 @@ def write_atomically(
     except OSError as error:
         # HDF5 puts a paragraph where the system has a few words.
         reason = os.strerror(error.errno) if error.errno else error
-        raise wrong(f'"{path}" cannot be written ({reason}): choose another folder, or free space in it') from error
+        raise error_type(
+            f'"{path}" cannot be written ({reason}): choose another folder, or free space in it'
+        ) from error
     finally:
         temporary.unlink(missing_ok=True)

@@ -23,13 +23,13 @@ Samples = Float[Real, "d n"]
 class Plausible(NamedTuple):
     """Largest plausible value of a parameter: a larger number is a mistake, or meant for something else."""
 
-    most: float
-    beyond: str
+    largest: float
+    remedy: str
     """What a larger number is, and what to give in its place: the end of a sentence that begins with the number."""
 
     def doubt(self, value: float) -> str:
         """Warning about a number that is too large; empty otherwise."""
-        return f"{value:g} {self.beyond}" if value > self.most else ""
+        return f"{value:g} {self.remedy}" if value > self.largest else ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -122,13 +122,13 @@ def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet
     for group in groups:
         measured = np.array([mode.frequency for mode in group.modes])
         # Swapped sensors must not decide which mode is which; the MAC is that of the shapes as they were measured.
-        pairing = pair_modes(measured, group.corrected_shape, group.frequency, group.seen)
-        assurance = modal_assurance(group.shape, group.seen)
+        pairing = pair_modes(measured, group.corrected_shape, group.frequency, group.model_shape)
+        assurance = modal_assurance(group.shape, group.model_shape)
         pairs = tuple(replace(one, assurance=float(assurance[one.measured, one.model])) for one in pairing.pairs)
         pairing = replace(pairing, pairs=pairs, assurance=assurance)
         rows, columns = [pair.measured for pair in pairs], [pair.model for pair in pairs]
         # A single mode says nothing of a sensor beside what its MAC says.
-        coordinate = coordinate_assurance(group.shape[:, rows], group.seen[:, columns]) if len(rows) > 1 else ()
+        coordinate = coordinate_assurance(group.shape[:, rows], group.model_shape[:, columns]) if len(rows) > 1 else ()
         yield ModalSet(
             configuration=group.configuration, sensors=group.sensors, measured=group.modes,
             frequency=group.frequency, damping=group.damping, pairing=pairing, coordinate=np.asarray(coordinate),

@@ -11,7 +11,7 @@ from correlation.model import Sensor
 from figure.contact_states import ContactStates, StatePanel
 from figure.hysteresis_loops import HysteresisLoops, Loop
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
-from figure.style import evenly
+from figure.style import choose_evenly
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.matlab import make_matlab_file
@@ -294,7 +294,7 @@ def _busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
 
 def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
     """At most `MOST_CURVES` of the curves, the first and the last among them."""
-    return [curves[place] for place in evenly(len(curves), MOST_CURVES)]
+    return [curves[place] for place in choose_evenly(len(curves), MOST_CURVES)]
 
 
 def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int) -> list[Loop]:

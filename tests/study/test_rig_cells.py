@@ -70,7 +70,7 @@ def test_a_prediction_of_a_campaign_reads_them_too(rig: Read) -> None:
 
 
 def test_at_rest_cells_and_blade_carry_the_dead_weights(rig: Read) -> None:
-    rest, line = rig.preloaded.rest, {}
+    rest, line = rig.preloaded.static_state, {}
     for name, members in rig.preloaded.joined.lines.items():
         own = [each for each in rest.contacts if each.name in members]
         rows = [rest.contacts.index(each) for each in own]
@@ -123,7 +123,7 @@ def test_a_cell_that_the_rig_has_not_is_refused(read_rig: ReadRig) -> None:
 
 def test_rest_is_reckoned_in(rig: Read) -> None:
     balance = HarmonicBalance(system=rig.model.system, n_harmonic=2, n_sample=64, level=1e-9)
-    slider = np.concatenate(rig.preloaded.rest.slider.reshape(-1, 1))
+    slider = np.concatenate(rig.preloaded.static_state.slider.reshape(-1, 1))
     state = steady_state(balance, 2 * np.pi * 150.0, slider=slider)
     for cell in rig.model.load_cells.values():
         moved = float(cell.row @ state.coefficients[0].real)

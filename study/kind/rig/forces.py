@@ -141,5 +141,5 @@ def _reaction(
     omega = harmonics(state.angular_frequency, len(state.coefficients))
     q = state.coefficients
     moving = q @ rows.stiffness.T - omega[:, None] ** 2 * (q @ rows.mass.T)
-    at_rest = rows.stiffness @ preloaded.rest.displacement
+    at_rest = rows.stiffness @ preloaded.static_state.displacement
     return np.asarray(samples_from_coefficients(moving, balance.n_sample).T + at_rest[:, None])

@@ -38,7 +38,7 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
         compute_rig_forces(preloaded, item.branch.balance_at(balance, point), state)
         for item, point, state in zip(curves, highest, states, strict=True)
     ]
-    contacts = {item.name: item for item in preloaded.rest.contacts}
+    contacts = {item.name: item for item in preloaded.static_state.contacts}
     friction = {line: contacts[names[0]].friction_coefficient for line, names in preloaded.joined.lines.items()}
     labels = [item.curve.label for item in curves]
     chosen = choose_most_loaded([item.curve.fixed for item in curves], peaks)
@@ -74,7 +74,7 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
 def _at_rest(system: PreloadedRig) -> dict[str, dict[str, float]]:
     """Each contact line under the dead weights: forces [N], pressed stations, largest |T| / (mu N) of one [-]."""
     names = [contact.name for contact in system.joined.contacts]
-    rest, result = system.rest, {}
+    rest, result = system.static_state, {}
     for line, members in system.joined.lines.items():
         rows = [names.index(name) for name in members]
         result[line] = {

@@ -64,7 +64,7 @@ class PreloadedRig:
         Bodies and contacts, unloaded.
     wires
         Wire of the dead weight of each side, over all coordinates.
-    rest
+    static_state
         Static state of the contacts under the dead weights.
     dampers
         Dampers as rigid bodies on their contacts.
@@ -75,7 +75,7 @@ class PreloadedRig:
     weights: Mapping[str, WirePull]
     joined: JoinedBodies
     wires: Mapping[str, Wire]
-    rest: StaticState
+    static_state: StaticState
     dampers: tuple[RigidBody, ...]
 
 
@@ -105,7 +105,13 @@ def make_preloaded_rig(case: Case[RigTable], model: RigModel, reduction: RigRedu
         with located(case, "structure", "dead_weight", *_side_at_fault(case, str(error))):
             raise error
     return PreloadedRig(
-        model=model, reduction=reduction, weights=weights, joined=bodies, wires=wires, rest=rest, dampers=dampers
+        model=model,
+        reduction=reduction,
+        weights=weights,
+        joined=bodies,
+        wires=wires,
+        static_state=rest,
+        dampers=dampers,
     )
 
 
@@ -176,7 +182,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         run.note(sentence)
     preloaded = make_preloaded_rig(case, model, reduction)
     force = excitation(reduction)
-    system = make_jointed_system(preloaded.joined, preloaded.rest, case.structure.damping.ratio, force)
+    system = make_jointed_system(preloaded.joined, preloaded.static_state, case.structure.damping.ratio, force)
     return Structure(
         matrices=StructureMatrices(mass=system.mass, damping=system.damping, stiffness=system.stiffness),
         dofs=_dofs(reduction),
@@ -184,7 +190,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         places=measured_places(reduction),
         joints=tuple(system.joints),
         lines=preloaded.joined.lines,
-        static_load=preloaded.rest.load,
+        static_load=preloaded.static_state.load,
         harmonic_force=force,
         sensors=_sensors(reduction, case.structure.laser),
         dead_weights={
@@ -197,7 +203,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         load_cells=find_load_cells(preloaded),
         suspension=suspension(reduction),
         loss_factor=case.structure.damping.loss_factor,
-        histories=partial(friction_histories, preloaded.rest, preloaded.joined),
+        histories=partial(friction_histories, preloaded.static_state, preloaded.joined),
         surfaces=partial(_surfaces, reduction),
         details=preloaded,
     )
@@ -223,7 +229,7 @@ def find_load_cells(preloaded: PreloadedRig) -> dict[str, LoadCell]:
     for name, (side, cell) in LOAD_CELLS.items():
         arm = arm_direction(side, cell, alpha)
         row = -arm @ preloaded.reduction.reactions[f"decoupler_{side}"][cell].stiffness
-        result[name] = LoadCell(name=name, row=row, at_rest=float(row @ preloaded.rest.displacement))
+        result[name] = LoadCell(name=name, row=row, at_rest=float(row @ preloaded.static_state.displacement))
     return result
 
 
