@@ -93,7 +93,9 @@ def find_conjugate_tests(
                     "correct the quantity of the sensor",
                 )
             elif judged:
-                yield Suspicion(where=where, sentence=f"{_evidence(judged, 'the model')}: {_asked(judged[0])}")
+                yield Suspicion(
+                    where=where, sentence=f"{_evidence(judged, 'the model')}: {_format_question(judged[0])}"
+                )
 
 
 def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
@@ -120,7 +122,7 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
             judged = min((each for _, each in sensors), key=lambda each: each[1])
             yield Suspicion(
                 where=f'test "{test.name}", repeat {repeat}, {names}',
-                sentence=f"{_evidence(judged, 'the other repeats')}: {_asked(explanation)}",
+                sentence=f"{_evidence(judged, 'the other repeats')}: {_format_question(explanation)}",
             )
 
 
@@ -151,7 +153,7 @@ def _evidence(judged: tuple[str, float, float], reference: str) -> str:
     return f"the phases agree with {reference} to {own:.2f}, and to {other:.2f} with {explanation} (1 is perfect)"
 
 
-def _asked(explanation: str) -> str:
+def _format_question(explanation: str) -> str:
     if explanation == CONJUGATE:
         return "do these numbers belong to the other time factor? If so, change the sign of their imaginary parts"
     return "was the sensor mounted the other way round, or its cable reversed? If so, change the sign of its values"

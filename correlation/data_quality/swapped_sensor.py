@@ -74,7 +74,7 @@ def find_sensors_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         for i, j in pairs:
             pair = sensors[i], sensors[j]
             q = _logarithm(arranged, (i, j), pair)
-            for swap in _find(arranged, q, campaign.drive.unit, BY_CHANCE / len(pairs)):
+            for swap in _find_swaps(arranged, q, campaign.drive.unit, BY_CHANCE / len(pairs)):
                 yield _suspect(test.name, pair, arranged.repeat, swap)
 
 
@@ -100,9 +100,9 @@ def _logarithm(
     return np.asarray(np.where(np.isfinite(q), q, np.nan))
 
 
-def _find(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: float) -> list[_Swap]:
+def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: float) -> list[_Swap]:
     """Swaps of one pair: of a whole repeat, or else of all runs at one level of it, or else of single runs."""
-    deviation = _compare(q)
+    deviation = _compare_with_others(q)
     with np.errstate(invalid="ignore"):
         turns = (deviation.change > SMALL) & (deviation.swapped < NEAR * deviation.change)
     if turns.sum(axis=0).max() < FEWEST:
@@ -117,7 +117,7 @@ def _find(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: float) 
     stages = [("", every)], levels if len(levels) > 1 else [], runs
     each = chance / (deviation.own.shape[1] * sum(map(len, stages)))
     for parts in stages:
-        swaps = [_judge(arranged, q, deviation, mask, words, each) for words, mask in parts]
+        swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, each) for words, mask in parts]
         found = [swap for swap in swaps if swap is not None]
         # Most of a repeat is not all of it.
         if parts is stages[0] and any(_agrees(deviation, mask, swap.column) for swap in found for _, mask in levels):
@@ -127,7 +127,7 @@ def _find(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: float) 
     return []
 
 
-def _compare(q: Logarithms) -> _RepeatDeviation:
+def _compare_with_others(q: Logarithms) -> _RepeatDeviation:
     """Each repeat beside the median of the others; of two, the first stands for both."""
     columns = range(q.shape[1] if q.shape[1] > 2 else 1)
     result = _RepeatDeviation(*np.full((4, len(q), len(columns)), np.nan))
@@ -155,7 +155,7 @@ def _agrees(deviation: _RepeatDeviation, part: Mask, column: int) -> bool:
     return bool(there.sum() >= FEWEST and np.median(own[there]) < np.median(swapped[there]))
 
 
-def _judge(
+def _find_clearest_swap(
     arranged: RepeatArray, q: Logarithms, deviation: _RepeatDeviation, part: Mask, words: str, chance: float
 ) -> _Swap | None:
     """The clearest repeat whose channels are swapped in a part of the points; None if they are in no one."""
@@ -164,21 +164,21 @@ def _judge(
     for column in range(deviation.own.shape[1]):
         own, swapped, change, scatter = (values[:, column] for values in deviation)
         if count > 2:
-            usual = _usual(arranged.level, scatter, 2 * (count - 2), chance)
+            usual = _quantile_of_scatter(arranged.level, scatter, 2 * (count - 2), chance)
         else:  # all other runs of both say what is usual
-            usual = _usual(arranged.level[~part], own[~part], 2, chance)
+            usual = _quantile_of_scatter(arranged.level[~part], own[~part], 2, chance)
         with np.errstate(invalid="ignore"):
             tells = part & (change > max(SMALL, usual))
         if tells.sum() < FEWEST:
             continue
         as_is, swapped = (each[tells] / change[tells] for each in (own, swapped))
         if np.quantile(as_is, 1 - MOST) > FAR and np.quantile(swapped, MOST) < NEAR:
-            which = column if count > 2 else _which(arranged, q, part)
+            which = column if count > 2 else _find_odd_repeat(arranged, q, part)
             found.append(_Swap(float(np.median(as_is)), float(np.median(swapped)), which, words))
     return min(found, key=lambda swap: swap.swapped, default=None)
 
 
-def _usual(
+def _quantile_of_scatter(
     level: Float[NDArray[np.float64], " n"], scatter: Float[NDArray[np.float64], " n"], freedom: int, chance: float
 ) -> float:
     """What scatter makes of q by chance, from its medians at each level, which have so many degrees of freedom each."""
@@ -189,7 +189,7 @@ def _usual(
     return float(stdtrit(freedom * len(each), 1 - chance / 2) * np.sqrt(np.mean(np.square(each))))
 
 
-def _which(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:
+def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:
     """The one of two repeats that is further from the same frequencies at other levels; -1 if they do not say it."""
     rest = q[~part]
     distances = []

@@ -151,15 +151,15 @@ def read_limits(
                 *rates, slope[side, at] = _rates(states, state, solver, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
         # At one frequency a change may be 0 by chance.
-        by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
+        by_chance = [_average_over_neighbours(item) for item in (sampled, last, np.diff(moved, axis=0))]
         shifts, rest = split_frequency_part(by_contact, value, slope)
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
         shift = float(np.linalg.norm(shifts))
-        result.append(_in_order(value, deviation, shift, scales, changed, by_force=bool(force_span)))
+        result.append(_sort_limits(value, deviation, shift, scales, changed, by_force=bool(force_span)))
     return result
 
 
-def _in_order(
+def _sort_limits(
     value: Float[NDArray[np.float64], "2 f"],
     deviation: Float[NDArray[np.float64], "2 f"],
     shift: float,
@@ -304,7 +304,7 @@ def _rates(
     return np.asarray((np.conj(found) * rates).real / max(abs(found), np.finfo(float).tiny))
 
 
-def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64], " f"]:
+def _average_over_neighbours(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64], " f"]:
     """Root mean square over neighbouring frequencies and limits, shape (f,)."""
     n, result = change.shape[1], np.zeros(change.shape[1])
     for at in range(n):

@@ -90,7 +90,7 @@ def estimate_scatter(
     """
     n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
     if np.mean(n > 1) < LEAST_REPEATED:
-        return _without_repeats(observed, features, jitter, history, budget)
+        return _single_repeat_covariance(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
         each = features.of_values(observed.repeat)
     mean = np.nanmean(each, axis=1)
@@ -125,7 +125,7 @@ class Scatter(NamedTuple):
     """Standard deviation of each number in a single repeat by the noise that all readings of a sensor share."""
 
 
-def _without_repeats(
+def _single_repeat_covariance(
     observed: Observation,
     features: FeatureVector,
     jitter: Sequence[Float[NDArray[np.float64], "m q"]],

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from correlation.signal.free_decay import Decay, estimate_noise, first_guess, new_tone, strong_harmonic
+from correlation.signal.free_decay import Decay, estimate_noise, find_new_tone, find_strong_harmonic, guess_modes
 from correlation.signal.slow_flow import SlowFlow, SlowFlowFit, fit_slow_flows
 
 #: Spline intervals of the first fit that is not linear, and splits at most. The search ends when so many splits in a
@@ -64,11 +64,11 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[SlowFlowFit, Decay]:
     )  # fmt: skip
     # What stands at a harmonic may be a mode of its own: it is if a mode explains it with fewer coefficients.
     fit, decay = _add_modes(
-        decay, fit, find_tone=lambda own, _: strong_harmonic(own, HARMONICS), fit_more=fit_first,
+        decay, fit, find_tone=lambda own, _: find_strong_harmonic(own, HARMONICS), fit_more=fit_first,
         explains=lambda trial, before, _: trial.criterion < before.criterion - SIGNIFICANT,
     )  # fmt: skip
     return _add_modes(
-        decay, _refined(decay, fit), find_tone=lambda own, before: new_tone(own, before.residual),
+        decay, _refined(decay, fit), find_tone=lambda own, before: find_new_tone(own, before.residual),
         fit_more=lambda more: _refined(more, fit_first(more)),
         explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN,
     )  # fmt: skip
@@ -93,7 +93,7 @@ def _add_modes(
 
 def _find_beat(decay: Decay, fit: SlowFlowFit) -> float | None:
     """A tone beside modes of which much is left [Hz]."""
-    tone = new_tone(decay, fit.residual)
+    tone = find_new_tone(decay, fit.residual)
     if tone is None:
         return None
     near = any(abs(tone / own - 1) < NEAR for own in decay.frequencies)
@@ -121,8 +121,8 @@ def _excess(fit: SlowFlowFit, decay: Decay) -> float:
 
 def _first_fit(decay: Decay) -> SlowFlowFit:
     """Linear modes, or splines of a few intervals where the information criterion prefers them."""
-    linear = fit_slow_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, 0)))
-    bent = fit_slow_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, FIRST_INTERVALS)))
+    linear = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, 0)))
+    bent = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, FIRST_INTERVALS)))
     return bent if bent.criterion < linear.criterion - SIGNIFICANT else linear
 
 

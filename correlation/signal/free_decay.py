@@ -163,7 +163,7 @@ def _decimate(values: Vector, first: int, stride: int) -> Vector:
     return np.asarray(oaconvolve(values, low_pass, mode="valid")[first - REACH * stride :: stride])
 
 
-def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[SlowFlow]:
+def guess_modes(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[SlowFlow]:
     """First guesses of all modes: constants for no interval, else cubic splines of so many, read off the envelopes.
 
     The first mode, the strongest, has harmonics; one that another mode stands on, or that the samples do not resolve,
@@ -224,7 +224,7 @@ def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector,
     return logarithm, np.maximum(rate, 0.03 * typical), omega, float(rows[0][1].mean() - omega[0] * half)
 
 
-def strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
+def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
     """Frequency of the largest line at a harmonic of a mode that may be a mode of its own, if there is one [Hz]."""
     power, line, _ = _spectrum(decay.values, decay.step)
     found: list[tuple[float, float]] = []
@@ -241,7 +241,7 @@ def strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
     return max(found)[1] if found else None
 
 
-def new_tone(decay: Decay, residual: Vector) -> float | None:
+def find_new_tone(decay: Decay, residual: Vector) -> float | None:
     """Frequency of the largest line that a fit has left, if it is neither noise nor a harmonic [Hz]."""
     power, line, _ = _spectrum(residual, decay.step)
     whole, _, _ = _spectrum(decay.values, decay.step)

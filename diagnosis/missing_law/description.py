@@ -65,13 +65,18 @@ class LawDescription:
 def describe(curves: LawCurves) -> LawDescription:
     """Words for the curves of a law."""
     words, sentences = list[str](), list[str]()
-    for told, said in (_tell_stiffness(curves), _tell_gap(curves), _tell_sides(curves), _tell_work(curves)):
+    for told, said in (
+        _describe_stiffness(curves),
+        _describe_gap(curves),
+        _describe_sides(curves),
+        _describe_work(curves),
+    ):
         words += told
         sentences += said
     return LawDescription(words=tuple(words), sentences=tuple(sentences))
 
 
-def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
     grid, draws = curves.stiffness.x, curves.stiffness_draws
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     change, most = draws[:, -1] - draws[:, lower], float(np.abs(curves.stiffness.mean).max())
@@ -86,7 +91,7 @@ def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
     return [], ["these data cannot say whether it hardens or softens"]
 
 
-def _tell_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
     x, reach = curves.spring.x, float(np.abs(curves.spring.x).max())
     sides = []
     for sign in (1.0, -1.0):
@@ -129,7 +134,7 @@ def _residual_sums(force: NDArray[np.float64], shapes: NDArray[np.float64]) -> F
     return np.asarray((force**2).sum(axis=1)[:, None] - along**2 / (shapes**2).sum(axis=1))
 
 
-def _tell_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
     if not curves.sees_even:
         return [], ["these data cannot say whether both sides are alike: measure the mean or the second harmonic"]
     even = (curves.spring_draws + curves.spring_draws[:, ::-1]) / 2
@@ -141,7 +146,7 @@ def _tell_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
     return [], []
 
 
-def _tell_work(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     grid, draws = curves.work.x, curves.work_draws
     whole = np.pi * grid[-1] * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
     if not (np.quantile(draws[:, -1], BAND[0]) > LEAST_WORK * whole):

@@ -197,7 +197,7 @@ def select_families(
     uncalibrated = [item.name for item in campaign.sensors if not item.calibrated]
     if uncalibrated:
         sentences.append(f"sensors without calibration have no unit of the model's: {', '.join(uncalibrated)}")
-    shaken = _read_the_base(model)
+    shaken = _list_base_sensors(model)
     if listed := ", ".join(item.name for item in campaign.sensors if item.name in shaken):
         sentences.append(
             f"sensors that read the motion of the shaken base, too: {listed}; limits are those of the motion relative "
@@ -220,7 +220,7 @@ def select_families(
     return tuple(chosen), tuple(sentences)
 
 
-def _read_the_base(model: Model) -> set[str]:
+def _list_base_sensors(model: Model) -> set[str]:
     """Names of the sensors that read the motion of a shaken base beside that of the structure relative to it."""
     base = model.base_acceleration
     if base is None:
