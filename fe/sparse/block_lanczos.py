@@ -115,7 +115,7 @@ def block_lanczos(
         if basis.size == mass.shape[0]:
             break
     order = np.argsort(1 / theta)
-    return 1 / theta[order], basis.taken(coordinates[:, order])
+    return 1 / theta[order], basis.take_vectors(coordinates[:, order])
 
 
 def _first_basis(factor: Factor, mass: Symmetric | BlockProduct, block: int, max_basis: int, seed: int) -> KrylovBasis:

@@ -26,7 +26,7 @@ def compile_kernels() -> None:
         subtract(columns, columns, project(columns, columns))
         for direction in (1, NODE):
             several = np.ones((direction, n_column), order="F")
-            SparseProduct(sp.csr_array(np.eye(1)), direction).into(several, several)
+            SparseProduct(sp.csr_array(np.eye(1)), direction).multiply_into(several, several)
 
 
 if __name__ == "__main__":
