@@ -16,11 +16,11 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from study.limits.curve import found_limits  # noqa: E402
+from study.limits.curve import search_limits  # noqa: E402
 from study.limits.model import make_limit_search  # noqa: E402
 from study.limits.run import read_limited_case  # noqa: E402
 from study.limits.several.quantity import Quantity  # noqa: E402
-from study.limits.several.search import found_several_limits, make_several_search  # noqa: E402
+from study.limits.several.search import make_several_search, search_several_limits  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.run_context import silent_run  # noqa: E402
 from study.shipped_cases import LIMITS  # noqa: E402
@@ -57,16 +57,16 @@ def main() -> None:
         objectives=tuple(search.objectives[number] for number in kept),
     )
     quantities = [everything[number] for number in kept]
-    found_limits.compute(make_limit_search(case, _small(quantities[0]), case.sweep, model))  # reads what is compiled
+    search_limits.compute(make_limit_search(case, _small(quantities[0]), case.sweep, model))  # reads what is compiled
     begin = time.process_time()
-    together = found_several_limits.compute(search)
+    together = search_several_limits.compute(search)
     common = time.process_time() - begin
     total = 0.0
     print("| quantity | alone [s] | common search inside by | outside by | differ by more than 0.5 % |")
     print("|---|---|---|---|---|")
     for item in quantities:
         begin = time.process_time()
-        alone = found_limits.compute(make_limit_search(case, item.table, case.sweep, model)).limits
+        alone = search_limits.compute(make_limit_search(case, item.table, case.sweep, model)).limits
         spent = time.process_time() - begin
         total += spent
         inside, outside, share = compare(alone, together[item.name])

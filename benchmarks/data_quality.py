@@ -67,7 +67,7 @@ def draw_campaign(seed: int) -> Campaign:
     )  # fmt: skip
 
 
-def plant(campaign: Campaign, trait: str) -> Campaign | None:
+def insert_mistake(campaign: Campaign, trait: str) -> Campaign | None:
     """The campaign with a trait; None where it cannot have it."""
     table = campaign.measurement
     n_repeat = int(table.repeat.max())
@@ -119,7 +119,7 @@ def score(n: int, report: Callable[[str], None]) -> tuple[int, dict[str, tuple[i
         for item in raised:
             report(f"campaign {seed}: {item}")
         for trait in TRAITS:
-            planted = plant(clean, trait)
+            planted = insert_mistake(clean, trait)
             if planted is not None:
                 found, of = finds[trait]
                 finds[trait] = (found + is_found(planted, trait), of + 1)

@@ -50,13 +50,13 @@ from fe.dense_modes import compute_dense_modes
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.compare.families import family_search, lay_over_limits, select_families
+from study.compare.families import compare_with_limits, family_search, select_families
 from study.compare.family_limits import find_family_limits
 from study.limits.table import LimitsTable
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
 from transient.state_transition import modal_structure
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 MOST_MASSES, MOST_CONTACTS = 6, 3
 LEAST_DAMPING = 0.005
@@ -155,11 +155,11 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
         own = replace(model, system=changed(model.system, change))
         for name in own.preloads:
             own = own.with_preload_ratio(name, float(load))
-        bench = SweptBench(own.system, rows, STEPS_PER_PERIOD)
+        bench = VirtualSweepTest(own.system, rows, STEPS_PER_PERIOD)
         for level in LEVELS:
             share = random.uniform(-HISTORY, HISTORY, len(model.system.joints))
             force = level * (1 + scatter * random.standard_normal(len(both))) if scatter else np.full(len(both), level)
-            seen = bench.sweep([float(item * shift) for item in both], force.tolist(), share, n_push=N_PUSH)
+            seen = bench.sweep([float(item * shift) for item in both], force.tolist(), share, n_stability_period=N_PUSH)
             for number, frequency in enumerate(both):
                 if not seen.periodic[number]:
                     continue
@@ -205,9 +205,9 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     families = measured_families(measured)
     chosen, _ = select_families(model, measured, families)
     search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
-    search = search.boxed()
+    search = search.with_numeric_box()
     limits = find_family_limits.compute(search)
-    return lay_over_limits(measured, families, chosen, limits, budget).verdicts
+    return compare_with_limits(measured, families, chosen, limits, budget).verdicts
 
 
 def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:
@@ -226,7 +226,7 @@ def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:
     rows = [
         {
             "sensor": item.family.sensor, "harmonic": item.family.harmonic, "level": item.family.level,
-            "coverage": item.coverage, "tightness": item.tightness, "leaves": item.leaves,
+            "coverage": item.coverage, "tightness": item.tightness, "leaves": item.leaves_band,
             "n_outside": len(item.departures), "n": item.n_compared,
             "deviations": max([one.deviations for one in item.departures], default=0.0),
             "worst": max([one.distance / max(abs(one.limit), 1e-300) for one in item.departures], default=0.0),

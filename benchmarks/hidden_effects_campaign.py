@@ -26,7 +26,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.threshold.detection_threshold import Thresholds
 from study.diagnose.thresholds import shipped_thresholds
-from transient.virtual_bench.hidden_effect import PlantedTruth, make_campaign
+from transient.virtual_bench.hidden_effect import HiddenEffectRecord, make_campaign
 
 #: Packages whose code a result depends on.
 PACKAGES = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
@@ -63,7 +63,7 @@ def examine(
     folder: Path,
     groups: Groups,
     *,
-    make: Callable[..., PlantedTruth] = make_campaign,
+    make: Callable[..., HiddenEffectRecord] = make_campaign,
     judge: Callable[..., Diagnosis] = diagnose,
 ) -> Record:
     """Make a campaign, diagnose it, delete it.
@@ -129,7 +129,7 @@ def kind_of(effect: str) -> str:
     return min((effect.partition(f" {word} ")[0] for word in ("at", "of")), key=len)
 
 
-def _planted(truth: PlantedTruth, base: Model) -> Planted:
+def _planted(truth: HiddenEffectRecord, base: Model) -> Planted:
     return Planted(
         kind=truth.effect.kind,
         place=truth.effect.place,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from correlation.model import Model
 from transient.virtual_bench.effect import NOTHING
-from transient.virtual_bench.hidden_effect import PlantedTruth
+from transient.virtual_bench.hidden_effect import HiddenEffectRecord
 
 #: Kind of the bench, and of the catalogue.
 KIND = {
@@ -72,7 +72,7 @@ def cases(n_seed: int, n_nothing: int, first_seed: int, only: Collection[str] = 
     return [case for *_, case in sorted(listed, key=lambda each: each[:2])]
 
 
-def effect_name(truth: PlantedTruth, base: Model) -> str:
+def effect_name(truth: HiddenEffectRecord, base: Model) -> str:
     """What the catalogue calls a planted effect; "" for nothing, and for what it never has."""
     kind, place = truth.effect.kind, truth.effect.place
     match kind:
@@ -89,7 +89,7 @@ def effect_name(truth: PlantedTruth, base: Model) -> str:
             return ""
 
 
-def effect_value(truth: PlantedTruth) -> float:
+def effect_value(truth: HiddenEffectRecord) -> float:
     """The value that the effect's parameter has in truth, beside the specimen's own calibration parameters."""
     side = 0 if truth.effect.place == "left" else 1
     match truth.effect.kind:

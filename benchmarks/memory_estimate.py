@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fe.allocator import give_back
+from fe.allocator import return_freed_memory
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
@@ -67,7 +67,7 @@ def held(what: str) -> int:
 def measure(body: str) -> None:
     """Print one row."""
     mesh = BODIES[body]()
-    give_back()  # what the mesher freed would hide some of what is taken
+    return_freed_memory()  # what the mesher freed would hide some of what is taken
     before_matrices = held("VmRSS")
     early = mesh_memory(mesh, 3 * N_NODE, N_MODE)
     clamp = mesh.nodes("clamp")
@@ -75,7 +75,7 @@ def measure(body: str) -> None:
     free = np.setdiff1d(mesh.corner_nodes(), clamp)
     kept = np.random.default_rng(0).permutation(free)[:N_NODE]
     estimate = reduction_memory(system.stiffness, 3 * N_NODE, N_MODE)
-    give_back()
+    return_freed_memory()
     before = held("VmRSS")
     Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
     craig_bampton(system, {"kept": system.rows(kept)}, N_MODE)

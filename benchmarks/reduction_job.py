@@ -23,7 +23,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 import fe.sparse.krylov_basis
 import reduction.craig_bampton
-from fe.allocator import give_back
+from fe.allocator import return_freed_memory
 from fe.assembly import assemble_compact
 from fe.boundary import make_unsupported_system
 from fe.calculix_run import run_frequency
@@ -34,7 +34,7 @@ from fe.mesher.blade import PadMesh, mesh_blade
 from fe.mesher.block import Block, mesh_blocks
 from fe.mesher.mesh_rule import MeshRule
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE
-from fe.sparse.compile_ahead import warm
+from fe.sparse.compile_ahead import compile_kernels
 from fe.sparse.solver import Backend, Factor, factorise
 from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
@@ -141,7 +141,7 @@ def machine() -> dict[str, float]:
         long.sum()
         read.append(long.nbytes / (clock() - start) / 1e9)
     del square, long
-    give_back()  # not to be counted to what comes
+    return_freed_memory()  # not to be counted to what comes
     return {"dgemm": max(flops), "read": max(read)}
 
 
@@ -250,7 +250,7 @@ def main() -> None:
     measured = machine()
     # MKL, its kernels and our own are loaded before the clock runs, as scipy's are.
     factorise(sp.eye_array(10, format="csr"))
-    warm()
+    compile_kernels()
     jobs: dict[str, Callable[[], dict[str, Any]]] = {
         "stickslip": lambda: with_stickslip(shape, mesh, True),
         "unchecked": lambda: with_stickslip(shape, mesh, False),

@@ -12,13 +12,13 @@ import numpy as np
 
 from benchmarks.rig_case import stored_run, with_tables
 from fe.dense_modes import compute_dense_modes
-from reduction.joined import vibrating
+from reduction.joined_bodies import make_jointed_system
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
 from study.case.tables import Case
 from study.kind.registry import open_case
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.structure import Row, excitation, measured_places, resting_rig, suspension
+from study.kind.rig.structure import Row, excitation, make_preloaded_rig, measured_places, suspension
 from study.kind.rig.table import RigTable, make_rig_model
 from transient.virtual_bench.campaign import (
     FREQUENCY_JITTER,
@@ -31,7 +31,7 @@ from transient.virtual_bench.campaign import (
     with_noise,
     write_campaign,
 )
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 #: Modes that may be the one which the force drives: those of bodies that hang free or roll may be lower.
 LOWEST = 20
@@ -109,11 +109,14 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
             "left": weight.left.model_copy(update={"force": left * load}),
         },
     )
-    resting = resting_rig(case, make_rig_model(of.case), of.reduction)
-    system = vibrating(
-        resting.joined, resting.rest, drawn.damping.ratio * factors["damping_ratio"], excitation(of.reduction)
+    preloaded = make_preloaded_rig(case, make_rig_model(of.case), of.reduction)
+    system = make_jointed_system(
+        preloaded.joined,
+        preloaded.static_state,
+        drawn.damping.ratio * factors["damping_ratio"],
+        excitation(of.reduction),
     )
-    young, bodies = factors["youngs_modulus"] - 1, resting.joined.bodies
+    young, bodies = factors["youngs_modulus"] - 1, preloaded.joined.bodies
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(each, name=each.name.replace(".", " ")) for each in system.joints]
     jointed = replace(system, stiffness=system.stiffness + young * bodies, joints=joints)
@@ -147,7 +150,7 @@ def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: n
             ("jointed", jointed, points.frequencies, shift, points.levels),
             ("free", free, points.free_frequencies, shift_free, (FREE_LEVEL,)),
         ):
-            bench = SweptBench(system, sensors)
+            bench = VirtualSweepTest(system, sensors)
             up = [float(each * factor) for each in frequencies]
             count = sum(isinstance(joint, FrictionContact) for joint in system.joints)
             for level in levels:

@@ -10,7 +10,7 @@ from pipeline.store import Store
 from study.case.setup import ReadCase, read_case
 from study.case.tables import Case
 from study.kind.registry import OpenCase
-from study.kind.rig.structure import RestingRig
+from study.kind.rig.structure import PreloadedRig
 from study.kind.rig.table import RigTable
 from study.run_context import RunContext, silent_run
 from study.solve.model import SolveModel, make_solve_model
@@ -24,14 +24,14 @@ class PreparedRig:
     ----------
     case
         As it was read.
-    resting
+    preloaded
         Under its dead weights.
     model
         Loads, outputs and curves.
     """
 
     case: Case[RigTable]
-    resting: RestingRig
+    preloaded: PreloadedRig
     model: SolveModel
 
 
@@ -50,4 +50,4 @@ def stored_run() -> RunContext:
 def prepared(opened: OpenCase, **tables: Mapping[str, Any]) -> PreparedRig:
     """The rig of a case, with other values in tables of ``[structure]``."""
     read: ReadCase = read_case(replace(opened, case=with_tables(opened.case, **tables)), run=stored_run())
-    return PreparedRig(case=read.opened.case, resting=read.structure.details, model=make_solve_model(read))
+    return PreparedRig(case=read.opened.case, preloaded=read.structure.details, model=make_solve_model(read))

@@ -30,7 +30,7 @@ from pipeline.cache_folder import default_folder
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from reduction.assembly_error import assembly_error
-from reduction.joined import joined
+from reduction.joined_bodies import join_bodies
 from study.case.tables import Case
 from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
@@ -105,7 +105,7 @@ def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
     systems = {
         body: supported_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()
     }
-    springs = joined(assembly, make_line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
+    springs = join_bodies(assembly, make_line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
     found = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))
     print(f"\n{reduction.n_dof} degrees of freedom reduced to {assembly.n_dof}, all contacts stuck\n")
     print("| mode | full [Hz] | error of the reduced frequency | 1 - MAC |\n|---|---|---|---|")

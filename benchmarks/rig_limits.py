@@ -105,7 +105,9 @@ def configured(opened: OpenCase, of: Configuration, size: float) -> PreparedRig:
 def amplitude_limits(rig: PreparedRig, frequencies: Real, samples: int) -> ResponseLimits:
     """Of the tip over frequency [Hz] and level."""
     balance = HarmonicBalance(system=rig.model.system, n_harmonic=6, n_sample=256)
-    problem = limit_problem(balance, OutputHarmonic(row=rig.model.outputs[0].row), nominal=rig.resting.rest.slider)
+    problem = limit_problem(
+        balance, OutputHarmonic(row=rig.model.outputs[0].row), nominal=rig.preloaded.static_state.slider
+    )
     settings = LimitSettings(population=8, sample=samples)
     return response_limits(problem, 2 * pi * frequencies, LEVELS, settings=settings)
 
@@ -132,10 +134,10 @@ def force_panels(rig: PreparedRig, frequency: float) -> list[ForceLimits]:
 
     balance = HarmonicBalance(system=rig.model.system, n_harmonic=6, n_sample=256)
     panels = []
-    for line, members in rig.resting.joined.lines.items():
+    for line, members in rig.preloaded.joined.lines.items():
         for name, (direction, harmonic) in FORCES.items():
             force = ContactForceHarmonic(joints=members, direction=direction, harmonic=harmonic)
-            problem = limit_problem(balance, force, nominal=rig.resting.rest.slider)
+            problem = limit_problem(balance, force, nominal=rig.preloaded.static_state.slider)
             settings = LimitSettings(population=4, sample=0)
             limits = response_limits(problem, [2 * pi * frequency], LEVELS, settings=settings)
             left = independent_histories(problem, limits, 20, seed=5)

@@ -94,7 +94,7 @@ def main() -> None:
     problem = search.problem()
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(each, name=each.name.replace(".", " ")) for each in rig.model.system.joints]
-    places = measured_places(rig.resting.reduction)
+    places = measured_places(rig.preloaded.reduction)
     began = time.process_time()
     tests = []
     for test in repeated_tests(

@@ -30,7 +30,7 @@ from fe.station_coordinates import (
 from geometry.rig import rig_parts
 from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton
-from reduction.joined import joined
+from reduction.joined_bodies import join_bodies
 from reduction.rom import ReducedModel
 from study.case.tables import Case
 from study.kind.registry import open_case
@@ -115,7 +115,7 @@ def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> 
         body: roms[body] if body in roms else mirrored(roms[find_mirror_image(body) or ""], body) for body in BODIES
     }
     assembly = ReducedAssembly(bodies=every)
-    stuck = joined(assembly, make_line_pairs(case, model.rig)).stuck
+    stuck = join_bodies(assembly, make_line_pairs(case, model.rig)).stuck
     found = compute_dense_modes(assembly.mass, stuck)
     driven = np.abs(found.shapes[assembly.rows("blade", "excitation", 1)] / np.sqrt(found.mu))[0]
     first = np.flatnonzero(driven[:COMPARED] > SEEN * driven[:COMPARED].max())[0]

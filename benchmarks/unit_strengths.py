@@ -41,7 +41,7 @@ from transient.virtual_bench.campaign import (
     scaled,
     sweeps,
 )
-from transient.virtual_bench.effect import KINDS, NOTHING, PlantedEffect
+from transient.virtual_bench.effect import KINDS, NOTHING, HiddenEffect
 from transient.virtual_bench.hidden_effect import STRENGTHS
 
 Vector = Float[NDArray[np.float64], " n"]
@@ -142,17 +142,17 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
     from scipy.linalg import solve_triangular
 
     nominal, points = BeamParameters(), training(CampaignPoints())
-    once, nothing = len(points.levels), PlantedEffect(kind=NOTHING)
+    once, nothing = len(points.levels), HiddenEffect(kind=NOTHING)
 
     def of_repeats(
-        off: Mapping[str, float], effect: PlantedEffect, n_repeat: int, jitter: float, seed: int
+        off: Mapping[str, float], effect: HiddenEffect, n_repeat: int, jitter: float, seed: int
     ) -> list[Vector]:
         taken, beam = replace(points, n_repeat=n_repeat), reduced_beam(stations=stations_at(off.get(BEARING, 1.0)))
         parameters = scaled(nominal, **{name: factor for name, factor in off.items() if name != BEARING})
         measured = list(sweeps(beam, parameters, effect, taken, np.random.default_rng(seed), jitter=jitter))
         return [features(measured[at : at + 2 * once]) for at in range(0, len(measured), 2 * once)]
 
-    def mean(off: Mapping[str, float], effect: PlantedEffect) -> Vector:
+    def mean(off: Mapping[str, float], effect: HiddenEffect) -> Vector:
         return np.asarray(np.mean(of_repeats(off, effect, N_HISTORY, 0.0, 1), axis=0))
 
     first = list(
@@ -165,7 +165,7 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
     report(f"{len(root)} features")
     base = mean({}, nothing)
 
-    def whitened(off: Mapping[str, float], effect: PlantedEffect) -> Vector:
+    def whitened(off: Mapping[str, float], effect: HiddenEffect) -> Vector:
         return np.asarray(solve_triangular(root, mean(off, effect) - base, lower=True), dtype=np.float64)
 
     slopes = []
@@ -177,7 +177,7 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
     matrix = np.column_stack(slopes)
 
     def norm(kind: str, place: str, strength: float) -> float:
-        effect = PlantedEffect(kind=kind, place=place, strength=strength)
+        effect = HiddenEffect(kind=kind, place=place, strength=strength)
 
         def change(p: Vector) -> Vector:
             pairs = zip(REFITTED.items(), p, strict=True)

@@ -1,4 +1,4 @@
-"""What can be wrong with a case file; the whole tree is drawn in `geometry.errors`."""
+"""Errors of a case file; the whole tree is drawn in `geometry.errors`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from geometry.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """One thing that is wrong with a case file.
+    """One problem of a case file.
 
     Parameters
     ----------

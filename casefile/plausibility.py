@@ -33,7 +33,7 @@ class Plausibility:
     confused: Sequence[str]
 
     def refusal(self, value: float, text: object) -> str:
-        """Why a value can be none of a solid; empty if it can.
+        """Reason why no solid has such a value; empty if it is possible.
 
         Parameters
         ----------
@@ -49,7 +49,7 @@ class Plausibility:
         )
 
     def doubt(self, value: float, text: object) -> str:
-        """What is unusual about a value that is possible; empty if nothing is."""
+        """Warning about a possible but unusual value; empty for usual ones."""
         if value <= 0 or self.usual[0] <= value <= self.usual[1]:
             return ""
         return (
@@ -64,7 +64,7 @@ class Plausibility:
         return f"{self._number(ends[0])} to {self._number(ends[1])} {self.unit}"
 
     def _likely(self, value: float, text: object) -> str:
-        """The same number with the unit that makes it usual, as a question."""
+        """Question whether another unit is meant, with which the number is usual."""
         written = NUMBER_AND_UNIT.fullmatch(text) if isinstance(text, str) else None
         if written is None:
             return ""

@@ -35,7 +35,7 @@ class CaseSource:
     lines: Mapping[Path, int]
 
     def problem(self, path: Path, text: str, *, show_value: bool = True) -> Problem:
-        """What is wrong at a path; a path that is not in the file has the line of the deepest table that is."""
+        """Problem at a path; one that is not in the file gets the line of the deepest table that is."""
         known = path
         while known not in self.lines:
             known = known[:-1]
@@ -62,7 +62,7 @@ def format_value(data: Any, path: Path) -> str:
 
 
 def find_value(data: Any, path: Path) -> Any:
-    """What stands at a path, None if nothing does (TOML has no null of its own)."""
+    """Value at a path, None without one (TOML has no null)."""
     for part in path:
         in_table = isinstance(data, Mapping) and part in data
         in_list = isinstance(data, list) and isinstance(part, int) and part < len(data)

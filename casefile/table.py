@@ -222,7 +222,7 @@ def _schema_problems(source: CaseSource) -> list[Problem]:
 
 @dataclass
 class Mistakes:
-    """What is wrong with a case so far.
+    """Collects the problems of a case.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a case, in one sentence each with the key, the value and the remedy."""
+"""Errors of pydantic on a case as sentences, each with the key, the value and the remedy."""
 
 import difflib
 import json

@@ -24,7 +24,7 @@ class Mistakes:
         self._messages: list[str] = []
 
     def attempt(self, make: Callable[[], T], instead: U) -> T | U:
-        """What is made; its mistake is noted, and something else given instead."""
+        """Result of a function; its mistake is noted, and a substitute returned."""
         try:
             return make()
         except CampaignError as error:

@@ -32,7 +32,7 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "modal")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Dof:
-    """One degree of freedom.
+    """Degree of freedom.
 
     Parameters
     ----------
@@ -337,7 +337,7 @@ class Model:
         return replace(self, force_error={**known, configuration: known.get(configuration, 0.0) + error})
 
     def with_sensor(self, name: str, **changes: Any) -> "Model":
-        """One sensor changed."""
+        """The model with one sensor replaced."""
         sensors = tuple(replace(each, **changes) if each.name == name else each for each in self.sensors)
         return replace(self, sensors=sensors)
 

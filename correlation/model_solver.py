@@ -220,7 +220,9 @@ class ModelSolver:
         )
         first = np.array([firsts.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
         # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
-        again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if from_guess else True))
+        again = np.flatnonzero(
+            (first < np.arange(n)) & (_are_on_one_branch(guess[first], guess) if from_guess else True)
+        )
         if carried:
             earlier_state[again] = first[again]
         index = np.array([indices[frequency] for frequency in frequencies], dtype=np.int64)
@@ -232,11 +234,13 @@ class ModelSolver:
                 number, carried, from_guess, sequence, balance.arrays, slider, tolerance, MAX_ITERATION, track
             ))  # fmt: skip
             if number < n:
-                slider = self._rescued(level, frequencies[number], guesses[number], number, track, slider, carried)
+                slider = self._solve_one_state(
+                    level, frequencies[number], guesses[number], number, track, slider, carried
+                )
                 number += 1
         return track
 
-    def _rescued(
+    def _solve_one_state(
         self,
         level: float,
         frequency: float,
@@ -246,7 +250,12 @@ class ModelSolver:
         slider: NDArray[np.float64],
         carried: bool,
     ) -> NDArray[np.float64]:
-        """Write a state into a track that Newton's method alone did not find, and return the sliders that go on."""
+        """Solve for a state at which Newton's method failed, and write it into a track.
+
+        Returns
+        -------
+        Initial sliders of the next state.
+        """
         before = track.motion[number - 1] if number and np.isfinite(track.norm[number - 1]) else None
         state = self.solve(level, frequency, track.initial_slider[number], [before, guess])
         if state is None:
@@ -332,7 +341,7 @@ class ModelSolver:
             for k in range(1, len(self.base)):
                 own = drive[:, min(k, drive.shape[1] - 1)]
                 readings[:, k] += own * (1j * k * omega[:, None]) ** (order - 2.0) * self.base[k]
-        return self._late(np.asarray(readings), times)
+        return self._delay_readings(np.asarray(readings), times)
 
     @cached_property
     def base(self) -> Complex[NDArray[np.complex128], "h s"]:
@@ -421,12 +430,12 @@ class ModelSolver:
         """All sensors' readings of some displacements at them, and joint forces, at the frequency of a state."""
         _, force, order = self.rows
         times = 1j * np.arange(moved.shape[-2])[:, None] * state.angular_frequency
-        return self._late(np.asarray(moved * times**order + forces @ force.T), times)
+        return self._delay_readings(np.asarray(moved * times**order + forces @ force.T), times)
 
-    def _late(
+    def _delay_readings(
         self, readings: Complex[NDArray[np.complex128], "... h s"], times: NDArray[np.complexfloating[Any, Any]]
     ) -> Complex[NDArray[np.complex128], "... h s"]:
-        """Readings as late as the sensors are."""
+        """Readings with the time delays of the sensors."""
         return readings * np.exp(-times * self.delay) if self.delay.any() else readings
 
     @cached_property
@@ -468,7 +477,7 @@ class ModelSolver:
         return self.levels[level]
 
     def _line(self, line: str, component: str) -> Float[NDArray[np.float64], " d"]:
-        """Which joint directions a line sensor sums."""
+        """Joint directions that a line sensor sums."""
         members = self.model.lines[line]
         row = np.zeros(self.balance.n_direction)
         for number, joint in enumerate(self.model.system.joints):
@@ -478,7 +487,7 @@ class ModelSolver:
         return row
 
 
-def _are_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> Bool[NDArray[np.bool_], " n"]:
+def _are_on_one_branch(one: NDArray[np.float64], other: NDArray[np.float64]) -> Bool[NDArray[np.bool_], " n"]:
     """Whether two motions, shape (n, d, nh) each, are known to be of one branch."""
     apart, size = (np.abs(each).max(axis=(1, 2), initial=0.0) for each in (one - other, one))
     return np.asarray(apart <= ONE_BRANCH * size)  # not where a number is missing

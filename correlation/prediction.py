@@ -341,7 +341,7 @@ class Predictor:
         return force
 
     def share(self, model: Model) -> "Predictor":
-        """The same, which keeps the linear structures of a model for models that differ in joints and static loads."""
+        """The same predictor with the linear structures of a model stored, for models with other joints and loads."""
         shared = {free: ModelSolver.from_model(model, free, None) for free, _ in self._configurations}
         return replace(self, shared=shared)
 

@@ -90,7 +90,7 @@ class _Group(NamedTuple):
     rows: list[Rows]
 
 
-class _Held(NamedTuple):
+class _ControlledStates(NamedTuple):
     """States under response control."""
 
     track: Track
@@ -183,7 +183,7 @@ def _solve(
     sensors: NDArray[np.str_],
     held: Complex[NDArray[np.complex128], " n"],
     guess: Motions | None = None,
-) -> _Held:
+) -> _ControlledStates:
     """States in which a sensor's first harmonic is given, one after another, each with the sliders of the last one.
 
     Parameters
@@ -225,7 +225,7 @@ def _solve(
     drive = (held + (felt * g[:, 1]).sum(axis=1)) / through
     by_harmonic = np.repeat(force[:, None], g.shape[1], axis=1).astype(np.complex128)
     by_harmonic[:, 1] = drive
-    return _Held(track, drive, solver.read_driven(by_harmonic[..., None], frequencies, track))
+    return _ControlledStates(track, drive, solver.read_driven(by_harmonic[..., None], frequencies, track))
 
 
 def _find_fold_force(solver: ModelSolver, fold: Fold) -> float:

@@ -21,7 +21,7 @@ COMPONENTS = ("tangential", "normal")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Head:
-    """One head of a laser, as its sensor reads it: the sensor adds what its heads read.
+    """Head of a laser vibrometer; a sensor adds the readings of its heads.
 
     Parameters
     ----------

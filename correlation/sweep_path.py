@@ -92,7 +92,7 @@ class SweepPath:
             if first is not None and self._follows_first_sweep(here, before, frequency, first):
                 state: SteadyState | None = first
             else:
-                leads = self._leads_through(here, at, known)
+                leads = self._passes_through(here, at, known)
                 if leads and here is not None and not wide[number - 1]:
                     state, jump = known, None
                 else:
@@ -113,7 +113,7 @@ class SweepPath:
                 self._first_sweep.setdefault(frequency, state)
         return states, jumps
 
-    def _leads_through(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
+    def _passes_through(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
         """Whether the path leads through a state that was found: at the one found before, with the same sliders."""
         return (
             found is not None and (here is None or here is last) and np.array_equal(found.initial_slider, self._sliders)
@@ -142,15 +142,16 @@ class SweepPath:
         earlier = self.followed.get(step)
         if earlier is not None and earlier.jump is None and earlier.is_near(here, state):
             return state, None
-        state, jump = self._in_small_steps(here, before, state, target, None if earlier is None else earlier.jump)
+        expected = None if earlier is None else earlier.jump
+        state, jump = self._follow_in_small_steps(here, before, state, target, expected)
         share = None if jump is None else (jump.frequency - before) / (target - before)
         self.followed[step] = FollowedStep(here, state, share)
         return state, jump
 
-    def _in_small_steps(
+    def _follow_in_small_steps(
         self, here: SteadyState, frequency: float, there: SteadyState, target: float, expected: float | None
     ) -> tuple[SteadyState, JumpPoint | None]:
-        """The same in steps that are small enough for the branch.
+        """Follow the branch in small steps.
 
         `there` is the state by one Newton solution, `expected` the share of the step at which a jump is expected, if
         any: the first of the small steps ends short of it.

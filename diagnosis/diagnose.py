@@ -22,7 +22,6 @@ from diagnosis.decision.closeness import (
 from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.stand_in import MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Verdict
-from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration import Fit
@@ -41,6 +40,7 @@ from diagnosis.fit.refit import (
     refit,
     shortlist,
 )
+from diagnosis.model_error_share import rank_by_best_covariance
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.detection_threshold import (
@@ -197,7 +197,7 @@ def screen_and_refit(
     baseline = run_step("held-out error", lambda: baseline_fit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
-    listed = shortlist(ranked, problem.effort, is_poor=is_poor_fit(problem))
+    listed = shortlist(ranked, problem.selection, is_poor=is_poor_fit(problem))
     fits, chosen = [], [by_name[each.effect.name] for each in listed]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
@@ -206,7 +206,7 @@ def screen_and_refit(
     report("fits from other starts", progress.tests)
     fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, best), run_step)
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
-    refits, last = [], choose_finalists(fits, costs, problem.effort)
+    refits, last = [], choose_finalists(fits, costs, problem.selection)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", progress.between("tests", "covariances", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
@@ -313,7 +313,7 @@ def diagnose(
     report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
     list_starts = partial(_list_starts, screening, found.starts, places)
-    choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
+    choice = EffectChoice(partial(rank_by_best_covariance, screening), screening.cost_with_error_left, list_starts)
     scores, baseline, refits = screen_and_refit(screening, found.effects, run_step, report, progress, choice)
     linear = compute_linear_thresholds(scores)
     thresholds = thresholds or linear
@@ -407,7 +407,7 @@ def _list_starts(
 def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
     """Effects that explain most at measured motions, the best of them first, with the values of their fits."""
     found = find_controlled_starts(arrangement, arrangement.train, effects, arrangement.budget.model)
-    return found[: arrangement.effort.finalists]
+    return found[: arrangement.selection.n_finalist]
 
 
 def _downweight_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:

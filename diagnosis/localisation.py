@@ -29,9 +29,9 @@ from correlation.model import Model
 from correlation.model_solver import Tangent
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.place import LINEAR, PlaceUnits, choose_units
-from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
+from diagnosis.model_error_share import ProjectedCovariance
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
@@ -104,7 +104,7 @@ class Place:
         return f"near {self.name}, a force{grows}{phase}, in the {self.configuration} structure"
 
 
-def localise(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Place]:
+def localise(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -> list[Place]:
     """Places ranked by the gain of an unknown force there, best first.
 
     Parameters
@@ -112,7 +112,7 @@ def localise(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Place
     arrangement
         Measurements and model.
     weights
-        Covariances of `list_weights`.
+        Covariances of `list_covariances`.
     """
     fit, points = arrangement.fit, arrangement.train.features.points
     rows, frees = fit.model.places, (False, True)
@@ -130,7 +130,11 @@ def localise(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Place
 
 
 def _fit_place(
-    arrangement: Arrangement, weights: Sequence[Weights], name: str, free: bool, slopes: NDArray[np.complex128]
+    arrangement: Arrangement,
+    weights: Sequence[ProjectedCovariance],
+    name: str,
+    free: bool,
+    slopes: NDArray[np.complex128],
 ) -> Place | None:
     """An unknown force at a place in one configuration; None where the model has no state.
 
@@ -257,7 +261,7 @@ def _fit_force(
     levels: NDArray[np.float64],
     amplitude: NDArray[np.float64],
     changes: Matrix,
-    weights: Weights,
+    weights: ProjectedCovariance,
 ) -> Place:
     n, moves = len(levels), np.where(amplitude > 0, amplitude, 1.0)
     # kappa a and lambda are forces, which are fitted alike well whatever the size of the motion.
@@ -275,7 +279,7 @@ def _fit_force(
     exponent, exponent_deviation = min(slopes, key=lambda pair: pair[1])
     return Place(
         name=name,
-        gain=float(residual @ across @ solution) - weights.surplus,
+        gain=float(residual @ across @ solution) - weights.cost_difference,
         n_number=len(solution),
         level=levels,
         amplitude=amplitude,

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from correlation.model_solver import Tangent
 from diagnosis.candidate.place import choose_units
-from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
+from diagnosis.model_error_share import ProjectedCovariance
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
@@ -83,7 +83,7 @@ class Resonator:
         )
 
 
-def find_resonators(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Resonator]:
+def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -> list[Resonator]:
     """The best resonator at each place in each configuration, best first; none that gains nothing.
 
     Parameters
@@ -91,7 +91,7 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[Weights]) -> lis
     arrangement
         Measurements and model.
     weights
-        Covariances of `list_weights`.
+        Covariances of `list_covariances`.
     """
     train, fit = arrangement.train, arrangement.fit
     points, places, found = train.features.points, list(fit.model.places.items()), list[Resonator]()
@@ -156,7 +156,7 @@ def _changes(
     return np.where(np.isfinite(features), features, 0.0)
 
 
-def _fit(weights: Weights, changes: Matrix) -> tuple[float, float, float, int]:
+def _fit(weights: ProjectedCovariance, changes: Matrix) -> tuple[float, float, float, int]:
     """Gain of the best tuning by one covariance, its mass and the standard deviation of that, and its number."""
     across = weights.across(changes)
     size = np.linalg.norm(across, axis=0)
@@ -164,5 +164,5 @@ def _fit(weights: Weights, changes: Matrix) -> tuple[float, float, float, int]:
     along = weights.residual @ across / size
     best = int(np.argmax(along))
     # A mass is positive.
-    gain = max(float(along[best]), 0.0) ** 2 - weights.surplus
+    gain = max(float(along[best]), 0.0) ** 2 - weights.cost_difference
     return gain, float(along[best] / size[best]), float(1 / size[best]), best

@@ -101,7 +101,7 @@ def compute_slope_gains(problem: Screened, effects: Sequence[Effect]) -> Vector:
     slopes = compute_slopes(problem, effects)
     return np.array(
         [
-            find_least(effect, project_out(basis, slope), residual).gain
+            minimise_along_change(effect, project_out(basis, slope), residual).gain
             for effect, slope in zip(effects, slopes, strict=True)
         ]
     )
@@ -118,7 +118,7 @@ def make_basis(changes: Matrix) -> Matrix:
 
 
 def project_out(basis: Matrix, changes: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
-    """What is left of one change, or of several columns, beside a basis."""
+    """Project a basis out of one change, or of several columns."""
     return np.asarray(changes - basis @ (basis.T @ changes))
 
 
@@ -126,7 +126,7 @@ def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vec
     """Whitened derivative with respect to each effect's strength at its vanishing value, shape (m + p,) each."""
     fit = problem.fit
     # All effects are applied at once at their vanishing values: the states are those of the fit.
-    for group in [effects] if problem.effort.together else [[each] for each in effects]:
+    for group in [effects] if problem.selection.slopes_at_once else [[each] for each in effects]:
         unknowns = problem.unknowns(group)
         values = np.array([*fit.values, *unknowns.vanishing[len(fit.values) :]])
         model = unknowns.compose(values)
@@ -138,28 +138,28 @@ def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vec
 
 def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, slope: Vector) -> Score:
     """Score by the derivative, then by the difference at the strength that it predicts, at most the typical one."""
-    parameter, effort = effect.parameters[0], problem.effort
+    parameter, selection = effect.parameters[0], problem.selection
     typical = parameter.typical - parameter.vanishes
     whole = float(np.linalg.norm(slope))
     across = project_out(basis, slope)
     absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
-    if 1 - absorbed < effort.least_left or whole * abs(typical) < effort.unseen:
+    if 1 - absorbed < selection.least_unabsorbed_share or whole * abs(typical) < selection.least_change:
         slope, across = 0 * slope, 0 * across
-    tried = find_least(effect, across, residual)
+    tried = minimise_along_change(effect, across, residual)
     rates = _compensation_rates(problem, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    if abs(step) > LEAST * abs(typical) and 1 - absorbed >= effort.least_left:
+    if abs(step) > LEAST * abs(typical) and 1 - absorbed >= selection.least_unabsorbed_share:
         change = _change(problem, effect, step, rates)
-        finite = find_least(effect, project_out(basis, change) / step, residual)
+        finite = minimise_along_change(effect, project_out(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
     start = _compensated_values(problem, effect, tried.step, rates)
-    if not size or size * abs(typical) < effort.unseen:
+    if not size or size * abs(typical) < selection.least_change:
         return Score(
             effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical),
-            absorbed=absorbed if 1 - absorbed < effort.least_left else 1.0,
+            absorbed=absorbed if 1 - absorbed < selection.least_unabsorbed_share else 1.0,
             direction=np.zeros_like(residual), start=start, slope=slope,
         )  # fmt: skip
     return Score(
@@ -168,22 +168,22 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     )  # fmt: skip
 
 
-class Least(NamedTuple):
-    """Least chi^2 along a change per unit of strength: the step to it, and the fall of chi^2."""
+class LineMinimum(NamedTuple):
+    """Minimum of chi^2 along a change per unit of strength: the change, the step to the minimum, the fall of chi^2."""
 
     across: Vector
     step: float
     gain: float
 
 
-def find_least(effect: Effect, across: Vector, residual: Vector) -> Least:
-    """Least chi^2 along a change per unit of strength, shape (n,), within the bounds of an effect."""
+def minimise_along_change(effect: Effect, across: Vector, residual: Vector) -> LineMinimum:
+    """Minimise chi^2 along a change per unit of strength, shape (n,), within the bounds of an effect."""
     parameter, steepness = effect.parameters[0], float(across @ across)
     if not steepness:
-        return Least(across, 0.0, 0.0)
+        return LineMinimum(across, 0.0, 0.0)
     step = float(across @ residual) / steepness
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    return Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
+    return LineMinimum(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
 
 
 def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:

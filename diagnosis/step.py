@@ -20,7 +20,7 @@ def compute_step(name: str, make: Callable[[], T]) -> T:  # noqa: ARG001  # the 
 
 
 def remember_steps(run_step: RunStep) -> RunStep:
-    """The same steps, of which each runs once."""
+    """Steps that are remembered, so that each runs once."""
     results: dict[str, Any] = {}
 
     def find(name: str, make: Callable[[], T]) -> T:

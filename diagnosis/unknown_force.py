@@ -1,10 +1,10 @@
-"""What is missing at a place, where no known effect explains it: a force that grows with the motion, or a resonator."""
+"""Unknown force at a place, where no known effect explains the data: one that grows with the motion, or a resonator."""
 
 from typing import TypeAlias
 
-from diagnosis.error_share import list_weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.localisation import Place, localise
+from diagnosis.model_error_share import list_covariances
 from diagnosis.resonator import Resonator, find_resonators
 
 UnknownForce: TypeAlias = Place | Resonator
@@ -12,7 +12,7 @@ UnknownForce: TypeAlias = Place | Resonator
 
 def find_unknown_forces(arrangement: Arrangement) -> list[UnknownForce]:
     """Unknown forces that would explain the residual, ranked by the gain beyond the number of their parameters."""
-    weights = list_weights(arrangement)
+    weights = list_covariances(arrangement)
     return sorted(
         [*localise(arrangement, weights), *find_resonators(arrangement, weights)], key=compute_excess_gain, reverse=True
     )

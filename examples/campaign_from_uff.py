@@ -19,7 +19,7 @@ from study.beam.case import write_beam_case
 from study.beam.model import beam_model
 from transient.virtual_bench.beam import BeamParameters, free_beam, jointed_beam, reduced_beam
 from transient.virtual_bench.campaign import scaled
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "from_uff")
 measured, random = folder / "measured", np.random.default_rng(27)
@@ -51,7 +51,7 @@ def response(values: NDArray[np.complex128], place: str, unit: str, function: st
 
 # Stepped sines up and down at three levels, each measured twice: complex spectra of motion and force.
 frequencies = np.linspace(440.0, 500.0, 13)
-bench = SweptBench(jointed_beam(beam, parameters), {place: beam.places[place] for place in places})
+bench = VirtualSweepTest(jointed_beam(beam, parameters), {place: beam.places[place] for place in places})
 way = np.concatenate([frequencies, frequencies[-2::-1]])
 for level in (1.0, 3.0, 10.0):
     motion = bench.sweep(way.tolist(), level).motion[:, :, 0]

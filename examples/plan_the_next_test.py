@@ -21,7 +21,7 @@ from figure.style import png
 from reduction.jointed_system import JointedSystem
 from study.diagnose.next_test import NextStep
 from study.diagnose.next_test_drawing import make_next_tests
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 folder, random = Path(sys.argv[1] if len(sys.argv) > 1 else "."), np.random.default_rng(1)
 K, M = 4e4 * (2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)), np.diag([1.2, 0.9, 1.1, 0.8])
@@ -38,7 +38,7 @@ specimen = JointedSystem(
 
 def measure(levels: tuple[float, ...], frequencies: tuple[float, ...], at: tuple[str, ...], held: HeldOut) -> Campaign:
     """Sweeps up by time integration, three repeats with 0.5 % of noise."""
-    bench = SweptBench(specimen, places)
+    bench = VirtualSweepTest(specimen, places)
     motion = np.array([bench.sweep([*frequencies], level).motion[..., 0] for level in levels])
     motion = motion[:, :, [list(places).index(place) for place in at]]
     repeat, level, frequency, sensor = np.indices((3, *motion.shape)).reshape(4, -1)

@@ -35,7 +35,7 @@ def main() -> None:
     print(f"{reduction.n_dof} degrees of freedom reduced to {reduction.assembly.n_dof}")
     print("all contacts stuck:", ", ".join(f"{hertz:.1f}" for hertz in frequency[:4]), "Hz")
 
-    print("normal force of a line at rest:", np.split(resting.rest.normal, 4)[0].sum().round(2), "N")
+    print("normal force of a line at rest:", np.split(resting.static_state.normal, 4)[0].sum().round(2), "N")
     solved = make_solve_model(read)
     tip, drawn, highest = solved.outputs[0].row, [], {}
     for curve in solved.curves:

@@ -16,15 +16,15 @@ from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.missing_law.curves import compute_curves
+from diagnosis.missing_law.description import describe
 from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.recover import recover_law
-from diagnosis.missing_law.words import describe
 from figure.missing_law import draw_missing_law
 from figure.style import png
 from reduction.jointed_system import ElasticStop, JointedSystem
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.missing_law import RecoveredLaw
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 K = 4e4 * np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
@@ -46,7 +46,7 @@ specimen = JointedSystem(
 
 # Sweeps up at four levels by time integration, harmonics 1 and 3 of each mass, two repeats with 0.3 % of noise.
 levels, frequencies, random = (0.08, 0.2, 0.3, 0.4), np.linspace(12.0, 13.8, 20), np.random.default_rng(1)
-bench = SweptBench(specimen, places)
+bench = VirtualSweepTest(specimen, places)
 motion = np.array([bench.sweep(frequencies.tolist(), level).motion for level in levels])
 where = np.indices((2, *motion.shape)).reshape(5, -1)
 repeat, level, frequency, sensor, harmonic = where

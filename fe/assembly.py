@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.allocator import give_back
+from fe.allocator import return_freed_memory
 from fe.element import Element
 from fe.errors import MeshError
 from fe.material import Material
@@ -89,7 +89,7 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
     del keys, sums, key, order, place
     upper = sp.csr_array((node_mass, column, row_start), shape=(mesh.n_node, mesh.n_node))
     mass_matrix = NodeMatrix(nodes=sp.csr_array(upper + sp.triu(upper, 1).T))
-    give_back()
+    return_freed_memory()
     return mass_matrix, UpperBlocks(row_start=row_start, column=column, values=stiffness.reshape(-1, 3, 3))
 
 

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.damping import RayleighDamping, add_damping
-from fe.errors import LooseBody, SupportError
+from fe.errors import SupportError, UnsupportedBody
 from fe.mesh import Mesh
 from fe.sparse.factor import Symmetric
 from fe.sparse.symmetric_part import part
@@ -108,7 +108,8 @@ def supported_system(
     ------
     SupportError
         A support without nodes or with nodes that the mesh has not; supports that leave a body of the mesh a rigid
-        motion, which the message names, as a `LooseBody` if there are several; or supports that leave nothing to move.
+        motion, which the message names, as a `UnsupportedBody` if there are several; or supports that leave nothing to
+        move.
     """
     for support in supports:
         if not len(support.nodes):
@@ -200,7 +201,7 @@ def _refuse_rigid_motion(
         free = [MOTIONS[k] for k in range(6) if resisted[k, k] <= FREE_MOTION * value[-1]]
         motion = ", ".join(free) or f"a motion that is mostly {MOTIONS[int(np.abs(vector[:, 0]).argmax())]}"
         which = "the body" if n_body == 1 else f"body {body + 1} of {n_body} ({len(nodes)} nodes)"
-        error = SupportError if n_body == 1 else LooseBody
+        error = SupportError if n_body == 1 else UnsupportedBody
         raise error(
             f"the supports leave {which} free in {motion}: fix {'more nodes' if resisting.any() else 'nodes'} "
             "or add grounded springs"

@@ -122,7 +122,7 @@ def _eigenvalues(path: Path) -> Float[NDArray[np.float64], " mode"]:
 
 
 def _symmetric(path: Path, dofs: Int[NDArray[np.int64], " n"], size: int) -> sp.csr_array:
-    """One triangle as lines "row column value", all from 1."""
+    """Symmetric matrix from one triangle, in lines "row column value", numbered from 1."""
     table = np.fromstring(path.read_text(), sep=" ").reshape(-1, 3)
     rows, columns = (dofs[table[:, k].astype(np.int64) - 1] for k in (0, 1))
     values = table[:, 2]

@@ -11,7 +11,7 @@ class InvertedCell(MeshError):
     """At least one cell is turned inside out."""
 
 
-class BesideMesh(MeshError):
+class PointOffSurface(MeshError):
     """A place that is not on the surface of the mesh.
 
     Parameters
@@ -40,8 +40,8 @@ class SupportError(InputError):
     """Supports that name nothing, or leave a rigid-body motion free."""
 
 
-class LooseBody(SupportError):
-    """One body of several that the supports leave a rigid-body motion."""
+class UnsupportedBody(SupportError):
+    """Supports that leave one of several bodies a rigid-body motion."""
 
 
 class MatrixFileError(InputError):

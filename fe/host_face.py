@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fe.element import Element
-from fe.errors import BesideMesh, MeshError
+from fe.errors import MeshError, PointOffSurface
 from fe.face_integral import find_face_frame
 from fe.mesh import Mesh
 
@@ -65,7 +65,7 @@ def find_station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) 
     Raises
     ------
     MeshError
-        No faces, or (a `BesideMesh`) a place that is on none of them.
+        No faces, or (a `PointOffSurface`) a place that is on none of them.
     """
     rows, columns, values = [], [], []
     for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
@@ -100,7 +100,7 @@ Carrier: TypeAlias = tuple[Element, int, Int[NDArray[np.int64], " node"], Float[
 
 
 def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Carrier]:
-    """What carries each place."""
+    """Face that carries each place, with the shape functions there."""
     if not len(faces):
         raise MeshError(f'"{name}": there is no face that could carry it, so name the face that it lies on')
     host = {
@@ -118,7 +118,7 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
         size = float(np.ptp(mesh.points[nodes[list(element.faces[local])]], axis=0).max())
         if distance > APART * size:
             nearest = tuple((element.shape(at[None])[0] @ mesh.points[nodes]).tolist())
-            raise BesideMesh(
+            raise PointOffSurface(
                 f'station {number + 1} of "{name}", at {_millimetres(place)}, is {distance * 1e3:.4g} mm from the '
                 f"nearest face of the mesh, whose point {_millimetres(nearest)} is next to it: move it there, or mesh "
                 "with smaller cells",

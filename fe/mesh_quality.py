@@ -1,4 +1,4 @@
-"""How well shaped the cells of a mesh are, and the refusal of those that are turned inside out."""
+"""Quality of the cells of a mesh, and refusal of inverted ones."""
 
 from dataclasses import dataclass
 from os import PathLike

@@ -1,4 +1,4 @@
-"""How results show themselves in a notebook: as the table or the labelled arrays that they can be turned into.
+"""Display of results in a notebook, as a table or as labelled arrays.
 
 pandas and xarray are imported when they are used.
 """

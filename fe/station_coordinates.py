@@ -66,7 +66,7 @@ class StationCoordinates:
     def vectors(
         self, system: LinearSystem, displacement: Float[NDArray[np.float64], "n m"]
     ) -> Float[NDArray[np.float64], "n m"]:
-        """What `displacement` was made of."""
+        """Inverse of `displacement`."""
         to_nodes = sp.csc_array(self.to_nodes[system.free][:, system.free])
         return np.asarray(sp.linalg.splu(to_nodes).solve(np.ascontiguousarray(displacement)))
 

@@ -27,7 +27,7 @@ Values = Float[NDArray[np.float64], " k"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackboneCurve:
-    """One mode.
+    """Backbone curve of one mode.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
 
 @dataclass(frozen=True, kw_only=True)
 class CandidateBar:
-    """One candidate.
+    """Bar of one candidate.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What contacts do over a period, along response curves: the shares stuck, slipping and separated as stacked areas."""
+"""Contact states along response curves: shares of the period stuck, slipping and separated, as stacked areas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import CONTACT_STATES, Axes, Figure, TitledFigure, add_legend, add_title, evenly, new_figure
+from figure.style import CONTACT_STATES, Axes, Figure, TitledFigure, add_legend, add_title, choose_evenly, new_figure
 
 #: Labelled places along a curve that turns back.
 N_TICK = 5
@@ -16,7 +16,7 @@ N_TICK = 5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StatePanel:
-    """One panel.
+    """Panel of one response curve.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def contact_states_figure(result: ContactStates) -> Figure:
 
 
 def _draw(axes: Axes, panel: StatePanel) -> bool:
-    """One panel; whether its curve turns back, so that the axis counts points instead."""
+    """Draw a panel; return whether its curve turns back, so that the axis counts points instead."""
     from matplotlib.ticker import MaxNLocator
 
     step = np.diff(panel.parameter)
@@ -88,7 +88,7 @@ def _draw(axes: Axes, panel: StatePanel) -> bool:
     for number, state in enumerate(panel.states):
         axes.fill_between(place, edges[:, number], edges[:, number + 1], color=CONTACT_STATES[state], linewidth=0)
     if turns:
-        ticks = evenly(len(place), N_TICK)
+        ticks = choose_evenly(len(place), N_TICK)
         axes.set_xticks(ticks, [f"{panel.parameter[tick]:.4g}" for tick in ticks])
     else:
         # A label at the right end would run into the first one of the panel beside it.

@@ -54,7 +54,7 @@ MOST_NAMED = 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredCurve:
-    """One measured curve.
+    """Measured curve with its readings outside of the limits.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ BAR, SCATTER = 0.5, 0.15
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceLimits:
-    """One panel.
+    """Panel of the limits of one force.
 
     Parameters
     ----------

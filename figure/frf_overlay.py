@@ -30,7 +30,7 @@ from figure.style import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OverlayCurve:
-    """One level.
+    """Measured and predicted curve of one level.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class OverlayCurve:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OverlayPanel:
-    """One sensor and harmonic.
+    """Panel of one sensor and harmonic.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def _amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
 
 
 def _residual(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
-    """By how much the prediction departs from each point: of an amplitude in %, of a static part in its unit."""
+    """Draw the error of the prediction at each point: of an amplitude in %, of a static part in its unit."""
     axes.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     for curve in panel.curves:
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""What contacts do at the highest point of each curve: friction loops, and both forces over one period."""
+"""Contact forces at the highest point of each curve: friction loops, and both forces over one period."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from figure.style import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Loop:
-    """One period of one joint.
+    """Hysteresis loop of one joint over one period.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ STATE: dict[str, Any] = {"color": INK, "linestyle": "", "marker": ".", "markersi
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band:
-    """One panel; arrays of both limits have the lower one first.
+    """Band between both limits; arrays have the lower limit first.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def add_band_legend(figure: Figure, bands: Sequence[Band], sampled_label: str) -
 
 
 def draw_band(axes: Axes, band: Band) -> None:
-    """One panel."""
+    """Draw a band into its axes."""
     f = band.frequency
     clean = ~(band.jump[:, :-1] | band.jump[:, 1:])
     # The area too is left open where either limit jumps.

@@ -15,7 +15,7 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitsByLevel(TitledFigure):
-    """What tells each level; arrays of both limits have the lower one first.
+    """Limits by level; arrays of both limits have the lower one first.
 
     Parameters
     ----------

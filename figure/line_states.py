@@ -1,4 +1,4 @@
-"""What contact lines do over one period: time across, stations upwards, each cell stuck, slipping or separated."""
+"""Contact states of lines over one period: time across, stations upwards, each cell stuck, slipping or separated."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ STATION, LOWEST, HIGHEST = 0.24, 1.2, 3.2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineStates:
-    """One contact line over one period.
+    """Contact states of one line over one period.
 
     Parameters
     ----------

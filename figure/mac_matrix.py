@@ -1,4 +1,4 @@
-"""Which measured mode is which of the model: the modal assurance criterion of all pairs, and the pairs."""
+"""Modal assurance criterion of all pairs of measured modes and modes of the model, and their pairing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

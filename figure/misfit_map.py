@@ -1,4 +1,4 @@
-"""Where a model fails: level by frequency, one panel per sensor and harmonic, in standard deviations."""
+"""Map of the misfit over level and frequency in standard deviations, one panel per sensor and harmonic."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import HEADING, INK, Axes, Figure, TitledFigure, add_axes, add_heading, bare_figure, evenly
+from figure.style import HEADING, INK, Axes, Figure, TitledFigure, add_axes, add_heading, bare_figure, choose_evenly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,7 +39,7 @@ WITHOUT = 0.9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapPanel:
-    """One sensor and harmonic.
+    """Panel of one sensor and harmonic.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def _name_frequencies(
 ) -> None:
     """Write some of the frequencies below a panel, and what they are."""
     y = bottom + NUMBER_GAP / POINTS_PER_INCH
-    for place in evenly(len(frequency), MOST_TICKS):
+    for place in choose_evenly(len(frequency), MOST_TICKS):
         x = left + across * (place + 0.5) / len(frequency)
         axes.text(x, y, f"{frequency[place]:.4g}", fontsize=NUMBER_SIZE, color=INK, va="top", ha="center")
     axes.text(

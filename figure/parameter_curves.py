@@ -32,7 +32,7 @@ COLUMNS, NAMED_VALUES = 2, 9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ParameterCurve:
-    """One curve.
+    """Response curve at one value of a parameter.
 
     Parameters
     ----------

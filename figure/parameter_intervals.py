@@ -12,7 +12,7 @@ COLUMNS = 5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IntervalPanel:
-    """One parameter.
+    """Panel of one parameter.
 
     Parameters
     ----------

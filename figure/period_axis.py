@@ -40,5 +40,5 @@ def over_one_period(axes: Axes) -> None:
 
 
 def name_period(axes: Axes) -> None:
-    """What the numbers of such an axis are."""
+    """Label an axis over one period."""
     axes.set_xlabel("time / period [-]", color=INK)

@@ -109,7 +109,7 @@ def response_curves_figure(result: ResponseCurves) -> Figure:
     if result.backbone is not None:
         along, size = result.backbone.parameter, np.abs(result.backbone.response)
         amplitude.plot(along, size, color=INK, linestyle="--", linewidth=1.2, label=result.backbone.label)
-    for curve, (colour, line) in zip(result.curves, _looks(result.curves), strict=True):
+    for curve, (colour, line) in zip(result.curves, _choose_line_styles(result.curves), strict=True):
         for axes, values in ((amplitude, np.abs(curve.response)), (phase, _phase(curve.response))):
             _draw_line(axes, curve, values, colour, line)
         # A dot shows where the solver stood: the curve between two is drawn straight.
@@ -160,7 +160,7 @@ def _draw_marks(axes: Axes, curves: Sequence[DrawnCurve]) -> None:
         axes.plot([], [], color=PALE, linestyle=UNSTABLE, linewidth=1.2, label="unstable")
 
 
-def _looks(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:
+def _choose_line_styles(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:
     """Colour and line of each curve."""
     groups = [number if curve.group is None else (curve.group,) for number, curve in enumerate(curves)]
     distinct = list(dict.fromkeys(groups))

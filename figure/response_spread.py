@@ -21,7 +21,7 @@ HIGHEST = 1.15
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpreadBand:
-    """One band; all values have shape (p,), NaN where there are none.
+    """Band of quantiles; all values have shape (p,), NaN where there are none.
 
     Parameters
     ----------

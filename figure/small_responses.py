@@ -15,7 +15,7 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SmallResponsePanel:
-    """One configuration.
+    """Panel of one configuration.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How all figures look: inks, colours, headings, numbers, axes without a box around them, and the whole as PNG."""
+"""Style of all figures: colours, headings, numbers, axes without a box, and the output as PNG."""
 
 import re
 from collections.abc import Sequence
@@ -212,7 +212,7 @@ def add_heading(figure: Figure, result: TitledFigure) -> None:
 
 
 def add_title(figure: Figure, title: str) -> None:
-    """One bold line at the top left."""
+    """Add a bold title at the top left."""
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
 
 
@@ -221,8 +221,8 @@ def format_three_digits(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.10g}"
 
 
-def evenly(count: int, most: int) -> list[int]:
-    """At most so many of `count` places, the first and the last among them."""
+def choose_evenly(count: int, most: int) -> list[int]:
+    """Choose at most `most` of `count` places evenly, with the first and the last."""
     places = np.linspace(0, count - 1, min(count, most)).round().astype(int)
     return [int(place) for place in np.unique(places)]
 

@@ -16,7 +16,7 @@ SIGN = 3.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanDrawing(TitledFigure):
-    """What tests would show.
+    """Smallest detectable strengths of a plan, and effects that it cannot distinguish.
 
     Parameters
     ----------

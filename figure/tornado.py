@@ -1,4 +1,4 @@
-"""What a step of each parameter changes, as bars to both sides: one panel for each quantity."""
+"""Tornado diagram: change by a step of each parameter, as bars to both sides, one panel for each quantity."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -29,7 +29,7 @@ GROUP = 0.8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SharePanel:
-    """One quantity, of g curves and d parameters; NaN where a share is not known.
+    """Panel of one quantity, of g curves and d parameters; NaN where a share is not known.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ def waterfall_figure(result: Waterfall) -> Figure:
 
 
 def label_foot(value: float, lowest: float, highest: float) -> float:
-    """Where the number of a bar stands on an axis of logarithms: on the bar, but never on the line of the noise.
+    """Position of the number of a bar on a logarithmic axis: on the bar, but not on the line of the noise.
 
     Parameters
     ----------

@@ -186,7 +186,7 @@ def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, Contact
 
 
 def _pad_problems(blade: Blade, unsound: Collection[str]) -> Iterator[str]:
-    """What keeps pads and grooves from being one body with the blade, when each dimension is sound by itself."""
+    """Conflicts of valid dimensions that keep pads and grooves from being one body with the blade."""
     if unsound:
         return
     low, high = in_millimetres(blade.pad_bottom), in_millimetres(blade.pad_top)

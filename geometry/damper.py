@@ -66,7 +66,7 @@ class Damper:
 
     @property
     def cone_length(self) -> float:
-        """Of each cone along the axis: shoulder and contact [m]."""
+        """Length of each cone along the axis: shoulder and contact [m]."""
         return self.shoulder + self.contact_length
 
     @property
@@ -86,7 +86,7 @@ class Damper:
 
     @property
     def volume(self) -> float:
-        """Of cylinder and cones, in closed form [m^3]."""
+        """Volume of cylinder and cones, in closed form [m^3]."""
         r, e = self.radius, self.end_radius
         return pi * (r**2 * self.cylinder_length + 2 * self.cone_length * (r**2 + r * e + e**2) / 3)
 

@@ -115,12 +115,12 @@ class Decoupler:
 
     @property
     def plate_front(self) -> float:
-        """Of the plate, on which the pad stands: its y [m]."""
+        """Y of the plate's face on which the pad stands [m]."""
         return self.contact_length + self.end_clearance
 
     @property
     def plate_back(self) -> float:
-        """Of the plate, from which the arms start: its y [m]."""
+        """Y of the plate's face from which the arms start [m]."""
         return self.plate_front + self.plate_thickness
 
     @property
@@ -305,7 +305,7 @@ def decoupler_part(decoupler: Decoupler) -> Part:
 
 
 def _shape_problems(decoupler: Decoupler, unsound: Collection[str]) -> Iterator[str]:
-    """What keeps groove, plate and arms from being one body, when each dimension is sound by itself."""
+    """Conflicts of valid dimensions that keep groove, plate and arms from being one body."""
     if unsound:
         return
     yield from groove_problems(

@@ -9,9 +9,9 @@
         ├── RegistryError     a plug-in that fails, lacks a fact or has a name that is taken, or an unknown name
         ├── fe.errors.MeshError
         │   ├── fe.errors.InvertedCell
-        │   └── fe.errors.BesideMesh
+        │   └── fe.errors.PointOffSurface
         ├── fe.errors.SupportError
-        │   └── fe.errors.LooseBody
+        │   └── fe.errors.UnsupportedBody
         ├── fe.errors.{MatrixFileError, BackendError}
         ├── reduction.errors.{RomError, JointError, MatrixError, ExchangeError}
         ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}

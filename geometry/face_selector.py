@@ -25,7 +25,7 @@ LISTED = 12
 
 @dataclass(frozen=True, kw_only=True)
 class FaceSelector:
-    """Which faces are meant: those that fit everything that is given.
+    """Criteria of faces: a face must meet all that are given.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class KnownFace:
         return not any(self.misfits(selector))
 
     def misfits(self, selector: FaceSelector) -> Iterator[tuple[float, str]]:
-        """How far the face is from each thing that it misses [-], and what it has there, in words."""
+        """Distances of the face from the criteria that it does not meet [-], and its values, in words."""
         if selector.name is not None and self.name != selector.name:
             alike = SequenceMatcher(a=self.name.lower(), b=selector.name.lower()).ratio()
             yield 1 - alike, f'its name is "{self.name}"' if self.name else "it has no name"

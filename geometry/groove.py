@@ -26,7 +26,7 @@ def groove_problems(
     narrow_at: str,
     sides: str,
 ) -> Iterator[str]:
-    """What keeps a groove open, and inside its pad.
+    """Problems of a groove that is not open or not inside its pad.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where a body can touch another: the stations of a contact line, with their frames and the length each stands for."""
+"""Contact lines of a body: stations, their frames and tributary lengths."""
 
 from dataclasses import dataclass
 

@@ -22,7 +22,7 @@ Point = Float[NDArray[np.float64], " 3"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FaceRegion:
-    """One or more faces of a solid under one name.
+    """Named region of one or more faces of a solid.
 
     Parameters
     ----------

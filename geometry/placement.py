@@ -1,4 +1,4 @@
-"""Where a body of the rig stands: mirrored or not at y = 0 of its own axes, and moved."""
+"""Placement of a body in the rig: mirrored or not at y = 0 of its own axes, and translated."""
 
 from dataclasses import dataclass, field
 

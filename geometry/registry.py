@@ -261,7 +261,7 @@ def installed_points(group: str) -> tuple[EntryPoint, ...]:
 
 @cache
 def _all_points() -> Any:
-    """Those of all groups: what packages say of themselves is read once, and not by each registry."""
+    """Entry points of all groups; the metadata of packages are read once for all registries."""
     return entry_points()
 
 
@@ -339,7 +339,7 @@ def module_name(file: Path) -> str:
 
 
 def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
-    """What went wrong in somebody's code, and where: at the last line that is not of ours."""
+    """Error in a plugin, with its position: the last line that is not of the product."""
     steps = [step for step in traceback.extract_tb(error.__traceback__) if not step.filename.startswith(ours)]
     theirs = [step for step in steps if "importlib" not in step.filename]
     place = f"{theirs[-1].filename}, line {theirs[-1].lineno}" if theirs else origin
@@ -356,7 +356,7 @@ def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
 
 
 def _lacks(called: str, names: Sequence[str]) -> str:
-    """What a call without some of its arguments lacks; of a member's facts also what they are."""
+    """Missing arguments of a call, with a description of those that are facts of a member."""
     facts = {fact: meaning for registry in REGISTRIES for fact, meaning in registry.facts.items()}
     wanted = ", ".join(f"{name} ({facts[name]})" if name in facts else name for name in names)
     return f"{called} lacks {wanted}: add it"

@@ -176,7 +176,7 @@ def rig_parts(rig: Rig) -> dict[str, Part]:
 
 
 def _excitation_problems(rig: Rig) -> Iterator[str]:
-    """What keeps the disc that is pushed from lying on the blade's flat face, between root and pads."""
+    """Problems of the excitation disc, which must lie on the blade's flat face between root and pads."""
     blade = rig.blade
     height, width = blade.excitation_height, blade.flat_width / 2
     most = min(width, height, blade.pad_bottom - height)
@@ -189,7 +189,7 @@ def _excitation_problems(rig: Rig) -> Iterator[str]:
 
 
 def _mating_problems(rig: Rig, name: str, body: Blade | Decoupler) -> Iterator[str]:
-    """What keeps a groove and the damper's cone from touching along one line, all along it and nowhere else."""
+    """Problems of a groove and a damper's cone, which must touch along one whole line and nowhere else."""
     damper = rig.damper
     apart = abs(body.contact_length - damper.contact_length)
     if apart > MATING:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from geometry.errors import InputError
 from geometry.face_selector import FaceSelector, KnownFace, select_faces
 from geometry.part import Part, Shape
-from geometry.rehearsal import rehearse
 from geometry.step_io import check_complete
+from geometry.trial_process import read_in_trial_process
 
 #: Gaps between faces that are closed without asking [mm]: above what CAD programs leave, below what anyone draws.
 SEWN = 1e-2
@@ -82,7 +82,7 @@ def read_body(path: Path) -> StepBody:
 
     path = Path(path)
     check_complete(path)
-    if trap := rehearse(lambda: _read_body(path), path, speed=SPEED, memory=MEMORY):
+    if trap := read_in_trial_process(lambda: _read_body(path), path, speed=SPEED, memory=MEMORY):
         raise InputError(f"{path} is damaged, it {trap}: export it again")
     return _read_body(path)
 

@@ -30,7 +30,7 @@ DEBIAN_PACKAGE = {
 MEANT_FOR = {"cad": "CAD geometry (cadquery)", "pictures": "off-screen pictures (pyvista)"}
 
 
-def preflight(*purposes: Purpose) -> None:
+def require_system_libraries(*purposes: Purpose) -> None:
     """Refuse, before an import that could crash, to go on without a system library; it takes a millisecond.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Where each key of a TOML document stands.
+"""Line of each key of a TOML document.
 
 `tomllib` reads the values but forgets the lines. This walks over the same text once more, after `tomllib` has accepted
 it, and therefore need not check the grammar: it only has to know where keys, strings and brackets end.
@@ -44,7 +44,7 @@ def key_lines(text: str) -> dict[Path, int]:
 
 
 def explain_syntax(message: str, text: str) -> tuple[str, int]:
-    """What is wrong with a document that is no TOML.
+    """Error of a document that is not valid TOML.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 
 
-def warm() -> None:
+def compile_kernels() -> None:
     """Solve the smallest system of friction and a cubic spring; the machine code is stored on disk.
 
     Other laws are compiled in seconds when they are first used.
@@ -44,4 +44,4 @@ def warm() -> None:
 
 
 if __name__ == "__main__":
-    warm()
+    compile_kernels()

@@ -8,7 +8,7 @@ import numpy as np
 
 from fe.notebook import Labelled
 from hbsolve.errors import BalanceError
-from reduction.file.atomic_file import write_whole
+from reduction.file.atomic_file import write_atomically
 
 if TYPE_CHECKING:
     import xarray
@@ -64,4 +64,4 @@ class Exported(Labelled):
             The file cannot be written.
         """
         content = make_matlab_file(self.to_xarray())
-        write_whole(path, lambda file: file.write_bytes(content), BalanceError)
+        write_atomically(path, lambda file: file.write_bytes(content), BalanceError)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from fe.file.hdf5_file import find_hdf5_trap
+from fe.file.hdf5_file import find_unsafe_hdf5_content
 from hbsolve.errors import BalanceError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], 
     """
     import xarray
 
-    if Path(path).is_file() and (trap := find_hdf5_trap(Path(path))):
+    if Path(path).is_file() and (trap := find_unsafe_hdf5_content(Path(path))):
         raise BalanceError(f'"{path}" is damaged, it {trap}: compute it again')
     try:
         with xarray.open_dataset(path, engine="h5netcdf") as data:

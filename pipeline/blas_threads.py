@@ -1,4 +1,4 @@
-"""How many threads the linear algebra of a command has; imports nothing, so that it can be said before NumPy asks."""
+"""Number of threads of a command's linear algebra; imports nothing, so that it is set before NumPy is imported."""
 
 import os
 

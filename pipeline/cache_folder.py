@@ -1,4 +1,4 @@
-"""Where results are stored if the user names no folder."""
+"""Default folder of stored results."""
 
 import os
 from pathlib import Path

@@ -26,7 +26,7 @@ class Checkpoint:
     warn
         Receives one sentence about a damaged record.
     every
-        `offer` saves when so much time has passed, or more where saving itself takes long [s].
+        `save_if_due` saves when so much time has passed, or more where saving itself takes long [s].
     clock
         Seconds; another one in tests.
     """
@@ -60,8 +60,8 @@ class Checkpoint:
         self._last = self._clock()
         self._cost = self._last - begin
 
-    def offer(self, value: Any) -> None:
-        """Save a value if the last one is old enough."""
+    def save_if_due(self, value: Any) -> None:
+        """Save a value if enough time has passed since the last one."""
         if self._clock() - self._last >= max(self._every, self._cost / SHARE):
             self.save(value)
 
@@ -122,7 +122,7 @@ class StoredTasks(MutableMapping[str, Any]):
         return iter(self._known)
 
     def __len__(self) -> int:
-        """Their number."""
+        """Number of stored results."""
         return len(self._known)
 
     @property

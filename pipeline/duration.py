@@ -1,4 +1,4 @@
-"""How long steps take: remembered from run to run, and written as a person reads it."""
+"""Durations of steps: stored from run to run, and formatted for readers."""
 
 import contextlib
 import warnings
@@ -17,7 +17,7 @@ WORTH_SHOWING = 1.0
 
 
 class Durations:
-    """How long each step took last time, as a record in the cache.
+    """Durations of the last run of each step, as a record in the cache.
 
     Parameters
     ----------

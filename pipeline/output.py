@@ -72,7 +72,7 @@ def removed_if_empty() -> Iterator[None]:
 
 
 @contextmanager
-def draft_of(path: Path, drafts: Path | None = None) -> Iterator[BinaryIO]:
+def open_draft(path: Path, drafts: Path | None = None) -> Iterator[BinaryIO]:
     """A file open for writing and reading that takes the place of `path` in the end, or none if writing it fails.
 
     Parameters
@@ -109,7 +109,7 @@ def replace_file(path: Path, content: str | bytes) -> None:
     content
         Text is written as UTF-8.
     """
-    with draft_of(path) as stream:
+    with open_draft(path) as stream:
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
 

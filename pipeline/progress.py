@@ -180,7 +180,7 @@ class BarProgress:
 
 
 class ShownStep:
-    """A step that is one stage: shown while it is computed, reported as stored where it was.
+    """Progress of a step that is one stage: shown while it is computed, or reported as stored.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class ShownStep:
 
     def run(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """Result of the stage, looked up or computed."""
-        outcome = self._store.outcome_within(self._computing, stage, *args, **kwargs)
+        outcome = self._store.outcome_in_context(self._computing, stage, *args, **kwargs)
         if outcome.cached:
             self._progress.stored(self._name)
         return outcome.value

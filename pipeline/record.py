@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from pipeline.codec import decode, encode
-from pipeline.output import draft_of
+from pipeline.output import open_draft
 from pipeline.pooled_arrays import ArrayPlaces, pool_arrays, unpool_array
 
 #: Members of the container that are not arrays.
@@ -78,7 +78,7 @@ def write_record(file: Path, record: Record, drafts: Path | None = None) -> None
     tree, arrays = encode(record.value)
     stored, places = pool_arrays(arrays)
     header = {"name": record.name, "key": record.key, "seconds": record.seconds}
-    with draft_of(file, drafts) as stream:
+    with open_draft(file, drafts) as stream:
         if stored:
             from reduction.file.npz import write_npz
 

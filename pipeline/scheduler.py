@@ -21,7 +21,7 @@ from geometry.errors import ComputationFailed, InputError, InputWarning, Missing
 from geometry.registry import loaded_files
 from pipeline.fingerprint import code_version
 from pipeline.source_facts import source_facts
-from pipeline.task_process import RemoteCall, SharedValue, run_beside, unpack
+from pipeline.task_process import RemoteCall, SharedValue, run_in_task_process, unpack
 
 if TYPE_CHECKING:
     import distributed
@@ -135,7 +135,11 @@ class SchedulerExecutor(Executor):
             plugins={str(file): source_facts(file).code for file in loaded_files()},
         )
         remote = self._client.submit(
-            run_beside, call, *(value for _, value in shared.values()), key=f"stickslip-{uuid.uuid4().hex}", pure=False
+            run_in_task_process,
+            call,
+            *(value for _, value in shared.values()),
+            key=f"stickslip-{uuid.uuid4().hex}",
+            pure=False,
         )
         future: Future[T] = Future()
         future.set_running_or_notify_cancel()
@@ -159,7 +163,7 @@ class SchedulerExecutor(Executor):
             if len(pickled) < WORTH_SHARING:
                 return None
             item = SharedValue(key=uuid.uuid4().hex, pickled=pickled)
-            future = self._client.submit(_itself, item, key=f"stickslip-shared-{item.key}", pure=False)
+            future = self._client.submit(_identity, item, key=f"stickslip-shared-{item.key}", pure=False)
             gone = weakref.ref(value, lambda _: self._shared.pop(number, None))
             self._shared[number] = gone, item.key, future
         _, key, future = self._shared[number]
@@ -198,12 +202,12 @@ class SchedulerExecutor(Executor):
         self._pending.discard(remote)
 
 
-def _itself(value: SharedValue) -> SharedValue:
+def _identity(value: SharedValue) -> SharedValue:
     return value
 
 
 def _can_be_shared(value: object) -> bool:
-    """Whether it is an object that is not made anew for each call, as far as one can see."""
+    """Whether an object may persist between calls, so that it is sent to each worker once."""
     return is_dataclass(value) and not isinstance(value, type) and type(value).__weakrefoffset__ > 0
 
 

@@ -1,4 +1,4 @@
-"""What the cache must know of a source file: a hash of its code, and what it imports.
+"""Facts of a source file for the cache: a hash of its code, and its imports.
 
 Parsing hundreds of files takes a second. What is found is therefore stored by the file's content, beside the results
 of stages: a file that was edited is parsed again, and a store that is damaged, or cannot be written, only costs time.

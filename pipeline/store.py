@@ -116,7 +116,7 @@ class Store:
             try:
                 self._prepare(folder)
             except OSError as error:
-                self._give_up(error)
+                self._disable_cache(error)
 
     def run(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """Result of a stage, looked up or computed."""
@@ -124,9 +124,9 @@ class Store:
 
     def outcome(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R]:
         """Result of a stage with the time that it took, looked up or computed."""
-        return self.outcome_within(contextlib.nullcontext, stage, *args, **kwargs)
+        return self.outcome_in_context(contextlib.nullcontext, stage, *args, **kwargs)
 
-    def outcome_within(
+    def outcome_in_context(
         self,
         computing: Callable[[], contextlib.AbstractContextManager[object]],
         stage: Stage[P, R],
@@ -147,7 +147,7 @@ class Store:
         return outcome
 
     def look_up(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
-        """Result of a stage if it is there and sound; it is not computed."""
+        """Stored result of a stage, None without an intact one; nothing is computed."""
         return self._read(stage, self._file(stage, *args, **kwargs))
 
     def keep(self, outcome: Outcome[R], stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> None:
@@ -218,19 +218,19 @@ class Store:
             record = Record(value=outcome.value, name=stage.name, key=file.stem, seconds=outcome.seconds)
             write_record(file, record, drafts=self.folder / "unfinished")
         except OSError as error:  # such as a full disk: the result itself is sound
-            self._give_up(error)
+            self._disable_cache(error)
         except TypeError as error:  # such as an effect from outside that has a function among its values
             self._warn(f"the result of {stage.name} is not stored, and will be computed again: {error}")
 
     def _report_damage(self, stage: Stage[P, R], file: Path | None) -> None:
-        """Once per file.
+        """Warn of a damaged file, once for each.
 
-        It stays until a new result takes its place: a disk that fails for a moment makes no sound result a bad one.
+        The file stays until a new result replaces it, because a read error of the disk may be temporary.
         """
         if file is not None and file not in self._reported:
             self._reported.add(file)
             self._warn(f"a stored result is damaged and will be computed again: {stage.name} in {file}")
 
-    def _give_up(self, error: OSError) -> None:
+    def _disable_cache(self, error: OSError) -> None:
         self._warn(f"the cache {self.folder} cannot be written ({error.strerror}): going on without it")
         self.folder = None

@@ -134,7 +134,7 @@ class TaskProcess:
 _own = threading.local()
 
 
-def run_beside(call: RemoteCall, *shared: SharedValue) -> bytes:
+def run_in_task_process(call: RemoteCall, *shared: SharedValue) -> bytes:
     """Run a call in the process beside this thread of a dask worker.
 
     Returns

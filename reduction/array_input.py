@@ -38,12 +38,12 @@ def real_array(values: object, what: str, error: type[InputError]) -> Float[NDAr
     if np.iscomplexobj(given) and given.imag.any():
         lost = np.argwhere(given.imag != 0)[0]
         raise error(f"{what} holds {given[tuple(lost)]:g}{_place(lost)}: give real numbers")
-    return locked(given.real.astype(np.float64))
+    return make_read_only(given.real.astype(np.float64))
 
 
 def complex_array(values: object, what: str, error: type[InputError]) -> Complex[NDArray[np.complex128], "..."]:
     """An array of complex numbers; see `real_array`."""
-    return locked(_numbers(values, what, error).astype(np.complex128))
+    return make_read_only(_numbers(values, what, error).astype(np.complex128))
 
 
 def finite_array(
@@ -155,10 +155,10 @@ def whole_number(value: object, what: str, error: type[InputError]) -> int:
 def freeze_arrays(item: object, *names: str, dtype: Any = np.float64) -> None:
     """Replace fields of a frozen data class by read-only copies; `dtype` is None where each has a kind of its own."""
     for name in names:
-        object.__setattr__(item, name, locked(np.array(getattr(item, name), dtype=dtype)))
+        object.__setattr__(item, name, make_read_only(np.array(getattr(item, name), dtype=dtype)))
 
 
-def locked(values: NDArray[Entries]) -> NDArray[Entries]:
+def make_read_only(values: NDArray[Entries]) -> NDArray[Entries]:
     """The array itself, from now on read-only."""
     values.setflags(write=False)
     return values

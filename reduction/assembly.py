@@ -12,7 +12,7 @@ from jaxtyping import Complex, Float, Int, Num
 from numpy.typing import NDArray
 
 from fe.system import LinearSystem
-from reduction.array_input import locked
+from reduction.array_input import make_read_only
 from reduction.array_type import Array, Matrix, Real, Whole
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
@@ -145,7 +145,7 @@ class ReducedAssembly:
         return np.moveaxis(np.concatenate(fields), 2, 0)
 
     def _together(self, name: str) -> Matrix:
-        return locked(scipy.linalg.block_diag(*(getattr(rom, name) for rom in self.bodies.values())))
+        return make_read_only(scipy.linalg.block_diag(*(getattr(rom, name) for rom in self.bodies.values())))
 
 
 def reduce_bodies(

@@ -1,4 +1,4 @@
-"""How far a reduced assembly is from its bodies in full: frequencies, shapes, and receptances at the contacts."""
+"""Error of a reduced assembly against the full bodies: frequencies, shapes, and receptances at the contacts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -61,8 +61,8 @@ def assembly_error(
     assembly
         Their reduced models.
     springs
-        Between bodies and to the ground, over the coordinates of the assembly, such as `Joined.springs` [N/m]. With
-        them no motion is free.
+        Between bodies and to the ground, over the coordinates of the assembly, such as `JoinedBodies.springs` [N/m].
+        With them no motion is free.
     n_mode
         Frequencies and shapes to compare [-].
     receptance_frequency

@@ -27,7 +27,7 @@ LEVEL_POWER = {"acceleration": 0, "velocity": 1, "displacement": 2}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BaseMotion:
-    """How a structure follows its base.
+    """Rigid motion of a structure with its base.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class BaseExcitation:
 
     @property
     def acceleration(self) -> Complex[Array, "harmonic r"]:
-        """Of each degree of freedom with the base, at level 1, shape (n_harmonic, r) [m/s^2 / Omega^p]."""
+        """Acceleration of each degree of freedom with the base, at level 1, shape (n_harmonic, r) [m/s^2 / Omega^p]."""
         return np.outer(self._unit, self.base.motion)
 
     @property

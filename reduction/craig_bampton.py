@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float
 
-from fe.allocator import give_back
+from fe.allocator import return_freed_memory
 from fe.blas_threads import on_one_blas_thread
 from fe.errors import SupportError
 from fe.modal import lowest_eigenpairs
@@ -99,7 +99,7 @@ def _basis(system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_m
         mass, stiffness = (interior_part(item, i) for item in (system.mass, system.stiffness))
         try:
             factor = factorise(stiffness, n_column=COLUMNS_PER_MODE * n_mode + n_boundary)
-            give_back()
+            return_freed_memory()
             if n_mode:
                 lambda_, shapes = lowest_eigenpairs(stiffness, mass, n_mode, factor)
                 _move(shapes, recovery[:, n_boundary:], i)

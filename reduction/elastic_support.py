@@ -38,7 +38,7 @@ from reduction.rom import ReducedModel
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ElasticSupport:
-    """How a reduced body rides on its support: three translations, and rotations about the middle of the support.
+    """Motion of a reduced body on its elastic support: three translations, and rotations about the support's centre.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class ElasticSupport:
     def __post_init__(self) -> None:
         freeze_arrays(self, "motion", "inertia", "mass", "springs", "body")
 
-    def follow(self, stiffness: Matrix, compliance: float) -> Float[Real, "6 r"]:
+    def support_motion(self, stiffness: Matrix, compliance: float) -> Float[Real, "6 r"]:
         """S, the motion of the support with the coordinates, shape (6, r) [-, 1/m].
 
         Parameters
@@ -86,11 +86,11 @@ class ElasticSupport:
 
     def matrices(self, mass: Matrix, stiffness: Matrix, compliance: float) -> tuple[Matrix, Matrix]:
         """Mass and stiffness on springs, of those on the fixed support, shape (r, r) [kg, N/m]."""
-        follow = self.follow(stiffness, compliance)
-        relative = np.eye(len(mass)) - self.motion @ follow
-        carried = relative.T @ self.inertia @ follow
-        changed = relative.T @ mass @ relative + carried + carried.T + follow.T @ self.mass @ follow
-        softer = stiffness - stiffness @ self.motion @ follow
+        support_motion = self.support_motion(stiffness, compliance)
+        relative = np.eye(len(mass)) - self.motion @ support_motion
+        carried = relative.T @ self.inertia @ support_motion
+        changed = relative.T @ mass @ relative + carried + carried.T + support_motion.T @ self.mass @ support_motion
+        softer = stiffness - stiffness @ self.motion @ support_motion
         return (changed + changed.T) / 2, (softer + softer.T) / 2
 
     def scaled(self, density_ratio: float, n_boundary: int) -> "ElasticSupport":
@@ -142,8 +142,8 @@ class ElasticBody:
         """
         if not self.compliance:
             raise RomError("a fixed support has no springs: take the reaction of its nodes")
-        follow = self.support.follow(self.stiffness, self.compliance)
-        pushed = -(self.support.springs / self.compliance)[:3] @ follow
+        support_motion = self.support.support_motion(self.stiffness, self.compliance)
+        pushed = -(self.support.springs / self.compliance)[:3] @ support_motion
         return SupportReaction(stiffness=pushed, mass=np.zeros_like(pushed))
 
     def heavier(self, ratio: float) -> "ElasticBody":
@@ -157,7 +157,7 @@ class ElasticBody:
         """The body with all its stiffness times a ratio, on the same springs."""
         return replace(self, stiffness=ratio * self.stiffness)
 
-    def within(self, n_dof: int, columns: slice) -> "ElasticBody":
+    def embed(self, n_dof: int, columns: slice) -> "ElasticBody":
         """The same body among others, over all their coordinates; its recovery stays behind."""
 
         def wide(matrix: Matrix, rows: int, both: bool) -> Matrix:
@@ -239,8 +239,8 @@ def put_on_springs(rom: ReducedModel, support: ElasticSupport, compliance: float
     if rom.damping.any():
         raise RomError("a body is put on springs before it is given damping: leave the damping out")
     mass, stiffness = support.matrices(rom.mass, rom.stiffness, compliance)
-    follow = support.follow(rom.stiffness, compliance)
-    recovery = rom.recovery + (support.body - rom.recovery @ support.motion) @ follow
+    support_motion = support.support_motion(rom.stiffness, compliance)
+    recovery = rom.recovery + (support.body - rom.recovery @ support.motion) @ support_motion
     return replace(rom, mass=mass, stiffness=stiffness, recovery=recovery)
 
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a reduced model; the whole tree is drawn in `geometry.errors`."""
+"""Errors of reduced models; the whole tree is drawn in `geometry.errors`."""
 
 from geometry.errors import InputError
 

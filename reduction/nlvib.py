@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from reduction.errors import ExchangeError
-from reduction.file.atomic_file import write_whole
+from reduction.file.atomic_file import write_atomically
 from reduction.file.matlab_elements import MatlabFileError, read_variables
 from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import JointedSystem
@@ -64,7 +64,7 @@ def save_nlvib(system: JointedSystem, path: Path | str) -> None:
         "Fex1": force[:, None],
         "nonlinear_elements": elements,
     }
-    write_whole(path, lambda file: savemat(file, {"system": content}, appendmat=False, long_field_names=True))
+    write_atomically(path, lambda file: savemat(file, {"system": content}, appendmat=False, long_field_names=True))
 
 
 def refuse_structural_damping(system: JointedSystem, program: str) -> None:

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from reduction.errors import ExchangeError
-from reduction.file.atomic_file import write_whole
+from reduction.file.atomic_file import write_atomically
 from reduction.joint_law.registry import Joint
 from reduction.jointed_system import JointedSystem
 from reduction.nlvib import refuse_structural_damping
@@ -84,7 +84,7 @@ def save_pyharm(
         What pyHarm does not have, or a file that cannot be written.
     """
     text = json.dumps(pyharm_input(system, first, last, n_harmonic=n_harmonic, n_sample=n_sample), allow_nan=False)
-    write_whole(path, lambda file: file.write_text(text, encoding="utf-8"))
+    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 
 def _connector(given: Joint) -> dict[str, Any]:

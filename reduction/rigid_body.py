@@ -103,8 +103,8 @@ def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3
     )
 
 
-def check_held(bodies: Sequence[RigidBody]) -> None:
-    """Refuse bodies of which something is free.
+def check_supported(bodies: Sequence[RigidBody]) -> None:
+    """Refuse bodies with a rigid-body motion that nothing resists.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from jaxtyping import Complex, Float, Int
 from fe.damping import RayleighDamping
 from fe.dense_modes import compute_dense_modes
 from fe.notebook import Tabular
-from reduction.array_input import freeze_arrays, locked
+from reduction.array_input import freeze_arrays, make_read_only
 from reduction.array_type import Array, Real, Whole
 from reduction.errors import RomError
 
@@ -69,8 +69,8 @@ class ReducedModel(Tabular):
     def __post_init__(self) -> None:
         freeze_arrays(self, *(name for name in REAL if name != "recovery"))
         freeze_arrays(self, *WHOLE, dtype=np.int64)
-        object.__setattr__(self, "recovery", locked(np.asarray(self.recovery, dtype=np.float64).view()))
-        sets = {name: locked(np.array(rows, dtype=np.int64)) for name, rows in self.boundary_sets.items()}
+        object.__setattr__(self, "recovery", make_read_only(np.asarray(self.recovery, dtype=np.float64).view()))
+        sets = {name: make_read_only(np.array(rows, dtype=np.int64)) for name, rows in self.boundary_sets.items()}
         object.__setattr__(self, "boundary_sets", MappingProxyType(sets))
         object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
 

@@ -20,7 +20,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
-from reduction.array_input import freeze_arrays, locked
+from reduction.array_input import freeze_arrays, make_read_only
 from reduction.array_type import Matrix, Real, Row, Vector
 from reduction.errors import JointError
 from reduction.joint_law.friction_contact import Friction, FrictionContact
@@ -57,7 +57,7 @@ class StaticState:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "displacement", "load", "normal")
-        object.__setattr__(self, "tangential", tuple(locked(np.array(item)) for item in self.tangential))
+        object.__setattr__(self, "tangential", tuple(make_read_only(np.array(item)) for item in self.tangential))
         object.__setattr__(self, "contacts", tuple(self.contacts))
 
     @property

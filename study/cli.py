@@ -167,19 +167,19 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
     if isinstance(error, CycloptsError):
         return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_help_line(words)}`.")
     if isinstance(error, BrokenPipeError):
-        return output.abandon(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
+        return output.discard_output(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
     if isinstance(error, MemoryError):
         return output.error(ExitCode.FAILED, "computation", console.OUT_OF_MEMORY)
     # Imported here because the package of InputError may import numpy, which help has no use for.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
     from pipeline.output import system_failure
-    from study.alike import merge_alike
+    from study.merge_sentences import merge_similar
 
     if isinstance(error, CaseError):
         return output.error(ExitCode.BAD_INPUT, "case", str(error), error.problems)
     if isinstance(error, InputError):
-        return output.error(ExitCode.BAD_INPUT, "input", "\n".join(merge_alike(str(error).splitlines())))
+        return output.error(ExitCode.BAD_INPUT, "input", "\n".join(merge_similar(str(error).splitlines())))
     if isinstance(error, ComputationFailed):
         return output.error(ExitCode.FAILED, "computation", str(error))
     if (sentence := system_failure(error)) is not None:

@@ -56,7 +56,7 @@ class Output:
         except BrokenPipeError:
             raise
         except OSError as error:  # a file on a full disk, to which Python would write again at its end
-            self.abandon(answer.exit_code)
+            self.discard_output(answer.exit_code)
             error.filename = "standard output"
             raise
         return answer.exit_code
@@ -75,8 +75,8 @@ class Output:
             self._document({"error": details})
         return exit_code
 
-    def abandon(self, exit_code: int) -> int:
-        """Write nothing more to a standard output that nobody reads."""
+    def discard_output(self, exit_code: int) -> int:
+        """Discard further output, because the reader of standard output has closed it."""
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self._stream.fileno())
         os.close(nowhere)
@@ -159,9 +159,9 @@ def write_traceback(error: BaseException, words: Sequence[str]) -> str:
 def _print_rich(text: "RenderableType", stream: TextIO) -> None:
     from rich.console import Console
 
-    class Quitter(Console):
+    class PipeSafeConsole(Console):
         def on_broken_pipe(self) -> None:
             # Rich would end the process with exit code 1, but a reader that has seen enough is no error.
             raise BrokenPipeError
 
-    Quitter(file=stream).print(text)
+    PipeSafeConsole(file=stream).print(text)

@@ -1,4 +1,4 @@
-"""What this machine lacks, found with the standard library alone, and the one line that installs it.
+"""Missing software of this machine, found with the standard library alone, and the command that installs it.
 
 Nothing that may be missing is imported (`geometry.system_library`), and drawing is tried in a process of its own.
 """
@@ -87,7 +87,7 @@ def examine(cache_folder: Path) -> list[Finding]:
     return [_python(), *_libraries(), *_packages(), _picture(), _cholmod(), _calculix(), _cache(cache_folder)]
 
 
-def prescription(findings: Iterable[Finding]) -> str:
+def make_install_command(findings: Iterable[Finding]) -> str:
     """One line for the shell that installs all that is missing; empty if nothing is."""
     ill = [finding for finding in findings if finding.verdict != "ok"]
     apt = sorted({package for finding in ill for package in finding.apt})

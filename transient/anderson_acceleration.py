@@ -1,4 +1,4 @@
-"""Anderson's acceleration of a fixed-point iteration z -> P(z)."""
+"""Anderson acceleration of a fixed-point iteration z -> P(z)."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from reduction.array_type import Vector
 WORSE = 2.0
 
 
-class Anderson:
+class AndersonAcceleration:
     """Combines the last `depth` images so that their residuals P(z) - z cancel best; depth 0 does nothing.
 
     References

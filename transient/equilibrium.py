@@ -6,12 +6,13 @@ closed, sticking joints k_0,
 .. math:: u = B K_s^{-1} f_\mathrm{static} - G\,(f(u) - k_0 u), \qquad G = B K_s^{-1} B^T
 
 is first tried with all of the load at once: where no joint slips, that is the answer. Else the load is put on in parts.
-Where Newton's method finds no equilibrium of a part, as after a jump, the structure creeps there by implicit steps of
+Where Newton's method finds no equilibrium of a part, as after a jump, pseudo-transient continuation does, by implicit
+steps of
 
 .. math:: M \dot q = f_\mathrm{static} - K q - B^T f
 
-that grow until it is at rest. Friction has no potential that could be minimised instead, but a short step always has
-one solution, since M outweighs the joints in it.
+that grow until the structure is at rest. Friction has no potential that could be minimised instead, but a short step
+always has one solution, since M outweighs the joints in it.
 
 References
 ----------
@@ -40,8 +41,8 @@ RIGID = 1e-12
 #: Sliders that are off by less than this share of the positions, or of the sums they come from, have not slipped.
 STUCK = 1e-10
 
-#: Steps of a creep, and their growth after one that succeeds and one that fails.
-N_CREEP = 400
+#: Pseudo-transient steps at most, and the growth of their length after one that succeeds and one that fails.
+N_PSEUDO_STEP = 400
 LONGER, SHORTER = 2.0, 0.125
 #: Length of a step, in the slowest time constant, from which on the equilibrium itself is tried again.
 LONG = 100.0
@@ -66,7 +67,9 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
         A body that neither a support nor a sticking joint fixes, or no equilibrium found.
     """
     search = _Search(modal_structure(system), load)
-    return search.rest([] if not search.loaded or search.sticks() else [n / N_PART for n in range(1, N_PART + 1)])
+    return search.follow_load(
+        [] if not search.loaded or search.solve_without_slip() else [n / N_PART for n in range(1, N_PART + 1)]
+    )
 
 
 def quasi_static(
@@ -95,11 +98,11 @@ def quasi_static(
         search.slider = np.array(slider, dtype=np.float64)
         # The rest that left them there is found at once.
         ramps[0] = np.append(1.0, np.linspace(1.0, loads[0], N_PART + 1)[1:])
-    return search.rest(np.concatenate([np.zeros(0), *ramps]).tolist())
+    return search.follow_load(np.concatenate([np.zeros(0), *ramps]).tolist())
 
 
 class _Search:
-    """Where the structure stands on its way: modal displacements with sticking joints, positions, sliders."""
+    """State of a search for an equilibrium: modal displacements with sticking joints, positions, sliders."""
 
     def __init__(self, structure: ModalStructure, load: float) -> None:
         self._table = table = structure.table
@@ -127,10 +130,10 @@ class _Search:
             )
         self._lowest, self._scale = lowest, 0.0
 
-    def rest(self, shares: Sequence[float]) -> TransientState:
-        """The state at rest after the load has gone through these shares of itself."""
+    def follow_load(self, shares: Sequence[float]) -> TransientState:
+        """Follow the load through these shares of itself, and return the state at rest after the last one."""
         for share in shares:
-            if not (self.move(share) or self.creep(share)):
+            if not (self.solve_step(share) or self.solve_by_pseudo_transient(share)):
                 raise TransientError(
                     f"no equilibrium was found at {100 * share:.0f} % of the static load: give a start, for instance "
                     "from a slow ramp (`transient.history`)"
@@ -139,11 +142,11 @@ class _Search:
             displacement=self.shapes @ self.modal, velocity=np.zeros(len(self.shapes)), slider=self.slider
         )
 
-    def sticks(self) -> bool:
-        """Take all of the load at once if no slider moves."""
+    def solve_without_slip(self) -> bool:
+        """Apply all of the load at once, and return whether no slider moves; else the state stays as it was."""
         linear = (self._rows / self._eigenvalue) @ (self._static - self._rows.T @ self._at_rest)
         start = self.modal, self._position, self.slider
-        if self.move(1.0, guess=linear):
+        if self.solve_step(1.0, guess=linear):
             size = np.abs(self._position).max(initial=self._scale)
             if np.abs(self.slider).max(initial=0.0) <= STUCK * size:
                 self.slider = np.zeros_like(self.slider)
@@ -152,8 +155,8 @@ class _Search:
         self._inverse = np.eye(len(self._rows))
         return False
 
-    def move(self, share: float, rate: float = 0.0, guess: Vector | None = None) -> bool:
-        """Go to the equilibrium under a share of the load, or by a step 1 / rate [s^2] of a creep, if it is found."""
+    def solve_step(self, share: float, rate: float = 0.0, guess: Vector | None = None) -> bool:
+        """Solve for the equilibrium under a share of the load, or for a pseudo-transient step 1 / rate [s^2]."""
         eigenvalue = self._eigenvalue + rate
         load = share * self._static + rate * self.modal
         flexibility = np.ascontiguousarray((self._rows / eigenvalue) @ self._rows.T)
@@ -174,15 +177,15 @@ class _Search:
         self._position, self.slider = after, moved
         return True
 
-    def creep(self, share: float) -> bool:
-        """Go to an equilibrium under a share of the load by way of a creep."""
+    def solve_by_pseudo_transient(self, share: float) -> bool:
+        """Solve for an equilibrium under a share of the load by pseudo-transient continuation."""
         rate = self._lowest
-        for _ in range(N_CREEP):
+        for _ in range(N_PSEUDO_STEP):
             self._inverse = np.eye(len(self._rows))
-            if not self.move(share, rate):
+            if not self.solve_step(share, rate):
                 rate /= SHORTER
             elif rate * LONG < self._lowest:
-                if self.move(share):
+                if self.solve_step(share):
                     return True
                 rate = self._lowest
             else:

@@ -1,4 +1,4 @@
-"""What can be wrong with the input of a time integration."""
+"""Errors of the input of a time integration."""
 
 from geometry.errors import InputError
 

@@ -20,7 +20,7 @@ from transient.stepper import JointHistory, Stepper
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion(JointHistory):
-    """What a system did in the last periods of an integration, and where it stands at their end."""
+    """Motion in the last periods of an integration, and the final state."""
 
     angular_frequency: float
     """Omega of the excitation [rad/s]."""

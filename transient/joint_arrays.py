@@ -1,4 +1,4 @@
-"""Joints as plain arrays, the form in which the compiled march reads them."""
+"""Joints as plain arrays, the form in which the compiled integration reads them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from reduction.joint_law.joint_arrays import addresses, parameter_rows, starts
 from reduction.joint_law.registry import Joint
 from reduction.jointed_system import JointedSystem
 from transient.joint_law.function_law import force as function_force
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
-#: Number of the law of a joint whose force is a function of its user's own.
+#: Number of the law of a joint whose force is a function of the user.
 FUNCTION = -1
 #: Of a joint whose law has no `instant`.
 NONE = -2
@@ -22,7 +22,7 @@ NONE = -2
 Integers = Int[Whole, " joint"]
 
 
-class Packed(NamedTuple):
+class JointArrays(NamedTuple):
     """Joints as compiled code reads them."""
 
     kind: Integers
@@ -38,14 +38,14 @@ class Packed(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class WitnessTable:
+class TransientJointTable:
     """All joints of a system."""
 
     rows: Float[Real, "d r"]
     """Directions of all joints in order, shape (d, r) [-]."""
     stuck_stiffness: Float[Real, " d"]
     """Stiffness of each direction while its joint sticks and is closed, shape (d,) [N/m]."""
-    packed: Packed
+    packed: JointArrays
     """The arrays that compiled code reads."""
     n_slider: int
     """Number of sliders [-]."""
@@ -58,19 +58,19 @@ class WitnessTable:
     """Stiffness that weighs each slider, shape (s,) [N/m]."""
 
 
-def joint_table(system: JointedSystem) -> WitnessTable:
+def joint_table(system: JointedSystem) -> TransientJointTable:
     """Joints of a system in its order; a law that is unknown to the integration in time is a `RegistryError`."""
-    laws, names = [_witness(joint) for joint in system.joints], WITNESSES.names()
+    laws, names = [_find_law(joint) for joint in system.joints], TRANSIENT_LAWS.names()
     stuck = [np.asarray(law.stuck_stiffness(joint)) for law, joint in zip(laws, system.joints, strict=True)]
-    at_instants = [item.name for item in WITNESSES if item.instant is not None]
+    at_instants = [item.name for item in TRANSIENT_LAWS if item.instant is not None]
     terms = [np.zeros(0)]
     for number, (law, joint) in enumerate(zip(laws, system.joints, strict=True)):
         terms.append(np.append(np.zeros(len(stuck[number]) - 1), law.normal_terms(joint)))
     n_slider = [joint.n_slider for joint in system.joints]
-    return WitnessTable(
+    return TransientJointTable(
         rows=np.vstack([joint.directions for joint in system.joints]) if laws else np.zeros((0, system.n_dof)),
         stuck_stiffness=np.concatenate([np.zeros(0), *stuck]),
-        packed=Packed(
+        packed=JointArrays(
             np.array([FUNCTION if law.name not in names else names.index(law.name) for law in laws], dtype=np.int64),
             starts([len(item) for item in stuck]),
             starts(n_slider),
@@ -86,14 +86,14 @@ def joint_table(system: JointedSystem) -> WitnessTable:
     )
 
 
-def _number(law: Witness, names: Sequence[str], at_instants: Sequence[str]) -> int:
+def _number(law: TransientLaw, names: Sequence[str], at_instants: Sequence[str]) -> int:
     if law.name not in names:
         return FUNCTION
     return at_instants.index(law.name) if law.name in at_instants else NONE
 
 
-def _witness(joint: Joint) -> Witness:
-    """The law of a joint; a user's own function, which has no second writing, is marched as it is."""
+def _find_law(joint: Joint) -> TransientLaw:
+    """The law of a joint; a user's own function, which has no second implementation, is integrated as it is."""
     if joint.function is not None:
-        return Witness(name=joint.kind, force=function_force)
-    return WITNESSES[joint.force_law]
+        return TransientLaw(name=joint.kind, force=function_force)
+    return TRANSIENT_LAWS[joint.force_law]

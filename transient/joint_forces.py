@@ -4,28 +4,28 @@ import numpy as np
 
 from fe.compiled import compiled, compiled_switch
 from reduction.array_type import Matrix, Vector
-from transient.joint_arrays import NONE, Integers, Packed
+from transient.joint_arrays import NONE, Integers, JointArrays
 from transient.joint_law.function_law import force as function_force
 from transient.joint_law.function_law import instant as function_instant
-from transient.joint_law.registry import ARGUMENTS, WITNESSES
+from transient.joint_law.registry import ARGUMENTS, TRANSIENT_LAWS
 
 _switch = compiled_switch(
-    __name__, ARGUMENTS, [item.force for item in WITNESSES], (function_force, f"address, {ARGUMENTS}")
+    __name__, ARGUMENTS, [item.force for item in TRANSIENT_LAWS], (function_force, f"address, {ARGUMENTS}")
 )
 
 INSTANT = "value, u, velocity, slider"
 _instant = compiled_switch(
     __name__,
     INSTANT,
-    [item.instant for item in WITNESSES if item.instant is not None],
+    [item.instant for item in TRANSIENT_LAWS if item.instant is not None],
     (function_instant, f"address, {INSTANT}"),
 )
 
 
 @compiled
 def joint_force(
-    joint: int, joints: Packed, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector,
-    moved: Vector,
+    joint: int, joints: JointArrays, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector,
+    end: Vector, moved: Vector,
 ) -> None:  # fmt: skip
     """Write mean and end force [N] of one joint's directions and the moved sliders [m] into the last three arguments.
 
@@ -42,7 +42,14 @@ def joint_force(
 
 @compiled
 def joint_forces(
-    joints: Packed, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
+    joints: JointArrays,
+    before: Vector,
+    after: Vector,
+    slider: Vector,
+    step: float,
+    mean: Vector,
+    end: Vector,
+    moved: Vector,
 ) -> None:
     """`joint_force` of all joints."""
     for joint in range(joints.kind.size):
@@ -51,11 +58,11 @@ def joint_forces(
 
 @compiled
 def set_instant_forces(
-    instant: Integers, joints: Packed, displacement: Matrix, velocity: Matrix, slider: Matrix, force: Matrix
+    instant: Integers, joints: JointArrays, displacement: Matrix, velocity: Matrix, slider: Matrix, force: Matrix
 ) -> None:  # fmt: skip
     """Replace the forces of laws that depend on the velocity by those of each instant.
 
-    instant: see `transient.joint_arrays.WitnessTable`; displacement, velocity and force of all directions, shape
+    instant: see `transient.joint_arrays.TransientJointTable`; displacement, velocity and force of all directions, shape
     (d, t); slider: all sliders, shape (t, s).
     """
     for joint in range(instant.size):
@@ -70,8 +77,8 @@ def set_instant_forces(
 
 
 @compiled
-def drag(joints: Packed, position: Matrix, slider: Vector, step: float) -> Vector:
-    """Sliders, shape (s,) [m], at the end of a period of prescribed motion; a second period drags them no further.
+def move_sliders(joints: JointArrays, position: Matrix, slider: Vector, step: float) -> Vector:
+    """Sliders, shape (s,) [m], at the end of a period of prescribed motion; a second period moves them no further.
 
     The motion is that of all directions at the ends of all steps, shape (t, d) [m]; `slider` is where they stand
     before, `step` the length of a step [s].

@@ -1,4 +1,4 @@
-r"""The compiled march: exact steps of the linear structure, contact forces implicit and condensed to the joints.
+r"""The compiled integration: exact steps of the linear structure, implicit joint forces condensed to the joints.
 
 With modal state y and the mean joint forces f over a step,
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from reduction.array_type import Matrix, Vector
-from transient.joint_arrays import Packed
+from transient.joint_arrays import JointArrays
 from transient.joint_forces import joint_force, joint_forces
 from transient.state_transition import Transition
 
@@ -45,7 +45,7 @@ class StepEquation(NamedTuple):
     """Positions before the step, shape (d,) [m]."""
     slider: Vector
     """Sliders before the step, shape (s,) [m]."""
-    joints: Packed
+    joints: JointArrays
     step: float
     """[s]; 0 for a step of no length."""
     force: Vector
@@ -172,7 +172,7 @@ def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matr
 
 
 class Marched(NamedTuple):
-    """Where a march stands; it updates all of these in place."""
+    """State of an integration, which updates all of these arrays in place."""
 
     state: Vector
     """Modal displacements and velocities, shape (2 r,)."""
@@ -190,13 +190,13 @@ class Marched(NamedTuple):
 
 @compiled
 def march(
-    now: Marched, scale: float, by: Transition, joints: Packed, level: Vector, load: Vector, states: Matrix,
+    now: Marched, scale: float, by: Transition, joints: JointArrays, level: Vector, load: Vector, states: Matrix,
     forces: Matrix, sliders: Matrix,
 ) -> tuple[int, float, int]:  # fmt: skip
-    """March over len(level) steps.
+    """Integrate over len(level) steps.
 
-    Into states, forces and sliders goes what is true at the *start* of each step, unless they are empty. Returns (-1 or
-    the step that failed, scale, iterations).
+    The rows of states, forces and sliders, unless they are empty, receive the values at the *start* of each step.
+    Returns (-1 or the step that failed, scale, iterations).
     """
     state, position, slider, end = now.state, now.position, now.slider, now.end
     transition, input_factor, rows, flexibility = by.matrix, by.input_factor, by.rows, by.flexibility

@@ -23,7 +23,7 @@ from reduction.array_input import refuse_asymmetric, refuse_infinite, refuse_mas
 from reduction.array_type import Array, Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
-from transient.joint_arrays import WitnessTable, joint_table
+from transient.joint_arrays import TransientJointTable, joint_table
 
 #: Share of the largest modal damping below which the other entries are round-off of the modes.
 DIAGONAL = 1e-9
@@ -37,7 +37,7 @@ class ModalStructure:
 
     system: JointedSystem
     """What it was made from."""
-    table: WitnessTable
+    table: TransientJointTable
     """Its joints."""
     mode_shapes: Matrix
     """Phi, mass-normalised, shape (r, r) [kg^-1/2]."""
@@ -143,7 +143,7 @@ def transition(structure: ModalStructure, angular_frequency: float, steps_per_pe
     )
 
 
-def modes(system: JointedSystem, table: WitnessTable, offset: Vector) -> tuple[Vector, Matrix]:
+def modes(system: JointedSystem, table: TransientJointTable, offset: Vector) -> tuple[Vector, Matrix]:
     """Eigenvalues [1/s^2] and mass-normalised shapes of the structure with springs k_0 of shape (d,) at its joints."""
     from scipy.linalg import eigh
 
@@ -151,7 +151,7 @@ def modes(system: JointedSystem, table: WitnessTable, offset: Vector) -> tuple[V
     return eigenvalue, shapes
 
 
-def decompose(system: JointedSystem, table: WitnessTable, offset: Vector) -> ModalStructure:
+def decompose(system: JointedSystem, table: TransientJointTable, offset: Vector) -> ModalStructure:
     """The structure with the springs k_0, shape (d,) [N/m], in its modes.
 
     Raises

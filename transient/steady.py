@@ -16,7 +16,7 @@ from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_number, whole_number
 from reduction.array_type import Array, Matrix, Real, Vector
 from reduction.jointed_system import JointedSystem
-from transient.anderson_acceleration import Anderson
+from transient.anderson_acceleration import AndersonAcceleration
 from transient.errors import StepError, TransientError
 from transient.state import TransientState
 from transient.state_transition import ModalStructure, modal_structure
@@ -66,7 +66,7 @@ class SteadyMotion(JointHistory):
 
     @property
     def message(self) -> str:
-        """What was reached, in a sentence."""
+        """Sentence on the steady state that was reached."""
         if self.period_multiple == 1:
             return f"the motion repeats every period of the excitation, seen after {self.n_period} periods"
         if self.period_multiple:
@@ -136,9 +136,9 @@ def steady_motion(
     max_steps_per_period
         See `steps_per_period` [-].
     acceleration
-        Periods that are combined to jump towards the steady state (Anderson); 0 follows the motion as it is. A jump
-        drags sliders as no motion would, and may end in another steady state where many exist, or in one that is
-        unstable and that no motion would reach [-].
+        Periods that are combined to jump towards the steady state (Anderson acceleration); 0 follows the motion as it
+        is. A jump drags sliders as no motion would, and may end in another steady state where many exist, or in one
+        that is unstable and that no motion would reach [-].
 
     Raises
     ------
@@ -193,14 +193,14 @@ def _check_numbers(
 
 
 def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: int) -> tuple[SteadyMotion, Record]:
-    """What steps of one length reach, without an estimate of their error; and its record."""
+    """Steady state by steps of one length, without an estimate of their error, and its record."""
     structure = stepper.structure
     period = 2 * np.pi / stepper.angular_frequency
     slowest = min(float(np.exp(-0.5 * max(np.diag(structure.damping).min(), 0.0) * period)), SLOWEST)
     weight = _weights(structure)
     marks = [stepper.vector * weight]
     changes: list[float] = []
-    jump = Anderson(acceleration)
+    jump = AndersonAcceleration(acceleration)
     for _ in range(max_period):
         start = stepper.state
         record = stepper.record()

@@ -19,7 +19,7 @@ NONE = np.zeros((0, 0))
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointHistory:
-    """What joints do at t instants."""
+    """Motions, forces and sliders of the joints at t instants."""
 
     displacement: Matrix
     velocity: Matrix

@@ -19,8 +19,8 @@ def run(seed: int) -> dict[str, Any]:
     from diagnosis.fit.calibration_parameter import list_calibration_parameters
     from diagnosis.missing_law.basis import EVEN
     from diagnosis.missing_law.curves import compute_curves
+    from diagnosis.missing_law.description import describe
     from diagnosis.missing_law.recover import recover_law
-    from diagnosis.missing_law.words import describe
 
     trial = make(seed)
     calibration = list_calibration_parameters(trial.model, deviation={"E": 0.005})

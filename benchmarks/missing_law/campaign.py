@@ -13,7 +13,7 @@ from correlation.model import Model
 from reduction.array_type import Array
 from transient.errors import TransientError
 from transient.stepper import Record
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 #: Of all streams of random numbers; frequencies, repeats, and steps of the integration per period.
 ENTROPY, N_FREQUENCY, N_REPEAT, STEPS = 20261127, 24, 2, 192
@@ -23,11 +23,11 @@ DRAWS = 4
 HARMONICS = ((1,), (1, 3), (1, 2, 3))
 
 
-class Bench(SweptBench):
+class Bench(VirtualSweepTest):
     """The bench with harmonics 0 to 3 of each motion."""
 
     def read(self, record: Record) -> tuple[Array, Array, float]:
-        """See `SweptBench.read`."""
+        """See `VirtualSweepTest.read`."""
         _, force, slip = super().read(record)
         motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1)[:, :4] * (2 / self.steps_per_period)
         motion[:, 0] /= 2

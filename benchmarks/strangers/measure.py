@@ -11,7 +11,7 @@ from benchmarks.strangers.layout import Grid, Layout
 from benchmarks.strangers.specimen import Specimen, pressed
 from correlation.campaign.measurement import Campaign, MeasuredSensor, Measurement, Test
 from correlation.model import DERIVATIVE, Model
-from transient.virtual_bench.sweep import Readings, SweptBench
+from transient.virtual_bench.sweep import Readings, VirtualSweepTest
 
 PRELOAD_JITTER, FREQUENCY_JITTER, HISTORY = 0.01, 3e-4, 0.9
 #: Of the integration: with half as many, motions with slip err by up to 0.2 %.
@@ -59,11 +59,11 @@ def measure(
     systems = {grid.configuration: specimen.system(grid.configuration) for grid in layout.grids}
     for repeat in range(1, layout.n_repeat + 1):
         preload, shift = 1 + random.standard_normal(2) * [PRELOAD_JITTER, FREQUENCY_JITTER]
-        benches: dict[str, SweptBench] = {}
+        benches: dict[str, VirtualSweepTest] = {}
         for test, grid in enumerate(layout.grids):
             if grid.configuration not in benches:
                 system, rows = systems[grid.configuration]
-                benches[grid.configuration] = SweptBench(pressed(system, float(preload)), rows, STEPS_PER_PERIOD)
+                benches[grid.configuration] = VirtualSweepTest(pressed(system, float(preload)), rows, STEPS_PER_PERIOD)
             bench = benches[grid.configuration]
             count = sum(joint.normal_direction is not None for joint in bench.system.joints)
             order = [number for way in layout.ways for number in range(len(grid.frequencies))[::way]]

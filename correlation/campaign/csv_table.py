@@ -22,7 +22,7 @@ class CsvTable:
     lines: Sequence[int]
 
     def problem(self, row: int, text: str) -> CampaignError:
-        """What is wrong in a row."""
+        """Error about a row."""
         return CampaignError(f"{self.file}:{self.lines[row]}: {text}")
 
     def numbers(self, name: str) -> Float[NDArray[np.float64], " k"]:

@@ -69,7 +69,7 @@ class RecordEntry:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Manifest:
-    """What ``campaign.toml`` says.
+    """Content of ``campaign.toml``.
 
     Parameters
     ----------

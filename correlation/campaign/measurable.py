@@ -1,4 +1,4 @@
-"""Which sizes a reading can have.
+"""Range of sizes that readings can have.
 
 The prefixes of SI go from quecto, 1e-30, to quetta, 1e30 (27th CGPM, 2022, resolution 3): what was ever measured lies
 between them in its SI unit. A damaged byte in an exponent leads far beyond, to 1e-308 or 1e308.
@@ -14,11 +14,11 @@ REMEDY = f"no reading is that size ({LEAST:g} to {MOST:g}): is the file damaged?
 
 
 def is_beyond(values: NDArray[np.float64] | NDArray[np.complex128]) -> Bool[NDArray[np.bool_], " n"]:
-    """Which values are too large or too small for what drives a test: a level, a force, a frequency; shape (n,)."""
+    """Mask of values outside the range of an excitation: of a level, a force or a frequency, shape (n,)."""
     size = np.abs(values)
     return np.asarray(size > MOST) | (np.asarray(size < LEAST) & (size > 0))
 
 
 def is_too_large(values: NDArray[np.float64] | NDArray[np.complex128]) -> Bool[NDArray[np.bool_], " n"]:
-    """Which values are too large for a response, which may be as small as it likes; shape (n,)."""
+    """Mask of values too large for a response, which has no lower bound, shape (n,)."""
     return np.asarray(np.abs(values) > MOST)

@@ -43,7 +43,7 @@ SWEEPS = {1: "up", -1: "down", 0: "none"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredSensor:
-    """What measured a channel, and where.
+    """Sensor of a measured channel, and its position.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class MeasuredSensor:
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """What the levels of a campaign are.
+    """Quantity and unit of the excitation levels of a campaign.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ class Measurement(RowTable):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldOut:
-    """What no calibration may see: whole levels [N] and whole repeats."""
+    """Data that no calibration uses: whole levels [N] and whole repeats."""
 
     levels: tuple[float, ...] = ()
     repeats: tuple[int, ...] = ()
@@ -320,11 +320,11 @@ class Campaign:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What was read, by field, wherever its files are."""
+        """Content by field, independent of the place of the files."""
         return {name: value for name, value in vars(self).items() if name != "folder"}
 
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
-        """The same, with more that looks wrong."""
+        """The same campaign with further suspicions."""
         return replace(self, suspicions=(*self.suspicions, *more))
 
 

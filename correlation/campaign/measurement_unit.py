@@ -31,7 +31,7 @@ HINTS = {
 
 
 def si_factor(unit: str, si: str) -> float:
-    """What a value in a unit is multiplied by to become SI.
+    """Factor from a unit to SI.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def si_quantity(value: object, si: str) -> float:
 
 
 def positive_si_quantity(value: object, si: str) -> float:
-    """The same of a quantity that is above zero.
+    """The same for a positive quantity.
 
     Raises
     ------
@@ -147,5 +147,5 @@ def _unknown(name: str, unit: str) -> str:
     close = same_letters or difflib.get_close_matches(name, FAMILIAR_UNITS, 1, 0.5)
     if not close:
         return f'unknown unit "{name}"; units are written like N/um, m/s^2, deg'
-    mended = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", close[0], unit)
-    return f'unknown unit "{name}"; did you mean "{mended}"?'
+    corrected = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", close[0], unit)
+    return f'unknown unit "{name}"; did you mean "{corrected}"?'

@@ -97,7 +97,7 @@ def name_branches(sweep: Whole, of_pass: Whole, level: Real, frequency: Real, si
 
 
 def turn_order(order: Whole, of_pass: Whole, frequency: Real, sweep: Whole) -> Whole:
-    """Order of measurement with that of passes turned round which a table lists against their sweep, shape (n,)."""
+    """Order of measurement, reversed within sweeps that a table lists against their direction, shape (n,)."""
     turned = order.copy()
     for number in np.unique(of_pass):
         rows = np.flatnonzero(of_pass == number)
@@ -144,7 +144,7 @@ def _ratio(frequency: Real, size: Real, other: Real, other_size: Real) -> Real:
 
 
 def count_repeats(frequency: Real, sweep: Whole, level: Real) -> Whole:
-    """How many rows before each have its frequency, sweep and level, shape (n,)."""
+    """Number of earlier rows with the same frequency, sweep and level, shape (n,)."""
     seen: dict[tuple[float, ...], int] = {}
     repeat = np.zeros(len(frequency), dtype=np.int64)
     keys: Sequence[tuple[float, ...]] = list(

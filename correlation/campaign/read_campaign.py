@@ -11,11 +11,11 @@ from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.campaign.stepped_sine import sorting
 from correlation.data_quality.campaign import find_suspicions
-from correlation.data_type.registry import Analyse, analyse_anew
+from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 
 
-def read_campaign(path: Path, analyse: Analyse = analyse_anew) -> Campaign:
+def read_campaign(path: Path, analyse: Analyse = analyse_uncached) -> Campaign:
     """Read a campaign in any of `FORMATS`.
 
     Parameters
@@ -46,7 +46,7 @@ def read_campaign(path: Path, analyse: Analyse = analyse_anew) -> Campaign:
     return campaign.suspected(find_suspicions(campaign))
 
 
-def check_campaign(files: MeasuredFiles, analyse: Analyse = analyse_anew) -> Campaign:
+def check_campaign(files: MeasuredFiles, analyse: Analyse = analyse_uncached) -> Campaign:
     """Read a campaign folder only as far as it tells whether it can be read, and what looks wrong in it.
 
     Parameters
@@ -76,7 +76,7 @@ def _others(path: Path, analyse: Analyse) -> Campaign:
 
 
 def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
-    """What a format reads; one from outside may fail, or give what is no campaign."""
+    """Read a campaign by a format, and check the result of a format from outside."""
     if format_.read is read_folder:
         return read_folder(path, analyse)
     try:
@@ -97,7 +97,7 @@ def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
 
 
 def _wrong(campaign: Campaign) -> str | None:
-    """What no comparison could use, with the remedy."""
+    """Content that no comparison can use, with the remedy."""
     table = campaign.measurement
     for called in ([each.name for each in campaign.sensors], [each.name for each in campaign.tests]):
         if len(set(called)) < len(called):

@@ -109,22 +109,24 @@ def read_run_rows(
         return _steady_state(entry, file, sensors, test, units, first)
     frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).positive_values(file, "Hz")
     sweep, of_pass = _passes(entry, file, frequency)
-    order = _whole(entry, file, "order") if "order" in entry.own else first + np.arange(len(frequency))
+    order = _read_whole_numbers(entry, file, "order") if "order" in entry.own else first + np.arange(len(frequency))
     force = _force(entry, file, units)
     level = _level(entry, file, force, of_pass, units)
-    turn = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
+    phase_reference = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
     suspicions: list[Suspicion] = []
-    read = list(_read_signals(entry, file, sensors, units, turn, suspicions))
+    read = list(_read_signals(entry, file, sensors, units, phase_reference, suspicions))
     if entry.sweep == BY_ORDER and not {"sweep", "order"} & {*entry.own}:
         motions = [one for one in read if sensors[one.sensor].quantity != CONTACT_FORCE]
-        named = name_branches(sweep, of_pass, level, frequency, _size(motions, len(frequency)))
+        named = name_branches(sweep, of_pass, level, frequency, _fundamental_amplitude(motions, len(frequency)))
         if (named != sweep).any():
-            suspicions.append(_tell_branches(entry, level[named != sweep]))
+            suspicions.append(_note_branches(entry, level[named != sweep]))
         sweep = named
     if not {"sweep", "order"} & {*entry.own}:  # columns of up and down beside one frequency list both in one way
         order = turn_order(order, of_pass, frequency, sweep)
     given = "repeat" in entry.own
-    repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
+    repeat = (
+        _read_whole_numbers(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
+    )
     states = _States(
         frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
         sweep=sweep, repeat=repeat,
@@ -148,14 +150,14 @@ def _read_signals(
     file: MeasuredFile,
     sensors: Sequence[MeasuredSensor],
     units: RunUnits,
-    turn: Complex[NDArray[np.complex128], " n"],
+    phase_reference: Complex[NDArray[np.complex128], " n"],
     suspicions: list[Suspicion],
 ) -> Iterator[_Signal]:
-    """Values of all sensors in the rows of a file, and what looks wrong in them; phases count from `turn`."""
+    """Values of all sensors in the rows of a file, and suspicions; phases count from `phase_reference`."""
     for number, sensor in enumerate(sensors):
         for signal in entry.signals.get(sensor.name, ()):
             _require(
-                all(len(file.column(name).values) == len(turn) for name in signal.columns.values()),
+                all(len(file.column(name).values) == len(phase_reference) for name in signal.columns.values()),
                 signal.problem("its column is not as long as that of the frequency"),
             )
             present, there, found = _present(entry, file, signal)
@@ -174,13 +176,17 @@ def _read_signals(
             )
             if signal.harmonic:
                 peak = signal.peak(units.peak)
-                value = (np.conj(value) if units.time_sign < 0 else value) * peak * turn[there] ** signal.harmonic
+                value = (
+                    (np.conj(value) if units.time_sign < 0 else value)
+                    * peak
+                    * phase_reference[there] ** signal.harmonic
+                )
             if signal.harmonic and not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
             yield _Signal(there, number, signal.harmonic, value)
 
 
-def _size(read: Sequence[_Signal], n_row: int) -> Real:
+def _fundamental_amplitude(read: Sequence[_Signal], n_row: int) -> Real:
     """Amplitudes of the first fundamental that was read, shape (n_row,); NaN where there is none."""
     size = np.full(n_row, np.nan)
     for one in read:
@@ -190,7 +196,7 @@ def _size(read: Sequence[_Signal], n_row: int) -> Real:
     return size
 
 
-def _tell_branches(entry: RunEntry, levels: Real) -> Suspicion:
+def _note_branches(entry: RunEntry, levels: Real) -> Suspicion:
     listed = ", ".join(f"{level:g}" for level in np.unique(levels))
     return Suspicion(
         where=entry.file, remark=True,
@@ -279,7 +285,7 @@ def _steady_state(
 
 
 def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) -> tuple[Suspicion, ...]:
-    """What looks wrong in one steady state over time."""
+    """Suspicions about one steady state over time."""
     assert result.reference is not None
     suspicions = [Suspicion(where=entry.file, sentence=sentence) for sentence in result.suspicions]
     share = np.abs(result.reference[2:]) / amplitude
@@ -314,7 +320,7 @@ def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole
     return (sweep if stated is None else np.full_like(sweep, stated)), of_pass
 
 
-def _whole(entry: RunEntry, file: MeasuredFile, name: str) -> Whole:
+def _read_whole_numbers(entry: RunEntry, file: MeasuredFile, name: str) -> Whole:
     values = entry.own[name].real_values(file, "")
     wrong = np.flatnonzero((values != np.round(values)) | (values < 0))
     if len(wrong):

@@ -38,7 +38,7 @@ def read_sensor(table: TomlTable) -> MeasuredSensor:
 
 
 def _readings(table: TomlTable, quantity: str) -> dict[str, Any]:
-    """What is known of the readings: gain, phase, unit."""
+    """Properties of the readings: gain, phase, unit."""
     uncertainty = table.converted("uncertainty", lambda value: si_quantity(value, ""), 0.0)
     if uncertainty < 0:
         raise table.problem("uncertainty", "must not be negative")
@@ -54,7 +54,7 @@ def _readings(table: TomlTable, quantity: str) -> dict[str, Any]:
 
 
 def _position(table: TomlTable) -> dict[str, Any]:
-    """Where a sensor of motion is, and along which axis it reads."""
+    """Position and axis of a motion sensor."""
     place, point = table.take("place", str, None), table.take("coordinates", list, None)
     if (place is None) == (point is None):
         wanted = 'give place = "..." or coordinates = ["500 mm", "0 mm", "0 mm"], one of them'

@@ -1,4 +1,4 @@
-"""Where a quantity stands in a measured file, as a manifest says it: its columns, its unit, its harmonic.
+"""Quantities of a measured file as a manifest describes them: columns, unit, harmonic.
 
 ``tip = "acc 1"`` is a column in the unit that its file states; ``tip = { amplitude = "a", phase = "p", unit = "g_n",
 phase_unit = "deg" }`` says what the file does not.
@@ -164,7 +164,7 @@ class SignalEntry:
         return values
 
     def suspect_degrees(self, file: MeasuredFile) -> str:
-        """Why its phase, said to be in radians, looks like degrees; empty where it does not."""
+        """Reason why a phase in radians looks like degrees; empty where it does not."""
         if "phase" not in self.columns:
             return ""
         column = file.column(self.columns["phase"])
@@ -190,7 +190,7 @@ class SignalEntry:
         return PEAK_OF[self.convention] if self.convention and self.harmonic else 1.0
 
     def _factor(self, file: MeasuredFile, column: Column, si: str) -> float:
-        """What the column's values are multiplied by to become SI."""
+        """Factor from the unit of the column to SI."""
         if not si:
             return 1.0
         unit = self.unit or column.unit

@@ -11,7 +11,7 @@ from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
-from correlation.signal.record import note_rounded_time, recover_clock
+from correlation.signal.record import note_rounded_time, recover_time_base
 from geometry.read_only_array import freeze_fields
 
 #: What can be done about a value that is not finite.
@@ -170,7 +170,7 @@ def record_of_columns(
             raise CampaignError(
                 f'record "{name}": "{TIME}" of {file.path.name} is not as long as its channels: mend it'
             )
-        remarks, clock = note_rounded_time(time), recover_clock(time)
+        remarks, clock = note_rounded_time(time), recover_time_base(time)
         time = time if clock is None else clock
         if (np.diff(time) <= 0).any():
             row = int(np.argmax(np.diff(time) <= 0)) + 1

@@ -41,7 +41,7 @@ class TomlTable:
     known: set[str] = field(default_factory=set)
 
     def problem(self, key: str, text: str, *, show: bool = True) -> CampaignError:
-        """What is wrong with a key; its value is shown unless it says nothing."""
+        """Error about a key, with its value if that helps."""
         shown = f" = {_shown(self.values[key])}" if show and key in self.values else ""
         return CampaignError(f"{self.where(key)}{shown}: {text}")
 
@@ -126,7 +126,7 @@ class TomlTable:
         return self.within(key, self.take(key, dict, _REQUIRED if required else {}))
 
     def within(self, key: str, values: Mapping[str, Any]) -> "TomlTable":
-        """What stands at a key, as a table."""
+        """Value at a key, as a table."""
         return TomlTable(file=self.file, path=self._dotted(key), values=values, at=(*self.at, key), lines=self.lines)
 
     def tables(self, key: str, *, required: bool = True) -> tuple["TomlTable", ...]:

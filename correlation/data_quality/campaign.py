@@ -18,7 +18,7 @@ from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_re
 from correlation.data_quality.trend_suspicion import find_trend_suspicions
 from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
-from geometry.some_names import name_some
+from geometry.name_list import join_first_names
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
@@ -47,8 +47,8 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
             _phases,
             _constant_harmonics,
             partial(find_dead_channels, dead=dead),
-            _one_place,
-            partial(_copies, dead=dead),
+            _sensors_at_one_place,
+            partial(_copied_channels, dead=dead),
             _missing_levels,
             _missing_frequencies,
             _missing_points,
@@ -117,7 +117,7 @@ def _constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
                 )
 
 
-def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
+def _sensors_at_one_place(campaign: Campaign) -> Iterator[Suspicion]:
     """Sensors of one quantity that read one point along one axis: a remark if no test has two of them."""
     groups: dict[tuple[object, ...], list[str]] = {}
     for sensor in campaign.sensors:
@@ -128,7 +128,7 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
     for (quantity, spot, direction, *_), names in groups.items():
         if len(names) > 1:
             where = f'at "{spot}"' if isinstance(spot, str) else "at one point"
-            apart = all(len(test.intersection(names)) < 2 for test in _sensors_together(campaign))
+            apart = all(len(test.intersection(names)) < 2 for test in _group_sensors(campaign))
             unless = "they are one sensor in several tests" if apart else "they do stand there"
             yield Suspicion(
                 where=f"sensors {', '.join(names)}",
@@ -138,7 +138,7 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
             )
 
 
-def _sensors_together(campaign: Campaign) -> Iterator[set[str]]:
+def _group_sensors(campaign: Campaign) -> Iterator[set[str]]:
     """Names of the sensors of each test, datum and record."""
     table = campaign.measurement
     for test in range(len(campaign.tests)):
@@ -150,7 +150,7 @@ def _sensors_together(campaign: Campaign) -> Iterator[set[str]]:
         yield set(record.channels)
 
 
-def _copies(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:
+def _copied_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:
     for test, sensor, rows in channels(campaign, forces=True):
         rows = rows & ~dead
         table = campaign.measurement.where(rows)
@@ -202,18 +202,18 @@ def _missing_frequencies(campaign: Campaign) -> Iterator[Suspicion]:
                     yield Suspicion(
                         where=f'test "{test.name}"',
                         sentence=f"repeat {repeat}, sweep {SWEEPS[int(own.sweep[0])]} at {own.level[0]:.4g} "
-                        f"{campaign.drive.unit} lacks {_describe_lost(full, grid)}",
+                        f"{campaign.drive.unit} lacks {_describe_missing(full, grid)}",
                         remark=True,
                     )
 
 
-def _describe_lost(full: frozenset[float], grid: frozenset[float]) -> str:
+def _describe_missing(full: frozenset[float], grid: frozenset[float]) -> str:
     """Which frequencies a run lacks, and what may be the cause."""
-    lost = sorted(full - grid)
-    ends = lost[0] > max(grid) or lost[-1] < min(grid)
-    where = f"{lost[0]:.5g} Hz" + (f" to {lost[-1]:.5g} Hz" if len(lost) > 1 else "")
+    missing = sorted(full - grid)
+    ends = missing[0] > max(grid) or missing[-1] < min(grid)
+    where = f"{missing[0]:.5g} Hz" + (f" to {missing[-1]:.5g} Hz" if len(missing) > 1 else "")
     asked = "was it aborted" if ends else "were points left out"
-    return f"{len(lost)} of {len(full)} frequencies, {where}, which others have: {asked}?"
+    return f"{len(missing)} of {len(full)} frequencies, {where}, which others have: {asked}?"
 
 
 def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
@@ -226,7 +226,7 @@ def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
         for count in np.unique(counts[few]):
             short = kinds[:, few & (counts == count)].T
             listed = ", ".join(f'"{campaign.sensors[sensor].name}" (harmonic {harmonic})' for sensor, harmonic in short)
-            lacking = _runs_that_lack(campaign, own, kinds[:, np.argmax(counts)], short[0])
+            lacking = _describe_short_runs(campaign, own, kinds[:, np.argmax(counts)], short[0])
             yield Suspicion(
                 where=f'test "{campaign.tests[number].name}"',
                 sentence=f"{count} values where others have {counts.max()}: were some left out? It concerns {listed}"
@@ -235,7 +235,9 @@ def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
             )
 
 
-def _runs_that_lack(campaign: Campaign, table: Measurement, full: NDArray[np.int64], short: NDArray[np.int64]) -> str:
+def _describe_short_runs(
+    campaign: Campaign, table: Measurement, full: NDArray[np.int64], short: NDArray[np.int64]
+) -> str:
     """Repeats and levels in which one sensor and harmonic has fewer values than another, as the end of a sentence."""
     runs = group_rows([table.level, table.repeat])
     of_full, of_short = (
@@ -244,7 +246,7 @@ def _runs_that_lack(campaign: Campaign, table: Measurement, full: NDArray[np.int
     )
     fewer = runs.first[of_short < of_full]
     named = [f"repeat {table.repeat[row]} at {table.level[row]:.4g} {campaign.drive.unit}" for row in fewer]
-    return f", in {name_some(named)}" if named else ""
+    return f", in {join_first_names(named)}" if named else ""
 
 
 def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:

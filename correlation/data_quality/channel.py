@@ -74,7 +74,7 @@ def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
-    """What a phase that hardly changes over the peaks of some tests is: one explanation for all of them."""
+    """Suspicion about phases that hardly change over the peaks of some tests: one explanation for all of them."""
     degrees = [float(np.degrees(spread)) for spread in spreads.values()]
     # Where a phase is in radians once, it is nothing else elsewhere: that of the force may add to it.
     in_radians = any(AS_RADIANS[0] < each < AS_RADIANS[1] for each in degrees)

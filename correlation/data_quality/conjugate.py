@@ -13,9 +13,9 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_quality.by_repeat import arrange_by_repeat
 from correlation.data_quality.derived_quantity import name_derived_quantity
-from correlation.data_quality.one_angle import find_one_angle
+from correlation.data_quality.phase_offset import find_phase_offset
+from correlation.data_quality.repeat_array import arrange_repeats
 from correlation.feature.table import FeatureTable
 from correlation.row_group import group_rows
 
@@ -66,14 +66,14 @@ def find_conjugate_tests(
             if rows.any():
                 derived[index] = name_derived_quantity(sensor.quantity, ratio, table.frequency[rows])
         curve = group_rows([table.sensor, table.level]).number
-        turned = find_one_angle(scaled[here], predicted[here], table.frequency[here], curve[here])
+        turned = find_phase_offset(scaled[here], predicted[here], table.frequency[here], curve[here])
         if judged is None and turned and not all(derived.values()):
-            angle, left = -np.degrees(turned.angle), np.degrees(turned.left)
+            angle, left = -np.degrees(turned.angle), np.degrees(turned.residual)
             middle = float(np.median(table.frequency[here]))
             yield Suspicion(
                 where=f'test "{test.name}"',
-                sentence=f"the phases of all sensors agree with the model to {turned.own:.2f} (1 is perfect), and "
-                f"within {left:.2g} deg if each is turned by {angle:+.0f} deg, which is "
+                sentence=f"the phases of all sensors agree with the model to {turned.agreement:.2f} (1 is perfect), "
+                f"and within {left:.2g} deg if each is turned by {angle:+.0f} deg, which is "
                 f"{abs(angle) / 360e-3 / middle:.2g} ms at {middle:.4g} Hz: are they relative to the force, and is it "
                 "sampled with them, through equal filters? If not, subtract its phase",
                 of_test=True,
@@ -82,9 +82,9 @@ def find_conjugate_tests(
         for index, quantity in derived.items():
             sensor, rows = campaign.sensors[index], here & (table.sensor == index)
             judged = _judge(table.value[rows], predicted[rows])
-            own = find_one_angle(table.value[rows], predicted[rows], table.frequency[rows], curve[rows])
+            own = find_phase_offset(table.value[rows], predicted[rows], table.frequency[rows], curve[rows])
             where = f'test "{test.name}", sensor "{sensor.name}"'
-            agreement = own.own if own else judged[1] if judged and judged[0] == OPPOSITE else None
+            agreement = own.agreement if own else judged[1] if judged and judged[0] == OPPOSITE else None
             if quantity and agreement is not None:
                 yield Suspicion(
                     where=where,
@@ -93,7 +93,9 @@ def find_conjugate_tests(
                     "correct the quantity of the sensor",
                 )
             elif judged:
-                yield Suspicion(where=where, sentence=f"{_evidence(judged, 'the model')}: {_asked(judged[0])}")
+                yield Suspicion(
+                    where=where, sentence=f"{_evidence(judged, 'the model')}: {_format_question(judged[0])}"
+                )
 
 
 def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
@@ -110,7 +112,7 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
         for index, sensor in enumerate(campaign.sensors):
             if not sensor.has_phase:
                 continue
-            arranged = arrange_by_repeat(table, [index])
+            arranged = arrange_repeats(table, [index])
             values = arranged.value[0]
             for column, repeat in enumerate(arranged.repeat):
                 if judged := _judge(values[:, column], _mean(np.delete(values, column, axis=1))):
@@ -120,7 +122,7 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
             judged = min((each for _, each in sensors), key=lambda each: each[1])
             yield Suspicion(
                 where=f'test "{test.name}", repeat {repeat}, {names}',
-                sentence=f"{_evidence(judged, 'the other repeats')}: {_asked(explanation)}",
+                sentence=f"{_evidence(judged, 'the other repeats')}: {_format_question(explanation)}",
             )
 
 
@@ -151,7 +153,7 @@ def _evidence(judged: tuple[str, float, float], reference: str) -> str:
     return f"the phases agree with {reference} to {own:.2f}, and to {other:.2f} with {explanation} (1 is perfect)"
 
 
-def _asked(explanation: str) -> str:
+def _format_question(explanation: str) -> str:
     if explanation == CONJUGATE:
         return "do these numbers belong to the other time factor? If so, change the sign of their imaginary parts"
     return "was the sensor mounted the other way round, or its cable reversed? If so, change the sign of its values"

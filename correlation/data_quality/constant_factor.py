@@ -14,7 +14,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_quality.logarithm import turn_phases
+from correlation.data_quality.logarithm import wrap_phases
 from correlation.data_quality.model_ratio import find_model_ratios
 from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
@@ -71,7 +71,9 @@ def find_constant_factors(
     sensors = np.unique(readings.sensor).tolist()
     if len(sensors) < 2:
         return ()
-    return tuple(_of_all(campaign, readings, sensors)) or tuple(_of_one(campaign, readings, sensors))
+    return tuple(_find_common_factor(campaign, readings, sensors)) or tuple(
+        _find_channel_factor(campaign, readings, sensors)
+    )
 
 
 def _read(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Readings:
@@ -87,34 +89,34 @@ def _read(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
     )
 
 
-def _of_all(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
+def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
     """All channels have the same factor, so near that nothing but a factor of the load does the same."""
     quantities = {campaign.sensors[each].quantity for each in sensors}
-    factors = [_constant(readings, readings.sensor == each, readings.ratio.real) for each in sensors]
+    factors = [_find_constant_ratio(readings, readings.sensor == each, readings.ratio.real) for each in sensors]
     known = {**AMPLITUDES, **(UNITS[next(iter(quantities))] if len(quantities) == 1 else {})}
     factor = _nearest(known, float(np.median(factors)))
     miss = float(np.abs(np.array(factors) - np.log(factor)).max())
     if miss < CLOSE:
         true, read = known[factor]
-        asked, mend = _ask(true, read, "their"), "correct the column unit"
+        asked, correct = _format_question(true, read, "their"), "correct the column unit"
         if factor in AMPLITUDES:  # convention.amplitude is that of the force as well: their ratio stays
             asked = f"are the responses {true} values, and the forces {read}?"
-            mend = "convert either of them, and state which both are in convention.amplitude"
+            correct = "convert either of them, and state which both are in convention.amplitude"
         yield Suspicion(
             where="all sensors",
             sentence=f"each reads {np.exp(np.median(factors)):.3g} times what the model says, at all levels and "
-            f"frequencies: {asked} If so, {mend}; if not, the load of the case",
+            f"frequencies: {asked} If so, {correct}; if not, the load of the case",
             remark=True,
         )
 
 
-def _of_one(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
-    """One channel has a factor that the others, which agree with the model, do not have."""
+def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
+    """Factor of one channel alone, where the others agree with the model."""
     for sensor in sensors:
-        apart = _beside_others(readings, sensor)
+        apart = _ratios_to_others(readings, sensor)
         if campaign.sensors[sensor].has_phase and not np.nanmedian(np.abs(apart.imag)) < PHASE:
             continue
-        factor = _constant(readings, np.isfinite(apart), apart.real)
+        factor = _find_constant_ratio(readings, np.isfinite(apart), apart.real)
         size = np.abs(readings.ratio.real)
         fit = max(float(np.median(size[readings.sensor == each])) for each in sensors if each != sensor)
         units = UNITS[campaign.sensors[sensor].quantity]
@@ -128,23 +130,23 @@ def _of_one(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iter
                 where=f'sensor "{campaign.sensors[sensor].name}"',
                 sentence=f"it reads {np.exp(factor):.3g} times what the model says, at all levels and frequencies, and "
                 f"the model is off by up to {np.expm1(fit):.1%} at the other sensors (medians): "
-                f"{_ask(*{**units, **AMPLITUDES}[nearest], 'its')} If so, correct its "
+                f"{_format_question(*{**units, **AMPLITUDES}[nearest], 'its')} If so, correct its "
                 f"{'unit' if nearest in units else 'columns'}.{alike}".removesuffix("."),
                 remark=nearest not in units,
             )
 
 
-def _beside_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.complex128], " n"]:
+def _ratios_to_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.complex128], " n"]:
     """Ratios of one channel by the medians of the others in the same states; NaN in rows of others, or without any."""
     own = readings.sensor == sensor
     state, number = np.unique(readings.state[~own], return_inverse=True)
     usual = np.full(readings.state.max() + 1, np.nan, dtype=np.complex128)
     parts = (group_medians(number, part[~own]) for part in (readings.ratio.real, readings.ratio.imag))
     usual[state] = next(parts) + 1j * next(parts)
-    return turn_phases(np.where(own, readings.ratio - usual[readings.state], np.nan))
+    return wrap_phases(np.where(own, readings.ratio - usual[readings.state], np.nan))
 
 
-def _constant(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"], ratio: Ratios) -> float:
+def _find_constant_ratio(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"], ratio: Ratios) -> float:
     """Median of some ratios, if every run has it and most points do; NaN if not."""
     values = ratio[rows]
     if len(values) < FEWEST:
@@ -160,5 +162,5 @@ def _nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:
     return min(known, key=lambda each: abs(np.log(each) - factor))
 
 
-def _ask(true: str, read: str, whose: str) -> str:
+def _format_question(true: str, read: str, whose: str) -> str:
     return f"are {whose} values {true}, and read as {read}?"

@@ -37,7 +37,7 @@ def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
 
 
 def find_dead_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:
-    """One for each sensor of a test that is dead in some of its runs, or in all.
+    """Suspicion for each sensor of a test that is dead in some or all of its runs.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ SIZE, UNIT = np.log(3.0), 0.3
 def name_derived_quantity(
     stated: str, ratio: Complex[NDArray[np.complex128], " n"], frequency: Float[NDArray[np.float64], " n"]
 ) -> str:
-    """What readings are by phase and size, such as "a displacement in um"; empty where they are what is stated.
+    """Quantity of readings by their phase and size, such as "a displacement in um"; empty for the stated one.
 
     Parameters
     ----------

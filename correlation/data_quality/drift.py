@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_quality.by_repeat import arrange_by_repeat
+from correlation.data_quality.repeat_array import arrange_repeats
 
 #: Least difference of two repeats that is told, and its least ratio to the scatter of readings about the factor [-].
 LEAST, CLEAR = 0.02, 3.0
@@ -45,9 +45,7 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     for number, test in enumerate(campaign.tests):
         if test.settling:
             continue  # its readings differ since they settle
-        repeats, values, *_ = arrange_by_repeat(
-            campaign.measurement.where(campaign.measurement.test == number), sensors
-        )
+        repeats, values, *_ = arrange_repeats(campaign.measurement.where(campaign.measurement.test == number), sensors)
         with np.errstate(divide="ignore", invalid="ignore"):  # a reading of zero has no share
             size = np.log(np.abs(values))
             share = np.where(
@@ -59,16 +57,17 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         for place, found in own.items():
             yield Suspicion(
                 where=f'test "{test.name}", sensor "{campaign.sensors[sensors[place]].name}"',
-                sentence=f"its readings at all frequencies and levels are {_tell(found, repeats)}, and those of the "
-                "other sensors are not: was its gain set anew? If so, correct its readings in these repeats",
+                sentence=f"its readings at all frequencies and levels are {_describe_change(found, repeats)}, and "
+                "those of the other sensors are not: was its gain set anew? If so, correct its readings in these "
+                "repeats",
             )
         if together := _find_factors(np.delete(share, [*own], axis=0).reshape(-1, len(repeats))):
             steady = (np.diff(together.factor) > 0).all() or (np.diff(together.factor) < 0).all()
             course = ", and change in one direction from repeat to repeat" if steady else ""
             yield Suspicion(
                 where=f'test "{test.name}"',
-                sentence=f"motions at all frequencies and levels are {_tell(together, repeats)}{course}: does a gain "
-                "or the force drift? A strength is then known no better than that",
+                sentence=f"motions at all frequencies and levels are {_describe_change(together, repeats)}{course}: "
+                "does a gain or the force drift? A strength is then known no better than that",
             )
 
 
@@ -95,7 +94,7 @@ def _find_factors(share: Shares, n_sensor: int = 1) -> _Factors | None:
     return _Factors(factor, apart) if clear else None
 
 
-def _tell(found: _Factors, repeats: list[int]) -> str:
+def _describe_change(found: _Factors, repeats: list[int]) -> str:
     """The largest difference of two repeats in words."""
     least, most = (repeats[int(end(found.factor))] for end in (np.argmin, np.argmax))
     return f"{np.expm1(found.apart):.0%} larger in repeat {most} than in repeat {least}"

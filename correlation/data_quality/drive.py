@@ -52,7 +52,7 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
             sentence = f"the measured force is {factor:.3g} times its set point at all levels: {asked}"
             yield Suspicion(where=where, sentence=sentence, of_test=bool(likely))
             continue
-        others = dict(_of_other_levels(ratios, unit))
+        others = dict(_suspect_levels(ratios, unit))
         for level, sentence in others.items():
             yield Suspicion(where=f"{where}, level {level:.4g} {unit}", sentence=sentence)
         for level, sentence in _clipped({level: forces[level] for level in forces if level not in others}, unit):
@@ -89,7 +89,7 @@ def common_factor(ratios: Sequence[float]) -> float | None:
 
 
 def likely_units(factor: float, unit: str) -> list[str]:
-    """What may be in which unit, if forces are so many times their set points, in words.
+    """Likely units of forces that are a given factor times their set points, in words.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def likely_units(factor: float, unit: str) -> list[str]:
     ]
 
 
-def levels_meant(ratios: Mapping[float, float]) -> dict[float, float]:
+def find_mistaken_levels(ratios: Mapping[float, float]) -> dict[float, float]:
     """Levels whose force is the set point of another level, with that level.
 
     Parameters
@@ -124,12 +124,12 @@ def levels_meant(ratios: Mapping[float, float]) -> dict[float, float]:
     return meant
 
 
-def _of_other_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple[float, str]]:
+def _suspect_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple[float, str]]:
     """Levels whose force is far above their set point, or that have each other's forces, with what looks wrong."""
     force = {level: level * ratio for level, ratio in ratios.items()}
-    meant = levels_meant(ratios)
+    meant = find_mistaken_levels(ratios)
     for level, ratio in ratios.items():
-        if is_exchanged(meant, level):
+        if is_in_cycle(meant, level):
             other = meant[level]
             word = "exchanged" if meant[other] == level else "mixed up"
             yield (
@@ -146,7 +146,7 @@ def _of_other_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple
             )
 
 
-def is_exchanged(meant: Mapping[float, float], level: float) -> bool:
+def is_in_cycle(meant: Mapping[float, float], level: float) -> bool:
     """Whether the way from a level to the one whose force it has comes back; that of levels that clip does not.
 
     Parameters

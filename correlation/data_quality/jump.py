@@ -7,7 +7,7 @@ from correlation.feature.branch import Branches, find_branches
 
 
 def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
-    """One for each state that is left out, or of which some repeats are: remarks, as a jump is no mistake."""
+    """Remark on each state that is excluded, in all or some repeats; a jump is no mistake."""
     return tuple(
         Suspicion(
             where=_where(campaign, of, float(of.curves.frequency[state])),
@@ -15,7 +15,7 @@ def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
             remark=True,
         )
         for of in find_branches(campaign)
-        for state in np.flatnonzero(of.out.any(axis=0))
+        for state in np.flatnonzero(of.excluded.any(axis=0))
     )
 
 
@@ -25,7 +25,7 @@ def _where(campaign: Campaign, of: Branches, frequency: float) -> str:
 
 
 def _sentence(of: Branches, state: int) -> str:
-    if of.lost[state]:
+    if of.is_empty[state]:
         return (
             "repeats scatter far more than at the frequencies beside it: the response jumps between two steady "
             "states there, or contacts slip in some repeats only; the point is left out of every fit"
@@ -34,8 +34,8 @@ def _sentence(of: Branches, state: int) -> str:
     ways_of: dict[tuple[tuple[int, ...], bool], list[str]] = {}
     for way in np.unique(curves.sweep[there]).tolist():
         own = there & (curves.sweep == way)
-        out = own & of.out[:, state]
-        key = (tuple(np.unique(curves.repeat[out]).tolist()), bool((out == own).all()))
+        excluded = own & of.excluded[:, state]
+        key = (tuple(np.unique(curves.repeat[excluded]).tolist()), bool((excluded == own).all()))
         ways_of.setdefault(key, []).append(SWEEPS[way])
     clauses = []
     for (repeats, whole), ways in ways_of.items():

@@ -1,4 +1,4 @@
-"""Logarithms of complex ratios: amplitude and phase, whose differences tell a factor and a turn."""
+"""Logarithms of complex ratios: the real part is that of a gain, the imaginary part a phase."""
 
 import numpy as np
 from jaxtyping import Complex
@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 Logarithms = Complex[NDArray[np.complex128], "..."]
 
 
-def turn_phases(logarithm: Logarithms | complex) -> Logarithms:
-    """The same with phases on the turn about zero, shape as given.
+def wrap_phases(logarithm: Logarithms | complex) -> Logarithms:
+    """Wrap the phases to [-pi, pi), shape as given.
 
     Parameters
     ----------

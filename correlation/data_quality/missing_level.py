@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_quality.by_repeat import arrange_by_repeat
+from correlation.data_quality.repeat_array import arrange_repeats
 
 #: Repeats differ by less than this factor: a gain that drifts, a joint that was assembled anew [-].
 FACTOR = 1.5
@@ -58,9 +58,7 @@ def find_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
         if test.settling:
             continue  # its readings differ since they settle
         for level in np.unique(table.level[table.test == number]):
-            repeats, values, *_ = arrange_by_repeat(
-                table.where((table.test == number) & (table.level == level)), sensors
-            )
+            repeats, values, *_ = arrange_repeats(table.where((table.test == number) & (table.level == level)), sensors)
             factors = find_common_factors(np.abs(values).reshape(-1, len(repeats))) if len(repeats) > 1 else None
             if factors is None:
                 continue

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.campaign import channels, line
 from correlation.data_quality.frequency_unit import find_wrong_frequency_unit
-from correlation.data_quality.logarithm import turn_phases
+from correlation.data_quality.logarithm import wrap_phases
 from correlation.feature.table import FeatureTable
 
 Logarithms = Complex[NDArray[np.complex128], "s s"]
@@ -86,7 +86,7 @@ def find_swapped_sensors(
     for j, i in combinations(range(n), 2):
         if not np.isfinite(seen[i, j] + said[i, j]):
             continue
-        own, swapped = abs(turn_phases(seen[i, j] - said[i, j])), abs(turn_phases(seen[i, j] + said[i, j]))
+        own, swapped = abs(wrap_phases(seen[i, j] - said[i, j])), abs(wrap_phases(seen[i, j] + said[i, j]))
         if own > (SMALL if _others_confirm(seen, said, i, j) else SWAPPED) and swapped < AFTER_SWAPPING * own:
             first, second = campaign.sensors[i].name, campaign.sensors[j].name
             sentence = (
@@ -122,24 +122,26 @@ def _ratios(
     return _ratio(both[0], both[1]), _ratio(both[2], both[3])
 
 
-def _others_confirm(seen: Logarithms, said: Logarithms, i: int, j: int) -> bool:
-    """Whether the ratios to all other sensors say that two are swapped, and those among the others are right."""
-    rest = [k for k in range(len(seen)) if k not in {i, j} and np.isfinite(seen[[i, j], k] + said[[i, j], k]).all()]
+def _others_confirm(measured: Logarithms, predicted: Logarithms, i: int, j: int) -> bool:
+    """Whether the ratios to all other sensors show that two are swapped, and those among the others are right."""
+    known = np.isfinite(measured + predicted)
+    rest = [k for k in range(len(measured)) if k not in {i, j} and known[[i, j], k].all()]
     if not rest:
         return False
+
+    def distance(row: int, k: int, of: int) -> float:
+        return float(abs(wrap_phases(measured[row, k] - predicted[of, k])))
+
     apart = np.array(
-        [[abs(turn_phases(seen[one, k] - said[one, k])), abs(turn_phases(seen[one, k] - said[other, k]))]
-         for k in rest for one, other in ((i, j), (j, i))]
-    )  # fmt: skip
-    among = [
-        abs(turn_phases(seen[k, m] - said[k, m])) for k in rest for m in rest if np.isfinite(seen[k, m] + said[k, m])
-    ]
+        [[distance(one, k, one), distance(one, k, other)] for k in rest for one, other in ((i, j), (j, i))]
+    )
+    among = [distance(k, m, k) for k in rest for m in rest if known[k, m]]
     right = max(among, default=0.0)
     return bool((apart[:, 1] < AFTER_SWAPPING * apart[:, 0]).all() and right < AFTER_SWAPPING * apart[:, 0].min())
 
 
 def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
-    """Where a test resonates [Hz], at the peak of its lowest level or else somewhere in its band, and in words."""
+    """Resonance frequency of a test [Hz], at the peak of its lowest level or else within its band, and in words."""
     for _, sensor, rows in (each for each in channels(campaign) if each[0] == test):
         table = campaign.measurement.where(rows)
         frequency, value = line(table, float(table.level.min()))

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
-from correlation.data_quality.one_angle import LEAST, OneAngle, find_one_angle
+from correlation.data_quality.phase_offset import LEAST, PhaseOffset, find_phase_offset
 from correlation.row_group import group_rows
 
 #: Frequencies that two runs must have in common: fewer may all lie between two branches. Of 2,000 clean random
@@ -33,7 +33,7 @@ def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
         turned = [each for each in pairs if each is not None]
         if not any(abs(each.angle) < np.pi - LEAST for each in turned):
             continue
-        angles, left = ([getattr(each, name) for each in turned] for name in ("angle", "left"))
+        angles, left = ([getattr(each, name) for each in turned] for name in ("angle", "residual"))
         yield Suspicion(
             where=f'test "{test.name}"',
             sentence=f"{len(turned)} of {len(pairs)} times all phases of a run differ from those of another run at its "
@@ -44,7 +44,7 @@ def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
         )
 
 
-def _compare_runs(table: Measurement) -> Iterator[OneAngle | None]:
+def _compare_runs(table: Measurement) -> Iterator[PhaseOffset | None]:
     """The angle between each run and the next one, all of one direction first, if there is one."""
     run, point = group_rows([table.sweep, table.repeat]), group_rows([table.sensor, table.frequency])
     values = np.full((len(run.first), len(point.first)), np.nan, dtype=np.complex128)
@@ -52,4 +52,4 @@ def _compare_runs(table: Measurement) -> Iterator[OneAngle | None]:
     frequency, sensor = table.frequency[point.first], table.sensor[point.first]
     for one, other in pairwise(values):
         if len(np.unique(frequency[np.isfinite(one * other)])) >= FEWEST:
-            yield find_one_angle(other, one, frequency, sensor)
+            yield find_phase_offset(other, one, frequency, sensor)

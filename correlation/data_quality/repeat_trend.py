@@ -22,7 +22,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Measurement
-from correlation.data_quality.by_repeat import ByRepeat, arrange_by_repeat
+from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
 #: Repeats that can show a trend, and points that all of them have.
 FEWEST_REPEATS, FEWEST = 3, 8
@@ -40,7 +40,7 @@ Times = Float[NDArray[np.float64], "n r"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trend:
-    """What goes with the time from repeat to repeat of a test.
+    """Trend over the repeats of a test.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Trend:
         Probability of so clear a trend where repeats differ at random [-].
     """
 
-    read: ByRepeat
+    read: RepeatArray
     sensors: list[int]
     time: Times
     chance: float
@@ -93,7 +93,7 @@ def find_trend(table: Measurement, sensors: list[int]) -> Trend | None:
     if not len(table):
         return None
     there = np.unique(table.sensor).tolist()
-    read = arrange_by_repeat(table, there)
+    read = arrange_repeats(table, there)
     known = np.asarray(np.isfinite(read.value).all(axis=0))
     full = known.mean(axis=0) >= MOST_READ
     points = known[:, full].all(axis=1)
@@ -103,14 +103,14 @@ def find_trend(table: Measurement, sensors: list[int]) -> Trend | None:
     first = np.argsort(time.mean(axis=0), kind="stable")
     time = time[:, first] - time.mean(axis=1, keepdims=True)
     time /= np.linalg.norm(time, axis=1, keepdims=True)
-    read = ByRepeat(
+    read = RepeatArray(
         repeat=np.array(read.repeat)[full][first].tolist(), value=read.value[:, points][:, :, full][:, :, first],
         level=read.level[points], frequency=read.frequency[points], sweep=read.sweep[points],
     )  # fmt: skip
     return Trend(read=read, sensors=there, time=time, chance=_compute_chance(read, time))
 
 
-def _find_times(table: Measurement, read: ByRepeat) -> Times:
+def _find_times(table: Measurement, read: RepeatArray) -> Times:
     """Mean place of each sweep of a level of a repeat in the order of measurement, for each of its points.
 
     Orders that begin anew in each repeat tell nothing: its number stands for its time.
@@ -125,7 +125,7 @@ def _find_times(table: Measurement, read: ByRepeat) -> Times:
     return times if len({*begins}) == len(begins) else np.tile(np.array(read.repeat, dtype=float), (len(times), 1))
 
 
-def _compute_chance(read: ByRepeat, time: Times) -> float:
+def _compute_chance(read: RepeatArray, time: Times) -> float:
     """Share of random rotations of all times along which the repeats differ at least as much."""
     basis = _find_contrasts(len(read.repeat))
     kinds, number = np.unique(np.round(time @ basis / SAME_TIME), axis=0, return_inverse=True)
@@ -159,7 +159,7 @@ def _rotate_at_random(kinds: Float[NDArray[np.float64], "k q"], n: int) -> list[
     return [rotated @ each for each in kinds @ frame.T]
 
 
-def _scale_differences(read: ByRepeat) -> Float[NDArray[np.float64], "s n r"]:
+def _scale_differences(read: RepeatArray) -> Float[NDArray[np.float64], "s n r"]:
     """Differences from the mean of the repeats relative to the reading, real parts and imaginary parts as sensors.
 
     Readings near zero are scaled by the median of their sensor. Rows weigh alike where they differ by more than most:

@@ -8,10 +8,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Suspicion
-from correlation.data_quality.decay_clock import find_wrong_clock
 from correlation.data_quality.frequency_unit import find_wrong_frequency_unit
 from correlation.data_quality.loop_mistake import find_loop_mistake
 from correlation.data_quality.response_size import find_wrong_size
+from correlation.data_quality.time_base import find_wrong_time_base
 from correlation.data_type.measured_loop import ForceLoop
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode, linear_modes, shape_at_sensors
@@ -53,7 +53,7 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
             if isinstance(item, MeasuredResponse):
                 found += find_wrong_size(model, item)
             if isinstance(item, FreeDecay):
-                found += find_wrong_clock(model, item)
+                found += find_wrong_time_base(model, item)
             if isinstance(item, ForceLoop):
                 found += find_loop_mistake(model, item)
     return tuple(found)

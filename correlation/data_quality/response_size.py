@@ -17,7 +17,7 @@ from correlation.data_quality.size_cause import list_causes
 from correlation.data_quality.wrong_unit import format_times
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import find_partner, linear_modes, motion_sensors
-from correlation.data_type.mode_set import mend_modes
+from correlation.data_type.mode_set import correct_modes
 from correlation.model import DERIVATIVE, Model
 from geometry.plain_number import plain
 
@@ -63,14 +63,14 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
     sensors = motion_sensors(model, response.sensors)
     quantities = [sensor.quantity for sensor in sensors]
     if (power := _find_power(ratios, quantities)) and len(set(quantities)) == 1:
-        yield _of_quantity(response, quantities[0], power, ratios)
+        yield _suspect_quantity(response, quantities[0], power, ratios)
     elif _is_clear(ratios.logarithm.real):
-        yield _of_size(response.name, "its responses are", ratios, quantities)
+        yield _suspect_size(response.name, "its responses are", ratios, quantities)
     else:
         for row, name in enumerate(response.sensors):
             own = ratios.of(row)
             if len(own.sensor) and abs(np.median(own.logarithm.real)) > np.log(CLEAR[-1][1]):
-                yield _of_size(f'{response.name}, "{name}"', "its response is", own, quantities[row : row + 1])
+                yield _suspect_size(f'{response.name}, "{name}"', "its response is", own, quantities[row : row + 1])
 
 
 def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
@@ -88,7 +88,7 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
     )
     found: list[tuple[int, float, complex]] = []
     fit = response.fit
-    for mode in mend_modes(model, response.modes) if fit is not None else ():
+    for mode in correct_modes(model, response.modes) if fit is not None else ():
         partner = find_partner(model, mode, frequency, shapes)
         if fit is None or partner is None or not frequency[partner] > 0:
             continue
@@ -133,7 +133,7 @@ def _find_power(ratios: _Ratios, quantities: list[str]) -> int:
     return 0
 
 
-def _of_quantity(response: MeasuredResponse, stated: str, power: int, ratios: _Ratios) -> Suspicion:
+def _suspect_quantity(response: MeasuredResponse, stated: str, power: int, ratios: _Ratios) -> Suspicion:
     true = next(name for name, derivative in DERIVATIVE.items() if derivative == DERIVATIVE[stated] + power)
     ten = round(float(np.median(ratios.logarithm.real - power * np.log(ratios.omega))) / np.log(10))
     also = f" that is {format_times(ten)} as large" if ten else ""
@@ -145,7 +145,7 @@ def _of_quantity(response: MeasuredResponse, stated: str, power: int, ratios: _R
     )
 
 
-def _of_size(where: str, what: str, ratios: _Ratios, quantities: list[str]) -> Suspicion:
+def _suspect_size(where: str, what: str, ratios: _Ratios, quantities: list[str]) -> Suspicion:
     middle = float(np.median(ratios.logarithm.real))
     count = len(np.unique(ratios.omega))
     within = f", within {plain(100 * np.expm1(_spread(ratios.logarithm.real)))} %" if len(ratios.omega) > 1 else ""

@@ -1,4 +1,4 @@
-"""What a factor on a response may be: a unit of its length, of its force, g, or an amplitude of another kind."""
+"""Likely causes of a factor on a response: a unit of length or force, g, or another kind of amplitude."""
 
 from collections.abc import Set
 

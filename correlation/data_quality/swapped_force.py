@@ -14,7 +14,7 @@ from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
-from correlation.data_quality.by_repeat import Repeats, arrange_by_repeat
+from correlation.data_quality.repeat_array import Repeats, arrange_repeats
 from correlation.feature.table import FeatureTable
 from correlation.row_group import group_rows
 
@@ -51,17 +51,17 @@ def find_swapped_forces(
         parts = [("", every)]
         parts += [(f" at {level:.4g} {campaign.drive.unit}", table.level == level) for level in np.unique(table.level)]
         for where, part in parts:
-            if found := _swapped(_beside_model(table, predicted, scatter, (i, j), part)):
+            if found := _find_clearest_harmonic(_distances_from_model(table, predicted, scatter, (i, j), part)):
                 yield Suspicion(
                     where=f'sensors "{campaign.sensors[i].name}" and "{campaign.sensors[j].name}" look swapped{where}',
-                    sentence=f"{_words(found)} between the model's values of both, and {found[2]:.0%} if they are "
+                    sentence=f"{_describe(found)} between the model's values of both, and {found[2]:.0%} if they are "
                     "swapped (medians): check the cables",
                 )
                 if not where:
                     break  # at all levels
 
 
-def _beside_model(
+def _distances_from_model(
     table: FeatureTable,
     predicted: Complex[NDArray[np.complex128], " k"],
     scatter: Float[NDArray[np.float64], " k"],
@@ -91,11 +91,11 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         table = campaign.measurement.where(campaign.measurement.test == test)
         harmonics = np.unique(table.harmonic).tolist()
         for i, j in _pairs(campaign):
-            values = {harmonic: arrange_by_repeat(table, (i, j), harmonic).value for harmonic in harmonics}
+            values = {harmonic: arrange_repeats(table, (i, j), harmonic).value for harmonic in harmonics}
             found = []
             for column, repeat in enumerate(np.unique(table.repeat).tolist()):
-                evidence = _beside_others(values, column)
-                if clearest := _swapped(evidence):
+                evidence = _distances_from_others(values, column)
+                if clearest := _find_clearest_harmonic(evidence):
                     found.append((clearest, repeat))
             if found:
                 # A swapped repeat is among the others of each: the clearest one stands for all.
@@ -103,12 +103,12 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                 names = f'"{campaign.sensors[i].name}" and "{campaign.sensors[j].name}"'
                 yield Suspicion(
                     where=f'test "{campaign.tests[test].name}", repeat {repeat}',
-                    sentence=f"{names}: {_words(clearest)} between both in the other repeats, and {clearest[2]:.0%} if "
-                    "they are swapped (medians): were their cables or columns swapped in this repeat?",
+                    sentence=f"{names}: {_describe(clearest)} between both in the other repeats, and {clearest[2]:.0%} "
+                    "if they are swapped (medians): were their cables or columns swapped in this repeat?",
                 )
 
 
-def _beside_others(values: dict[int, Repeats], column: int) -> list[tuple[int, float, float]]:
+def _distances_from_others(values: dict[int, Repeats], column: int) -> list[tuple[int, float, float]]:
     """Each harmonic, and the distances of one repeat from the median of the others."""
     evidence = []
     for harmonic, both in values.items():
@@ -138,7 +138,7 @@ def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]
     return float(np.median(own)), float(np.median(swapped))
 
 
-def _swapped(evidence: list[tuple[int, float, float]]) -> tuple[int, float, float] | None:
+def _find_clearest_harmonic(evidence: list[tuple[int, float, float]]) -> tuple[int, float, float] | None:
     """The harmonic that says most clearly that two forces are swapped; None if none does or one says the contrary."""
     found = [each for each in evidence if each[2] < NEAR and each[1] > FAR]
     # A mean may be as it is by the friction history: it does not speak against a clear harmonic.
@@ -147,7 +147,7 @@ def _swapped(evidence: list[tuple[int, float, float]]) -> tuple[int, float, floa
     return min(found, key=lambda each: each[2])
 
 
-def _words(found: tuple[int, float, float]) -> str:
+def _describe(found: tuple[int, float, float]) -> str:
     quantity = "their means are" if found[0] == 0 else f"their harmonics {found[0]} are"
     return f"{quantity} off by {found[1]:.0%} of the distance"
 

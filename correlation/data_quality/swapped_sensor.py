@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from correlation.campaign.measurement import SWEEPS, Campaign, MeasuredSensor, Suspicion
-from correlation.data_quality.by_repeat import ByRepeat, arrange_by_repeat
-from correlation.data_quality.logarithm import turn_phases
+from correlation.data_quality.logarithm import wrap_phases
+from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
 #: A point can tell a swap if it changes q by more than this, and by more than what the scatter of the runs makes of all
 #: parts, repeats and pairs of a test with this probability (Student, Bonferroni) [-].
@@ -32,10 +32,10 @@ Logarithms = Complex[NDArray[np.complex128], "n r"]
 Mask = Bool[NDArray[np.bool_], " n"]
 
 
-class _Beside(NamedTuple):
-    """How far each repeat is from the others, as it is and with channels swapped, and by how much a swap changes it.
+class _RepeatDeviation(NamedTuple):
+    """Distance of each repeat from the others as measured and with swapped channels, and change by the swap.
 
-    Then how far the others are from their median (root mean square, NaN for one); ln of ratios, shape (n, r) each.
+    Then the scatter of the others about their median (root mean square, NaN for one); ln of ratios, shape (n, r) each.
     """
 
     own: Float[NDArray[np.float64], "n r"]
@@ -45,7 +45,7 @@ class _Beside(NamedTuple):
 
 
 class _Swap(NamedTuple):
-    """How far a part of a repeat is from the others as it is and with two channels swapped, by what a swap changes.
+    """Distance of a part of a repeat from the others, as measured and with swapped channels, over that change.
 
     Medians [-]; then the column of the repeat, -1 for one of two, and the part in words.
     """
@@ -66,7 +66,7 @@ def find_sensors_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     """
     motions = campaign.structure_sensors
     for number, test in enumerate(campaign.tests):
-        arranged = arrange_by_repeat(campaign.measurement.where(campaign.measurement.test == number), motions)
+        arranged = arrange_repeats(campaign.measurement.where(campaign.measurement.test == number), motions)
         if len(arranged.repeat) < 2:
             continue
         sensors = [campaign.sensors[each] for each in motions]
@@ -74,7 +74,7 @@ def find_sensors_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         for i, j in pairs:
             pair = sensors[i], sensors[j]
             q = _logarithm(arranged, (i, j), pair)
-            for swap in _find(arranged, q, campaign.drive.unit, BY_CHANCE / len(pairs)):
+            for swap in _find_swaps(arranged, q, campaign.drive.unit, BY_CHANCE / len(pairs)):
                 yield _suspect(test.name, pair, arranged.repeat, swap)
 
 
@@ -90,7 +90,9 @@ def _suspect(test: str, pair: tuple[MeasuredSensor, MeasuredSensor], repeats: li
     )
 
 
-def _logarithm(arranged: ByRepeat, pair: tuple[int, int], sensors: tuple[MeasuredSensor, MeasuredSensor]) -> Logarithms:
+def _logarithm(
+    arranged: RepeatArray, pair: tuple[int, int], sensors: tuple[MeasuredSensor, MeasuredSensor]
+) -> Logarithms:
     first, second = arranged.value[list(pair)]
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = first / second
@@ -98,11 +100,11 @@ def _logarithm(arranged: ByRepeat, pair: tuple[int, int], sensors: tuple[Measure
     return np.asarray(np.where(np.isfinite(q), q, np.nan))
 
 
-def _find(arranged: ByRepeat, q: Logarithms, level_unit: str, chance: float) -> list[_Swap]:
+def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: float) -> list[_Swap]:
     """Swaps of one pair: of a whole repeat, or else of all runs at one level of it, or else of single runs."""
-    beside = _compare(q)
+    deviation = _compare_with_others(q)
     with np.errstate(invalid="ignore"):
-        turns = (beside.change > SMALL) & (beside.swapped < NEAR * beside.change)
+        turns = (deviation.change > SMALL) & (deviation.swapped < NEAR * deviation.change)
     if turns.sum(axis=0).max() < FEWEST:
         return []
     every = np.ones(len(q), dtype=np.bool_)
@@ -113,68 +115,70 @@ def _find(arranged: ByRepeat, q: Logarithms, level_unit: str, chance: float) -> 
         for words, mask in levels for sweep in (sweeps if len(sweeps) > 1 else ())
     ]  # fmt: skip
     stages = [("", every)], levels if len(levels) > 1 else [], runs
-    each = chance / (beside.own.shape[1] * sum(map(len, stages)))
+    each = chance / (deviation.own.shape[1] * sum(map(len, stages)))
     for parts in stages:
-        swaps = [_judge(arranged, q, beside, mask, words, each) for words, mask in parts]
+        swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, each) for words, mask in parts]
         found = [swap for swap in swaps if swap is not None]
         # Most of a repeat is not all of it.
-        if parts is stages[0] and any(_agrees(beside, mask, swap.column) for swap in found for _, mask in levels):
+        if parts is stages[0] and any(_agrees(deviation, mask, swap.column) for swap in found for _, mask in levels):
             continue
         if found:
             return found
     return []
 
 
-def _compare(q: Logarithms) -> _Beside:
+def _compare_with_others(q: Logarithms) -> _RepeatDeviation:
     """Each repeat beside the median of the others; of two, the first stands for both."""
     columns = range(q.shape[1] if q.shape[1] > 2 else 1)
-    result = _Beside(*np.full((4, len(q), len(columns)), np.nan))
+    result = _RepeatDeviation(*np.full((4, len(q), len(columns)), np.nan))
     for column in columns:
         rest = np.delete(q, column, axis=1)
         there = np.isfinite(q[:, column]) & np.isfinite(rest).any(axis=1)
         own, rest = q[there, column], rest[there]
         usual = _median(rest)
-        result.own[there, column] = np.abs(turn_phases(own - usual))
-        result.swapped[there, column] = np.abs(turn_phases(own + usual))
-        result.change[there, column] = np.abs(turn_phases(2 * usual))
+        result.own[there, column] = np.abs(wrap_phases(own - usual))
+        result.swapped[there, column] = np.abs(wrap_phases(own + usual))
+        result.change[there, column] = np.abs(wrap_phases(2 * usual))
         if len(columns) > 1:
-            apart = np.abs(turn_phases(rest - usual[:, None])) ** 2
+            apart = np.abs(wrap_phases(rest - usual[:, None])) ** 2
             count = np.isfinite(apart).sum(axis=1) - 1  # the median takes one
             with np.errstate(divide="ignore", invalid="ignore"):
                 result.scatter[there, column] = np.sqrt(np.nansum(apart, axis=1) / count)
     return result
 
 
-def _agrees(beside: _Beside, part: Mask, column: int) -> bool:
+def _agrees(deviation: _RepeatDeviation, part: Mask, column: int) -> bool:
     """Whether a part of a repeat, -1 for one of two, agrees with the others as it is."""
     # Of two repeats the first stands for both.
-    own, swapped, change, _ = (values[part, column if values.shape[1] > 1 else 0] for values in beside)
+    own, swapped, change, _ = (values[part, column if values.shape[1] > 1 else 0] for values in deviation)
     there = np.isfinite(own) & (change > SMALL)
     return bool(there.sum() >= FEWEST and np.median(own[there]) < np.median(swapped[there]))
 
 
-def _judge(arranged: ByRepeat, q: Logarithms, beside: _Beside, part: Mask, words: str, chance: float) -> _Swap | None:
+def _find_clearest_swap(
+    arranged: RepeatArray, q: Logarithms, deviation: _RepeatDeviation, part: Mask, words: str, chance: float
+) -> _Swap | None:
     """The clearest repeat whose channels are swapped in a part of the points; None if they are in no one."""
     found = []
     count = q.shape[1]
-    for column in range(beside.own.shape[1]):
-        own, swapped, change, scatter = (values[:, column] for values in beside)
+    for column in range(deviation.own.shape[1]):
+        own, swapped, change, scatter = (values[:, column] for values in deviation)
         if count > 2:
-            usual = _usual(arranged.level, scatter, 2 * (count - 2), chance)
+            usual = _quantile_of_scatter(arranged.level, scatter, 2 * (count - 2), chance)
         else:  # all other runs of both say what is usual
-            usual = _usual(arranged.level[~part], own[~part], 2, chance)
+            usual = _quantile_of_scatter(arranged.level[~part], own[~part], 2, chance)
         with np.errstate(invalid="ignore"):
             tells = part & (change > max(SMALL, usual))
         if tells.sum() < FEWEST:
             continue
         as_is, swapped = (each[tells] / change[tells] for each in (own, swapped))
         if np.quantile(as_is, 1 - MOST) > FAR and np.quantile(swapped, MOST) < NEAR:
-            which = column if count > 2 else _which(arranged, q, part)
+            which = column if count > 2 else _find_odd_repeat(arranged, q, part)
             found.append(_Swap(float(np.median(as_is)), float(np.median(swapped)), which, words))
     return min(found, key=lambda swap: swap.swapped, default=None)
 
 
-def _usual(
+def _quantile_of_scatter(
     level: Float[NDArray[np.float64], " n"], scatter: Float[NDArray[np.float64], " n"], freedom: int, chance: float
 ) -> float:
     """What scatter makes of q by chance, from its medians at each level, which have so many degrees of freedom each."""
@@ -185,14 +189,14 @@ def _usual(
     return float(stdtrit(freedom * len(each), 1 - chance / 2) * np.sqrt(np.mean(np.square(each))))
 
 
-def _which(arranged: ByRepeat, q: Logarithms, part: Mask) -> int:
+def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:
     """The one of two repeats that is further from the same frequencies at other levels; -1 if they do not say it."""
     rest = q[~part]
     distances = []
     for frequency, own in zip(arranged.frequency[part], q[part], strict=True):
         same = rest[arranged.frequency[~part] == frequency].ravel()
         if np.isfinite(same).any() and np.isfinite(own).all():
-            distances.append(np.abs(turn_phases(own - _median(same[None])[0])))
+            distances.append(np.abs(wrap_phases(own - _median(same[None])[0])))
     if len(distances) < FEWEST:
         return -1
     first, second = np.median(np.array(distances), axis=0)
@@ -202,6 +206,6 @@ def _which(arranged: ByRepeat, q: Logarithms, part: Mask) -> int:
 def _median(q: Complex[NDArray[np.complex128], "n r"]) -> Complex[NDArray[np.complex128], " n"]:
     """Median over the columns that are there, with phases on the turn about the first of them."""
     first = q[np.arange(len(q)), np.argmax(np.isfinite(q), axis=1)]
-    apart = turn_phases(q - first[:, None])
+    apart = wrap_phases(q - first[:, None])
     median = np.median if np.isfinite(apart).all() else np.nanmedian  # the latter takes ten times as long
     return np.asarray(first + median(apart.real, axis=1) + 1j * median(apart.imag, axis=1))

@@ -60,7 +60,7 @@ def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _describe(campaign: Campaign, trend: Trend) -> str:
-    """How much changes, and what, where that is plain."""
+    """Size of a trend, and its cause where it is clear."""
     repeats, last = ", ".join(map(str, trend.read.repeat[:-1])), trend.read.repeat[-1]
     return (
         f"from repeat to repeat ({repeats} and {last}) the readings change in one direction, by {percent(trend.size)} "
@@ -73,7 +73,7 @@ def _format_chance(chance: float) -> str:
 
 
 def _name_cause(campaign: Campaign, trend: Trend) -> str:
-    """What changes: one sensor, the frequencies of resonances, all amplitudes; else the reading that changes most."""
+    """Cause of a trend: one sensor, the resonance frequencies, all amplitudes; else the reading that changes most."""
     change, mean = trend.change / trend.scale, trend.read.value.mean(axis=2) / trend.scale
     energy = (np.abs(change) ** 2).sum(axis=1)
     most = int(np.argmax(energy))

@@ -45,7 +45,7 @@ ROTATIONS = {3: "mrad", 6: "urad"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Runs:
-    """One run of one channel a row: test, sensor, level, repeat, and the logarithm of measured over predicted.
+    """Runs, one row per run and channel: test, sensor, level, repeat, logarithm of measured over predicted.
 
     `spread` is how far most readings are from one real factor, positive or negative, in the same logarithm.
     """
@@ -71,7 +71,7 @@ def find_wrong_units(
         Points and the prediction of the model there, shape (k,).
     """
     runs = _runs(campaign, points, predicted)
-    power, beside = _powers(runs)
+    power, beside = _find_powers_of_ten(runs)
     moves = np.array([sensor.quantity != CONTACT_FORCE for sensor in campaign.sensors])
     found: list[Suspicion] = []
     for test in np.unique(runs.test).tolist():
@@ -80,14 +80,14 @@ def find_wrong_units(
         motions = here & moves[runs.sensor]
         powers = np.unique(power[motions])
         if len(powers) == 1 and powers[0] and len(np.unique(runs.sensor[motions])) > 1:
-            found.append(_of_level(campaign, test, float(np.median(runs.ratio[motions])), int(powers[0])))
+            found.append(_describe_level(campaign, test, float(np.median(runs.ratio[motions])), int(powers[0])))
             continue
-        found += _of_one_level(campaign, runs, motions)
+        found += _suspect_levels(campaign, runs, motions)
         for sensor in np.unique(runs.sensor[here]):
             for each in np.unique(power[here & (runs.sensor == sensor)]).tolist():
                 chosen = here & (runs.sensor == sensor) & (power == each)
                 if each:
-                    found.append(_of_channel(campaign, runs, chosen, beside, power == 0))
+                    found.append(_describe_channel(campaign, runs, chosen, beside, power == 0))
     return tuple(found)
 
 
@@ -124,11 +124,11 @@ def _scatter(values: Float[NDArray[np.float64], " v"]) -> float:
     return float(np.median(np.abs(values - np.median(values))))
 
 
-def _powers(runs: _Runs) -> tuple[Int[NDArray[np.int64], " n"], Float[NDArray[np.float64], " n"]]:
+def _find_powers_of_ten(runs: _Runs) -> tuple[Int[NDArray[np.int64], " n"], Float[NDArray[np.float64], " n"]]:
     """Power of ten that each run is off by, mostly 0, and the logarithm of the other channels beside it, shape (n,)."""
     beside, power = np.zeros(len(runs.ratio)), np.rint(runs.ratio).astype(np.int64)
     for number in range(len(power)):
-        others = _same(runs, number) & (runs.sensor != runs.sensor[number])
+        others = _mask_like_runs(runs, number) & (runs.sensor != runs.sensor[number])
         beside[number] = np.median(runs.ratio[others]) if others.any() else np.nan
     apart = np.where(np.isfinite(beside), runs.ratio - beside, runs.ratio)
     whole = np.minimum(np.abs(apart - power), np.abs(apart)) < BESIDE
@@ -140,13 +140,13 @@ def _powers(runs: _Runs) -> tuple[Int[NDArray[np.int64], " n"], Float[NDArray[np
     return np.where(found, power, 0), beside
 
 
-def _same(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
+def _mask_like_runs(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
     return np.asarray(
         (runs.test == runs.test[number]) & (runs.level == runs.level[number]) & (runs.repeat == runs.repeat[number])
     )
 
 
-def _of_one_level(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool_], " n"]) -> list[Suspicion]:
+def _suspect_levels(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool_], " n"]) -> list[Suspicion]:
     """Levels at which all motions are off by one factor, if they are right at all others."""
     found, levels = [], np.unique(runs.level[motions])
     middle = {level: float(np.median(runs.ratio[motions & (runs.level == level)])) for level in levels.tolist()}
@@ -168,21 +168,21 @@ def _of_one_level(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool
     return found
 
 
-def _of_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:
+def _describe_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:
     stated = campaign.drive.unit
     unit = LEVEL_UNITS.get(stated, {}).get(power)
     asked = f"is its level in {unit} instead of {stated}" if unit else "is its level in another unit than it says"
     length = name_length(power, {sensor.quantity for sensor in campaign.sensors if not sensor.unit.startswith("rad")})
-    mend, other = ("", "") if not length else (" or those of the columns", f", or {length}")
+    correct, other = ("", "") if not length else (" or those of the columns", f", or {length}")
     return Suspicion(
         where=f'test "{campaign.tests[test].name}"',
         sentence=f"all its sensors read about {format_times(ratio)} what the model says: {asked}{other}? "
-        f"If so, correct units.level of the manifest{mend}; if not, the load of the case",
+        f"If so, correct units.level of the manifest{correct}; if not, the load of the case",
         of_test=True,
     )
 
 
-def _of_channel(
+def _describe_channel(
     campaign: Campaign,
     runs: _Runs,
     chosen: Bool[NDArray[np.bool_], " n"],
@@ -197,21 +197,23 @@ def _of_channel(
     elsewhere = (runs.sensor == sensor) & right
     if elsewhere.any():
         own = format_times(float(np.median(runs.ratio[elsewhere])))
-        evidence.append(f"and itself {own} in {_else(campaign, runs, elsewhere, test)}")
+        evidence.append(f"and itself {own} in {_describe_right_runs(campaign, runs, elsewhere, test)}")
     units = ROTATIONS if of.unit.startswith("rad") else UNITS[of.quantity]
     unit = units.get(round(ratio))
     asked = (
         f"are its values in {unit} instead of {of.unit}?" if unit else "are its values in another unit than it says?"
     )
-    part = "".join(_part(runs, chosen, test, sensor, campaign.drive.unit))
+    part = "".join(_describe_runs(runs, chosen, test, sensor, campaign.drive.unit))
     return Suspicion(
         where=f'test "{campaign.tests[test].name}", sensor "{of.name}"',
         sentence=f"{part}{', '.join(evidence)}: {asked} If so, correct the column unit",
     )
 
 
-def _part(runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor: int, level_unit: str) -> Iterator[str]:
-    """Which runs of the channel, if not all."""
+def _describe_runs(
+    runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor: int, level_unit: str
+) -> Iterator[str]:
+    """Runs of the channel in words; empty for all."""
     channel = (runs.test == test) & (runs.sensor == sensor)
     for name, column, unit in (("level", runs.level, f" {level_unit}"), ("repeat", runs.repeat, "")):
         values = np.unique(column[chosen])
@@ -220,14 +222,14 @@ def _part(runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor:
             yield f"{', '.join(f'{value:.4g}' for value in values)}{unit} "
 
 
-def _else(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.bool_], " n"], test: int) -> str:
-    """Where a channel is right."""
+def _describe_right_runs(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.bool_], " n"], test: int) -> str:
+    """Runs in which a channel is right, in words."""
     names = [f'"{campaign.tests[each].name}"' for each in np.unique(runs.test[rows]) if each != test]
     return f"test {' and '.join(names)}" if names else "its other runs"
 
 
 def name_length(power: int, quantities: Set[str]) -> str:
-    """What unit of length makes values so many powers of ten too large, as a question; empty for none that is used.
+    """Question for the unit of length that explains so many powers of ten; empty if no usual unit does.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.linear_response import predict_linear_response
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import predict_mode
-from correlation.data_type.mode_set import mend_modes
+from correlation.data_type.mode_set import correct_modes
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
 from correlation.data_type.response_modes import read_modes
 from correlation.file.column import MeasuredFile
@@ -360,7 +360,7 @@ def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[
         A sensor that the model has not as one of motion.
     """
     # Swapped sensors must not decide which mode is which.
-    parts = [predict_mode(model, mode) for mode in mend_modes(model, response.modes)]
+    parts = [predict_mode(model, mode) for mode in correct_modes(model, response.modes)]
     return np.concatenate(parts) if parts else np.zeros(0)
 
 

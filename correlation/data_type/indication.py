@@ -17,7 +17,7 @@ CLEAR = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Indication:
-    """One property that was measured and predicted.
+    """Measured and predicted value of one property.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Indication:
 
     @property
     def sentence(self) -> str:
-        """Both beside each other."""
+        """Measured and predicted value in one sentence."""
         return f"the {self.quantity} {self.measured}; the model's {self.predicted}"
 
 
@@ -56,7 +56,7 @@ ListIndications: TypeAlias = Callable[
 
 
 def name_causes(indications: Sequence[Indication]) -> str:
-    """What causes such indications elsewhere, in words; empty where nothing is known."""
+    """Usual causes of such indications, in words; empty where none is known."""
     clear = {(each.kind, each.difference > 0) for each in indications if each.is_clear}
     causes = []
     if ("frequency", False) in clear and ("damping", True) in clear:

@@ -1,4 +1,4 @@
-"""What force-displacement loops show by themselves, beside a model."""
+"""Indications of force-displacement loops beside a model."""
 
 from collections.abc import Sequence
 

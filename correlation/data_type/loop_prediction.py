@@ -27,7 +27,7 @@ INSTANTS = 512
 
 @on_one_blas_thread
 def predict_loop(model: Model, loop: ForceLoop) -> Numbers:
-    """What the model's loops give, shape (m,); NaN where it has no steady state.
+    """Features of the model's loops, shape (m,); NaN where it has no steady state.
 
     Raises
     ------

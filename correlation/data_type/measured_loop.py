@@ -76,7 +76,7 @@ class ForceLoop:
 
     @property
     def suspicions(self) -> tuple[str, ...]:
-        """What looks wrong in the record, in words."""
+        """Suspicions about the record, in words."""
         return self.loops.suspicions
 
 

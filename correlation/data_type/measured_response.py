@@ -1,4 +1,4 @@
-"""What a measured frequency response is, with the modes that it shows."""
+"""Measured frequency response with its modes."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -86,10 +86,10 @@ class MeasuredResponse:
         freeze_fields(self, "value", kind=np.complex128)
 
     @property
-    def told(self) -> NDArray[np.bool_]:
+    def coherent_lines(self) -> NDArray[np.bool_]:
         """Lines at which all sensors have a value, and one of them a coherent one, shape (f,).
 
-        Where the force is next to nothing none has; at an antiresonance of one sensor the others have.
+        None has one where the force is negligible; at an antiresonance of one sensor the other sensors have one.
         """
         coherent = (self.coherence >= self.coherence_limit).any(axis=0)
         return np.asarray(np.isfinite(self.value).all(axis=0) & coherent)

@@ -35,7 +35,7 @@ FAR = 1.5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredMode:
-    """One mode.
+    """Measured mode.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def shape_at_sensors(
     frequency: Float[NDArray[np.float64], " m"],
     shapes: Float[NDArray[np.float64], "r m"],
 ) -> Complex[NDArray[np.complex128], "c m"]:
-    """What sensors read of some modes, in their quantities, shape (c, m)."""
+    """Mode shapes at sensors, in the quantities of these, shape (c, m)."""
     return np.array(
         [
             sensor.gain * (sensor.row @ shapes) * (2j * np.pi * frequency) ** DERIVATIVE[sensor.quantity]

@@ -24,8 +24,8 @@ class ModeSet:
         Measured modes by rising frequency.
     frequency, damping
         Of the model's modes, shape (m,) [Hz, -].
-    seen
-        What the sensors read of the model's modes, shape (c, m).
+    model_shape
+        Mode shapes of the model at the sensors, shape (c, m).
     mistake
         A change of the sensors without which the shapes do not agree; None for none.
     """
@@ -35,7 +35,7 @@ class ModeSet:
     modes: tuple[MeasuredMode, ...]
     frequency: Float[NDArray[np.float64], " m"]
     damping: Float[NDArray[np.float64], " m"]
-    seen: Complex[NDArray[np.complex128], "c m"]
+    model_shape: Complex[NDArray[np.complex128], "c m"]
     mistake: SensorMistake | None
 
     @property
@@ -44,9 +44,9 @@ class ModeSet:
         return np.array([mode.shape for mode in self.modes]).T
 
     @property
-    def mended(self) -> Complex[NDArray[np.complex128], "c n"]:
-        """Measured shapes without the mistake of a sensor: these tell which mode is which, shape (c, n)."""
-        return self.shape if self.mistake is None else np.asarray(self.mistake.mend(self.shape))
+    def corrected_shape(self) -> Complex[NDArray[np.complex128], "c n"]:
+        """Measured shapes with the sensor mistake corrected, by which modes are paired, shape (c, n)."""
+        return self.shape if self.mistake is None else np.asarray(self.mistake.correct(self.shape))
 
 
 def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet]:
@@ -76,16 +76,16 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet
         )  # fmt: skip
         yield ModeSet(
             configuration=configuration, sensors=sensors, modes=tuple(measured), frequency=frequency,
-            damping=damping, seen=seen, mistake=mistake,
+            damping=damping, model_shape=seen, mistake=mistake,
         )  # fmt: skip
 
 
-def mend_modes(model: Model, modes: Sequence[MeasuredMode]) -> list[MeasuredMode]:
-    """The same modes in the same order, their shapes without the mistake of a sensor."""
-    mended = {
+def correct_modes(model: Model, modes: Sequence[MeasuredMode]) -> list[MeasuredMode]:
+    """Correct the sensor mistake in the shapes of modes; their order stays."""
+    corrected = {
         id(mode): replace(mode, shape=shape)
         for group in group_modes(model, modes)
         if group.mistake is not None
-        for mode, shape in zip(group.modes, group.mended.T, strict=True)
+        for mode, shape in zip(group.modes, group.corrected_shape.T, strict=True)
     }
-    return [mended.get(id(mode), mode) for mode in modes]
+    return [corrected.get(id(mode), mode) for mode in modes]

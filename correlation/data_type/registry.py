@@ -45,14 +45,14 @@ class Datum(Protocol):
 Analyse: TypeAlias = Callable[..., Any]
 
 
-def analyse_anew(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
+def analyse_uncached(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
     """Call a function with its arguments: nothing is kept."""
     return compute(*args, **words)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataContext:
-    """What a type needs to read its entry of a manifest.
+    """Context in which a type reads its entry of a manifest.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Features:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Panel:
-    """What is drawn of a datum beside a model.
+    """Axes of a figure that shows a datum beside a model.
 
     Parameters
     ----------

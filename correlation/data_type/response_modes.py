@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import MeasuredSensor
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
-from correlation.data_type.registry import Analyse, analyse_anew
+from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 from correlation.modal.fit_modes import FEWEST_LINES, Modes, fit_modes
 from correlation.modal.window import Window
@@ -25,7 +25,7 @@ LEAST_FREQUENCY, LEAST_DAMPING = 2e-4, 0.03
 
 
 def read_modes(
-    response: MeasuredResponse, sensors: Sequence[MeasuredSensor], analyse: Analyse = analyse_anew
+    response: MeasuredResponse, sensors: Sequence[MeasuredSensor], analyse: Analyse = analyse_uncached
 ) -> MeasuredResponse:
     """The responses with their modes; without any, and with a suspicion, if none stands out.
 
@@ -38,16 +38,21 @@ def read_modes(
     analyse
         As in `DataContext`: the fit takes minutes where responses have thousands of lines.
     """
-    told, there = response.told, np.isfinite(response.value).all(axis=0)
-    incoherent, suspicions = int((there & ~told).sum()), response.suspicions
+    coherent, there = response.coherent_lines, np.isfinite(response.value).all(axis=0)
+    incoherent, suspicions = int((there & ~coherent).sum()), response.suspicions
     low = f"no sensor has a coherence of {response.coherence_limit:.2g} at {incoherent} of {there.sum()} lines"
-    if told.sum() < FEWEST_LINES <= there.sum():
+    if coherent.sum() < FEWEST_LINES <= there.sum():
         return replace(response, suspicions=(*suspicions, f"no mode was read: {low}: was the force too small there?"))
     if 2 * incoherent > there.sum():
         suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
     quantity = tuple(sensor.quantity for sensor in sensors)
     found, doubt = analyse(
-        fit_or_doubt, response.frequency[told], response.value[:, told], quantity, response.decay, response.window
+        fit_or_doubt,
+        response.frequency[coherent],
+        response.value[:, coherent],
+        quantity,
+        response.decay,
+        response.window,
     )
     suspicions += (doubt,) if doubt else ()
     if found is None:

@@ -88,7 +88,7 @@ class FreeDecay:
 
     @property
     def suspicions(self) -> tuple[str, ...]:
-        """What looks wrong in the record, in words."""
+        """Suspicions about the record, in words."""
         size = float(np.ptp(self.signal)) / 2 if len(self.signal) else 0.0
         clipped = describe_clipping(self.signal[self.time >= self._start])
         found = [f"{clipped}, which spoils frequency and damping: give a later start"] if clipped else []
@@ -106,7 +106,7 @@ class FreeDecay:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """How the record is read, in words."""
+        """Remarks on how the record is read."""
         clipped: tuple[str, ...] = ()
         if (before := describe_clipping(self.signal)) and not describe_clipping(self.signal[self.time >= self._start]):
             read = f"it is read from {self._start:.4g} s on, and what larger amplitudes show is lost"
@@ -127,7 +127,7 @@ def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
 
 
 def check_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
-    """The same without its modes, whose fit takes long."""
+    """Check a ring-down without the fit of its modes, which takes long."""
 
     def cut(*signals: Numbers, **words: Any) -> tuple[RingDown, ...]:
         cut_decay(*signals, **words)
@@ -243,7 +243,7 @@ def list_ring_down_motions(model: Model, decay: FreeDecay) -> list[Motion]:
 def list_ring_down_indications(
     model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]
 ) -> list[Indication]:
-    """How frequency and damping of each mode change with the amplitude, in all decays at one place together.
+    """Amplitude dependence of frequency and damping of each mode, over all decays at one place.
 
     Decays with contacts and without are two structures, and amplitudes of two places have no common scale. Channels of
     one place and quantity have: a recorder may name each of its decays.
@@ -289,7 +289,7 @@ def list_ring_down_indications(
 
 
 def _place(model: Model, decay: FreeDecay) -> _Place:
-    """What has one scale of amplitudes: configuration, unit, and the row that the sensor reads, or its name."""
+    """Key of decays with a common amplitude scale: configuration, unit, and the row of the sensor, or its name."""
     sensor = next((item for item in model.sensors if item.name == decay.sensor), None)
     reads = tuple((sensor.gain * sensor.row).tolist()) if isinstance(sensor, Sensor) else decay.sensor
     return decay.configuration, decay.unit, reads
@@ -325,7 +325,7 @@ class _Trend(NamedTuple):
 def _indication(
     kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str
 ) -> Indication:
-    """One trend of several decays, whose scatter counts where it exceeds their deviations."""
+    """Common trend of several decays; their scatter counts where it exceeds their deviations."""
     measured, predicted = (np.array([getattr(each, name) for each in trends]) for name in ("measured", "predicted"))
     change = measured[:, 1] - measured[:, 0]
     apart = change - (predicted[:, 1] - predicted[:, 0])

@@ -106,7 +106,7 @@ class PredictedBand:
         )
 
     def _limits(self, frequency: Values) -> tuple[Both, Both]:
-        """Both limits and what the interpolation may miss.
+        """Both limits and the interpolation error.
 
         A smooth curve overshoots beside a kink, as where a contact begins to stick throughout and the band opens. Where
         smooth limits cross by more than they may miss one of them does, and both are straight.
@@ -139,7 +139,7 @@ class PredictedBand:
 
 
 class _Curve(NamedTuple):
-    """One limit."""
+    """Interpolant of one limit."""
 
     known: Bool[NDArray[np.bool_], " f"]
     frequency: Values

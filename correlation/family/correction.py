@@ -35,7 +35,7 @@ Both = Float[NDArray[np.float64], "2 p"]
 SetUp = tuple[str, int]
 
 
-class _Followed:
+class _LimitInterpolant:
     """Changes of both limits at p readings with a force or a preload.
 
     Between the ratios at which limits are known they follow a curve that goes beyond neither end of an interval
@@ -99,16 +99,16 @@ class FamilyCorrection:
         return self._band.at(self._family.frequency).value
 
     @cached_property
-    def _by_force(self) -> _Followed | None:
+    def _by_force(self) -> _LimitInterpolant | None:
         return None if self._band.by_force is None else self._follow(self._band.by_force)
 
     @cached_property
-    def _by_preload(self) -> list[_Followed]:
+    def _by_preload(self) -> list[_LimitInterpolant]:
         return [self._follow(by) for by in self._band.by_preload]
 
-    def _follow(self, by: LimitChange) -> _Followed:
+    def _follow(self, by: LimitChange) -> _LimitInterpolant:
         others = [replace(self._band, value=value).at(self._family.frequency).value for value in by.value]
-        return _Followed(by.log_ratio, np.array(others) - self._level, self._level)
+        return _LimitInterpolant(by.log_ratio, np.array(others) - self._level, self._level)
 
     def corrected(self, preloads: Mapping[SetUp, Values] | None = None, force_noise: float = 0.0) -> Family:
         """The family at the force of its level and the preloads of the model, as far as limits follow both.

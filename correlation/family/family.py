@@ -30,7 +30,7 @@ COLUMNS = ("frequency", "value", "ratio", "scaled", "uncertain")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyCurve:
-    """One pass through the frequencies.
+    """Readings of one pass through the frequencies.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ def split_frequency_part(
     limits: Float[NDArray[np.float64], "2 f"],
     slope: Float[NDArray[np.float64], "2 f"],
 ) -> tuple[Float[NDArray[np.float64], " k"], Float[NDArray[np.float64], "k 2 f"]]:
-    r"""How far each change of both limits moves them along the frequency [-], and what is left of the change.
+    r"""Split changes of both limits into a relative frequency shift [-] and a remainder.
 
     With the slopes :math:`s = f\,dL/df` of the limits L, the relative shift of a change c is
 
@@ -106,7 +106,7 @@ def split_frequency_part(
 
 
 def penalty(offset: float, deviation: float) -> float:
-    """What an offset costs [-]."""
+    """Cost of an offset [-]."""
     return (offset / deviation) ** 2 if deviation else 0.0
 
 

@@ -1,4 +1,4 @@
-"""What limits are at other forces and preloads.
+"""Limits at other forces and preloads.
 
 With less force or more preload a contact that a limit holds at the edge of slip has room left: the state with the
 sliders of the limit still exists, but it is a limit no more. The sliders are therefore searched for anew from there, in
@@ -41,7 +41,7 @@ STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
 
 
 class SolveEffort(Enum):
-    """What is tried to find a state near a known one."""
+    """Effort of a search for a state near a known one."""
 
     NEWTON_ONLY = auto()
     """Newton's method from the known state."""
@@ -142,25 +142,25 @@ def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_sp
         Natural logarithm of the largest factors; 0 for none [-].
     """
 
-    def pressed(group: Sequence[str], log_ratio: float) -> Variant:
+    def with_preload(group: Sequence[str], log_ratio: float) -> Variant:
         changed = model
         for name in group:
             changed = changed.with_preload_ratio(name, float(np.exp(log_ratio)))
-        return Variant(model=changed, factor=1.0, box=_moved_box(curve, changed))
+        return Variant(model=changed, factor=1.0, box=_shift_search_box(curve, changed))
 
-    def forced(log_ratio: float) -> Variant:
+    def with_force_level(log_ratio: float) -> Variant:
         return Variant(model=model, factor=float(np.exp(log_ratio)), box=curve.box)
 
-    makers = [(force_span, forced)] if force_span else []
+    makers = [(force_span, with_force_level)] if force_span else []
     if preload_span:
-        makers += [(preload_span, partial(pressed, group)) for group in model.preload_groups]
+        makers += [(preload_span, partial(with_preload, group)) for group in model.preload_groups]
     return [VariantScale(span * STEPS, tuple(make(each) for each in span * STEPS)) for span, make in makers]
 
 
-def _moved_box(curve: LimitCurve, pressed: Model) -> SliderBox:
+def _shift_search_box(curve: LimitCurve, changed: Model) -> SliderBox:
     """The box of a search, moved and widened as the cone of the friction forces at rest is."""
     before, omega = curve.problem.balance, float(curve.angular_frequency[0])
-    after = HarmonicBalance(system=pressed.system, n_harmonic=before.n_harmonic, n_sample=before.n_sample)
+    after = HarmonicBalance(system=changed.system, n_harmonic=before.n_harmonic, n_sample=before.n_sample)
     try:
         rest, own = (slider_box(balance, balance.at(omega), reach=curve.box.reach) for balance in (before, after))
     except NoSteadyState:

@@ -56,7 +56,7 @@ class LimitStates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitReadings:
-    """What a sensor reads at its limits.
+    """Readings of a sensor at its limits.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class LimitReadings:
 
 
 def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
-    """What the limits of a sensor's harmonic bound: an amplitude of the displacement that it follows, or a force."""
+    """Objective that the limits of a sensor's harmonic bound: an amplitude of displacement, or a force."""
     if not isinstance(sensor, LineSensor):
         return OutputHarmonic(row=sensor.row, harmonic=harmonic)
     direction = -1 if sensor.component == "normal" else 0
@@ -151,15 +151,15 @@ def read_limits(
                 *rates, slope[side, at] = _rates(states, state, solver, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
         # At one frequency a change may be 0 by chance.
-        by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
+        by_chance = [_average_over_neighbours(item) for item in (sampled, last, np.diff(moved, axis=0))]
         shifts, rest = split_frequency_part(by_contact, value, slope)
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
         shift = float(np.linalg.norm(shifts))
-        result.append(_in_order(value, deviation, shift, scales, changed, by_force=bool(force_span)))
+        result.append(_sort_limits(value, deviation, shift, scales, changed, by_force=bool(force_span)))
     return result
 
 
-def _in_order(
+def _sort_limits(
     value: Float[NDArray[np.float64], "2 f"],
     deviation: Float[NDArray[np.float64], "2 f"],
     shift: float,
@@ -216,7 +216,7 @@ def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     solvers: Sequence[tuple[ModelSolver, ModelSolver]],
 ) -> _Refined:  # fmt: skip
-    """What a sensor reads by one balance after the other, until its state stands still."""
+    """Readings of a sensor by finer and finer balances, until its state has converged."""
     readings: list[float] = []
     error, before, reached = 0.0, None, solvers[0][0]
     for number, (solver, check) in enumerate(solvers):
@@ -232,7 +232,7 @@ def _refined_readings(
         error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
         if len(readings) > 1:
             now = _read_checks(check, state)
-            if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
+            if before is not None and abs(readings[-1] - readings[-2]) <= error and _is_converged(before, now):
                 return _Refined(readings, error, True, state, reached)
             before = now
     return _Refined(readings, error, False, state, reached)
@@ -284,7 +284,7 @@ def _read_checks(check: ModelSolver, state: SteadyState) -> Complex[NDArray[np.c
     return np.array([np.where(forces, mean, 0.0), check.read(state, names, np.ones(len(names), dtype=np.int64))])
 
 
-def _stands_still(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[NDArray[np.complex128], "2 k"]) -> bool:
+def _is_converged(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[NDArray[np.complex128], "2 k"]) -> bool:
     """Whether no check sensor has changed by more than a search leaves to be gained."""
     size = np.abs(now)
     size[0] += size[1]
@@ -304,7 +304,7 @@ def _rates(
     return np.asarray((np.conj(found) * rates).real / max(abs(found), np.finfo(float).tiny))
 
 
-def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64], " f"]:
+def _average_over_neighbours(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64], " f"]:
     """Root mean square over neighbouring frequencies and limits, shape (f,)."""
     n, result = change.shape[1], np.zeros(change.shape[1])
     for at in range(n):
@@ -315,7 +315,7 @@ def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64
 
 
 def _choose_effort(number: int) -> SolveEffort:
-    """Effort of one of the finer and finer balances, by its number."""
+    """Search effort of the n-th refinement."""
     return SolveEffort.NEWTON_ONLY if number > FEWEST_BALANCE else SolveEffort.FEW_STARTS
 
 

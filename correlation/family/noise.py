@@ -1,4 +1,4 @@
-r"""What makes curves of a family differ beside friction history: noise of the readings, and the frequency of a set-up.
+r"""Differences of curves of a family beyond friction history: reading noise and frequency offsets of set-ups.
 
 Friction histories are carried along a sweep, so that curves of one level differ smoothly over frequency; noise does
 not. With the difference :math:`D_j` of a curve from the mean of its family at frequency :math:`f_j`,
@@ -113,7 +113,7 @@ class ReadingNoise:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RepeatErrors:
-    """What limits do not hold.
+    """Repeat errors that the limits do not contain: noise and frequency offsets.
 
     Parameters
     ----------

@@ -99,11 +99,11 @@ class FamilyVerdict:
         Mean interval score over the mean size of the readings [-]; alpha is 1 / (n + 1) for n readings.
     departures
         Readings outside, the surest first.
-    clear
+    critical_deviation
         Standard deviations from which on a reading alone shows that a family leaves its band [-].
     outside
         Readings outside, curve after curve, shape (p,).
-    fewest
+    critical_count
         Frequencies with readings outside from which on noise does not explain them [-].
     """
 
@@ -115,9 +115,9 @@ class FamilyVerdict:
     tightness: float
     score: float
     departures: tuple[Departure, ...]
-    clear: float
+    critical_deviation: float
     outside: Bool[NDArray[np.bool_], " p"]
-    fewest: int
+    critical_count: int
 
     @property
     def n_compared(self) -> int:
@@ -125,11 +125,11 @@ class FamilyVerdict:
         return int(np.isfinite(self.limit).all(axis=0).sum())
 
     @property
-    def leaves(self) -> bool:
+    def leaves_band(self) -> bool:
         """Whether the family leaves its band by more than noise does."""
-        far = any(item.deviations > self.clear for item in self.departures)
+        far = any(item.deviations > self.critical_deviation for item in self.departures)
         places = len(np.unique(common_points(self.family.curves)[self.outside]))
-        return far or (len(self.departures) > SHARE * self.n_compared and places >= self.fewest)
+        return far or (len(self.departures) > SHARE * self.n_compared and places >= self.critical_count)
 
 
 def judge_family(
@@ -189,15 +189,15 @@ def judge_family(
         tight = _tightness(family, limit)
     return FamilyVerdict(
         family=family, band=band, limit=limit, deviation=deviation, coverage=inside, tightness=tight, score=score,
-        departures=tuple(departures), clear=max(clear, OUTSIDE), outside=deviations > OUTSIDE,
-        fewest=_fewest_places(
+        departures=tuple(departures), critical_deviation=max(clear, OUTSIDE), outside=deviations > OUTSIDE,
+        critical_count=_count_critical_points(
             common_points(family.curves)[compared], noise.freedom(limit[:, compared]), CHANCE * len(value) / n_reading
         ),
     )  # fmt: skip
 
 
 def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tuple[Values, NDArray[np.int64]]:
-    """How far readings are outside, in standard deviations, and of which limit; 0 inside."""
+    """Distance of readings outside of their limits in standard deviations, 0 inside, and the limit."""
     beyond = np.nan_to_num(np.array([limit[0] - value, value - limit[1]]), nan=-np.inf)
     side = np.argmax(beyond, axis=0)
     rows = np.arange(len(value))
@@ -218,7 +218,7 @@ def _student(deviations: float, freedom: Both) -> Both:
     return np.sqrt(freedom * np.expm1(scaled**2 / freedom))
 
 
-def _fewest_places(point: NDArray[np.int64], freedom: Both, chance: float) -> int:
+def _count_critical_points(point: NDArray[np.int64], freedom: Both, chance: float) -> int:
     """At how many frequencies noise puts readings outside with less than a chance, whatever the estimate of it is.
 
     A limit may be met by all readings, and a band may be closed: any reading may be outside on either side.

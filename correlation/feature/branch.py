@@ -42,7 +42,7 @@ SCATTER, BESIDE, FEWEST = 3.0, 6, 4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Branches:
-    """Which readings of a set of curves are of which branch.
+    """Branches to which the readings of a set of curves belong.
 
     Parameters
     ----------
@@ -50,70 +50,76 @@ class Branches:
         The curves.
     noise
         Standard deviation of each reading by noise, shape (c, n); NaN where curves are too short to tell.
-    split
+    bistable
         States of which the sweeps measured different branches, shape (n,).
-    alone
+    in_one_sweep
         States that were read in one sweep alone, at a level with different branches, shape (n,).
-    out
-        Readings that cannot be averaged with the others of their sweep, shape (c, n): of another branch than most
-        repeats, or of a state without a majority.
+    excluded
+        Readings excluded from the average of their sweep, shape (c, n): on another branch than most repeats, or of a
+        state without a majority.
     """
 
     curves: CurveSet
     noise: Float[NDArray[np.float64], "c n"]
-    split: Bool[NDArray[np.bool_], " n"]
-    alone: Bool[NDArray[np.bool_], " n"]
-    out: Bool[NDArray[np.bool_], "c n"]
+    bistable: Bool[NDArray[np.bool_], " n"]
+    in_one_sweep: Bool[NDArray[np.bool_], " n"]
+    excluded: Bool[NDArray[np.bool_], "c n"]
 
     @property
-    def lost(self) -> Bool[NDArray[np.bool_], " n"]:
-        """States of which no reading is left, shape (n,)."""
+    def is_empty(self) -> Bool[NDArray[np.bool_], " n"]:
+        """States of which all readings are excluded, shape (n,)."""
         there = np.isfinite(self.curves.value)
-        return np.asarray((there & self.out).any(axis=0) & ~(there & ~self.out).any(axis=0))
+        return np.asarray((there & self.excluded).any(axis=0) & ~(there & ~self.excluded).any(axis=0))
 
 
 @lru_cache(maxsize=2)  # several parts of one comparison ask
 def find_branches(campaign: Campaign) -> tuple[Branches, ...]:
     """Branches of each configuration and level."""
-    return tuple(separate(curves) for curves in list_curves(campaign))
+    return tuple(separate_branches(curves) for curves in list_curves(campaign))
 
 
-def separate(curves: CurveSet) -> Branches:
+def separate_branches(curves: CurveSet) -> Branches:
     """Separate the branches of one level."""
     noise = np.array([_noise(curves, number) for number in range(len(curves.value))])
-    out = np.zeros(curves.value.shape, dtype=bool)
+    excluded = np.zeros(curves.value.shape, dtype=bool)
     ways = [np.flatnonzero(curves.sweep == way) for way in np.unique(curves.sweep)]
     for rows in ways:
         for state in _states_between_jumps(curves.value[rows], noise[rows]):
-            out[rows, state] = find_minority(curves.value[rows, state], noise[rows, state])
-    split = _find_split(curves, np.where(out, np.nan, curves.value), noise)
-    for state in np.flatnonzero(find_scattered(curves, split) & ~out.any(axis=0)).tolist():
-        for rows in ways if split[state] else [np.arange(len(out))]:
-            out[rows, state] = find_minority(curves.value[rows, state], noise[rows, state], scattered=True)
-    return Branches(curves=curves, noise=noise, split=split, alone=_find_alone(curves, split), out=out)
+            excluded[rows, state] = find_minority(curves.value[rows, state], noise[rows, state])
+    bistable = _find_bistable(curves, np.where(excluded, np.nan, curves.value), noise)
+    for state in np.flatnonzero(find_scattered(curves, bistable) & ~excluded.any(axis=0)).tolist():
+        for rows in ways if bistable[state] else [np.arange(len(excluded))]:
+            excluded[rows, state] = find_minority(curves.value[rows, state], noise[rows, state], scattered=True)
+    return Branches(
+        curves=curves,
+        noise=noise,
+        bistable=bistable,
+        in_one_sweep=_find_in_one_sweep(curves, bistable),
+        excluded=excluded,
+    )
 
 
-def mark_readings(
+def classify_readings(
     campaign: Campaign, branches: Sequence[Branches]
 ) -> tuple[Bool[NDArray[np.bool_], " k"], Bool[NDArray[np.bool_], " k"]]:
-    """Which rows of a campaign are of a branch of their sweep, and which cannot be averaged, shape (k,) each."""
+    """Rows of a campaign that are bistable or of one sweep alone, and rows to exclude from averages, shape (k,)."""
     table = campaign.measurement
     free = campaign.is_free[table.test]
-    split, out = np.zeros(len(table), dtype=bool), np.zeros(len(table), dtype=bool)
+    bistable, excluded = np.zeros(len(table), dtype=bool), np.zeros(len(table), dtype=bool)
     for each in branches:
-        if not (each.split.any() or each.alone.any() or each.out.any()):
+        if not (each.bistable.any() or each.in_one_sweep.any() or each.excluded.any()):
             continue
         of = each.curves
         rows = np.flatnonzero((free == of.free) & (table.level == of.level))
         state = find_states(of.frequency, table.frequency[rows])
         rows, state = rows[state >= 0], state[state >= 0]
-        split[rows] = (each.split | each.alone)[state]
+        bistable[rows] = (each.bistable | each.in_one_sweep)[state]
         number = {key: curve for curve, key in enumerate(zip(of.sweep.tolist(), of.repeat.tolist(), strict=True))}
         keys = zip(table.sweep[rows].tolist(), table.repeat[rows].tolist(), strict=True)
         curve = np.array([number.get(key, -1) for key in keys], dtype=np.int64)
         # A sensor may have been read in a sweep of which the one that moves most has nothing.
-        out[rows] = np.where(curve >= 0, each.out[curve, state], each.lost[state])
-    return split, out
+        excluded[rows] = np.where(curve >= 0, each.excluded[curve, state], each.is_empty[state])
+    return bistable, excluded
 
 
 def find_states(
@@ -178,7 +184,7 @@ def _states_between_jumps(value: Curves, noise: Float[NDArray[np.float64], "r n"
         yield from range(max(int(group[0]), 0), min(int(group[-1]) + 2, value.shape[1]))
 
 
-def _find_split(
+def _find_bistable(
     curves: CurveSet, value: Complex[NDArray[np.complex128], "c n"], noise: Float[NDArray[np.float64], "c n"]
 ) -> Bool[NDArray[np.bool_], " n"]:
     """States of which the sweeps measured different branches, shape (n,)."""
@@ -203,15 +209,15 @@ def _find_split(
     return np.asarray(known.any(axis=0) & clear & (np.abs(mean) > MATTERS * size))
 
 
-def _find_alone(curves: CurveSet, split: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
+def _find_in_one_sweep(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
     """States that were read in one sweep alone, if the sweeps measured different branches anywhere, shape (n,)."""
     ways = [curves.sweep == way for way in (1, -1)]
     up, down = (np.isfinite(curves.value[rows]).any(axis=0) for rows in ways)
     if not (up.any() and down.any()):
-        return np.zeros(len(split), dtype=bool)
+        return np.zeros(len(bistable), dtype=bool)
     first, back = (np.abs(_mean(curves.value[rows])[0]) for rows in ways)
     frequency = curves.frequency
-    apart = split.any() or find_difference(frequency[up], first[up], frequency[down], back[down]) is not None
+    apart = bistable.any() or find_difference(frequency[up], first[up], frequency[down], back[down]) is not None
     return np.asarray((up != down) & apart)
 
 
@@ -245,13 +251,13 @@ def _without_shift(
     return explained
 
 
-def find_scattered(curves: CurveSet, split: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
+def find_scattered(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
     """States whose readings scatter far more than beside them, as X and as 1 / X, shape (n,).
 
     Jitter makes the dynamic stiffness F / X scatter almost alike at neighbouring frequencies, and noise X itself. (Away
     from a resonance F / X alone scatters more, and at a resonance X alone.)
     """
-    found = np.ones(len(split), dtype=bool)
+    found = np.ones(len(bistable), dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore"):
         inverse = 1 / curves.value
     for value in (curves.value, inverse):
@@ -259,8 +265,8 @@ def find_scattered(curves: CurveSet, split: Bool[NDArray[np.bool_], " n"]) -> Bo
         mean = _mean(value)
         for way in np.unique(curves.sweep):
             rows = curves.sweep == way
-            mean[rows] = np.where(split, _mean(value[rows]), mean[rows])
-        n_mean = np.where(split, len(np.unique(curves.sweep)), 1)
+            mean[rows] = np.where(bistable, _mean(value[rows]), mean[rows])
+        n_mean = np.where(bistable, len(np.unique(curves.sweep)), 1)
         n = there.sum(axis=0)
         squares = np.where(there, np.abs(value - mean) ** 2, 0.0).sum(axis=0)
         found &= _outlying(np.where(n >= FEWEST, np.sqrt(squares / np.maximum(n - n_mean, 1)), np.nan))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Measurement, number_frequencies
 from correlation.errors import CampaignError
-from correlation.feature.branch import find_branches, mark_readings
+from correlation.feature.branch import classify_readings, find_branches
 from correlation.feature.reading_noise import find_reading_noise
 from correlation.feature.settling import find_unsettled
 from correlation.prediction import Points
@@ -116,16 +116,16 @@ class Observation(RowTable):
 def arrange_campaign(campaign: Campaign) -> Observation:
     """Arrange a whole campaign; a state with two branches has a row for each sweep (`correlation.feature.branch`)."""
     table = campaign.measurement
-    split, out = mark_readings(campaign, find_branches(campaign))
-    out = out | find_unsettled(campaign)
-    sweep = np.where(split, table.sweep, 0)
+    bistable, excluded = classify_readings(campaign, find_branches(campaign))
+    excluded |= find_unsettled(campaign)
+    sweep = np.where(bistable, table.sweep, 0)
     free_test = campaign.is_free
     frequency = table.frequency
     state_columns = [free_test[table.test], table.level, number_frequencies(frequency)]
     first, row = group_rows([*state_columns, sweep, table.sensor, table.harmonic])
     state = group_rows(state_columns).number
     _, column = np.unique(table.repeat, return_inverse=True)
-    value = np.where(out, np.nan, table.value)
+    value = np.where(excluded, np.nan, table.value)
     shape = (len(first), int(column.max(initial=0)) + 1)
     repeat = average_readings(value, row, column, shape)
     names = np.array([sensor.name for sensor in campaign.sensors])
@@ -193,7 +193,7 @@ def average_readings(
 
 
 def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:
-    """Which of some points each row of a campaign's table is a reading of, shape (rows,); -1 for none."""
+    """Index of the point of each row of a campaign's table, shape (rows,); -1 for none."""
     table = campaign.measurement
     free_test = campaign.is_free
     names = np.array([sensor.name for sensor in campaign.sensors])

@@ -49,7 +49,7 @@ class Drift:
 
     @property
     def settles(self) -> tuple[str, ...]:
-        """What changes in order: "frequency", "amplitude", both or nothing."""
+        """Quantities with a trend: "frequency", "amplitude", both or none."""
         both = (("frequency", self.frequency), ("amplitude", self.amplitude))
         return tuple(name for name, change in both if is_ordered(change))
 

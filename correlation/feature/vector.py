@@ -31,7 +31,7 @@ DIP = 0.3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FeatureVector:
-    """How coefficients at some points become real numbers.
+    """Transformation of complex coefficients at some points into real features.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class FeatureVector:
             return np.asarray((np.conj(feature) / np.abs(feature))[rows])
 
     def per_reading(self, value: Coefficients) -> Float[NDArray[np.float64], " m"]:
-        """How much a feature changes per unit of its own reading (a ratio's other reading is known far better)."""
+        """Change of each feature per unit of its own reading (the reference of a ratio is known far better)."""
         rate = np.ones(len(value))
         i = self.inverse
         rate[i] = self.points.force[i] / np.abs(value[i]) ** 2

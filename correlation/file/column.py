@@ -1,4 +1,4 @@
-"""What a test file contains: named columns, nodes and measured shapes, in the units of the file."""
+"""Content of a test file: named columns, nodes and measured shapes, in the units of the file."""
 
 import difflib
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ Node = Float[NDArray[np.float64], "3"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Point:
-    """Where something was measured or excited.
+    """Point of measurement or excitation.
 
     Parameters
     ----------

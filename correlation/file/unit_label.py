@@ -227,12 +227,12 @@ def names_no_unit(label: str) -> bool:
 
 
 def amplitude_of_unit(label: str) -> str:
-    """What an amplitude in a unit such as "mm p-p" is: "peak", "rms", "peak to peak"; empty if it does not say."""
+    """Kind of amplitude of a unit such as "mm p-p": "peak", "rms", "peak to peak"; empty if not stated."""
     return _parse(_bare(label))[1]
 
 
 def amplitude_in_words(text: str) -> str:
-    """What an amplitude is by a word such as "RMS" within a text; empty if no such word, or several, are there."""
+    """Kind of amplitude by a word such as "RMS" in a text; empty without such a word or with several."""
     said = {meant for meant, pattern in IN_WORDS.items() if pattern.search(text)}
     if "peak to peak" in said:
         said -= {"peak"}

@@ -1,4 +1,4 @@
-"""How alike two sets of mode shapes, or of frequency responses, are: MAC, CoMAC, FRAC, FDAC.
+"""Assurance criteria of mode shapes and of frequency responses: MAC, CoMAC, FRAC, FDAC.
 
 All are squared cosines in [0, 1]: they see direction only, and a factor, real or complex, changes nothing. None of them
 is a measure of frequency or amplitude, and with few sensors unlike modes can score high.

@@ -111,7 +111,7 @@ def check_linearity(level: Any, responses: Any, deviation: Any, unit: str = "N")
 
 
 def _sentence(level: Levels, index: Levels, noise: Levels, significant: NDArray[np.bool_], unit: str) -> str:
-    """Which levels differ from the lowest, and by how much."""
+    """Sentence on the levels that differ from the lowest one, with the size of the difference."""
     matter = np.flatnonzero(significant & (index > NEGLIGIBLE))
     if not len(matter):
         most = max(float(index[significant].max()) if significant.any() else 0.0, float(noise.max()))

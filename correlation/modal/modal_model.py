@@ -245,7 +245,7 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
 
 
 def _sensors_alike(left: Responses) -> float:
-    """How many sensors count as one, since what is left of them goes together [-].
+    """Number of sensors that count as one because their residuals are correlated [-].
 
     It is the mean over the sensors of the sum of their squared correlations.
     """

@@ -1,4 +1,4 @@
-"""How many modes frequency responses have, and under which window they were estimated, by an information criterion."""
+"""Number of modes of frequency responses and window of their estimation, by an information criterion."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -101,7 +101,7 @@ def _is_narrow(fit: ModalFit, duration: float) -> bool:
 
 
 def _apart(poles: Poles, duration: float) -> Poles:
-    """One pole, the least damped, of those that leakage makes of one mode."""
+    """Merge poles that leakage makes of one mode: the least damped one stays."""
     kept: list[complex] = []
     for pole in sorted(poles.tolist(), key=lambda each: -each.real):
         if all(abs(pole.imag - other.imag) * duration > 2 * np.pi * RESOLUTION for other in kept):

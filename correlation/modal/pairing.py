@@ -1,4 +1,4 @@
-"""Which measured mode is which mode of the model: one to one, by shape and frequency."""
+"""Pairing of measured modes and modes of the model, one to one, by shape and frequency."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ class ModePair:
 
     @property
     def frequency_error(self) -> float:
-        """How much too high the model is, relative [-]."""
+        """Relative frequency error of the model, positive if too high [-]."""
         return self.model_frequency / self.measured_frequency - 1
 
 

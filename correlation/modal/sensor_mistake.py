@@ -1,4 +1,4 @@
-"""Two sensors that are swapped, or one whose sign is reversed, told by measured mode shapes beside those of a model.
+"""Swapped sensors, or a sensor with reversed sign, found by comparing measured mode shapes with those of a model.
 
 A mistake of a sensor is the same in all modes, an error of the model is not: the one change of the sensors that makes
 nearly all shapes those of the model at nearly their frequencies is the likely cause.
@@ -19,14 +19,14 @@ Frequencies = Float[NDArray[np.float64], " m"]
 
 #: Shapes agree with a mean score or MAC from here on [-], and a change is suspected if it leaves at most this share of
 #: what is lacking in the score [-].
-AGREES, AFTER_MENDING = 0.9, 1 / 3
+AGREES, AFTER_CORRECTION = 0.9, 1 / 3
 #: With more sensors than this only reversed ones are looked for: pairs are too many.
 MOST_SENSORS = 60
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorMistake:
-    """A change of the sensors that mends the shapes.
+    """A change of the sensors that corrects the shapes.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ class SensorMistake:
     before: float
     after: float
 
-    def mend(self, shapes: Shapes) -> Shapes:
-        """Shapes with the change, shape (c, m)."""
+    def correct(self, shapes: Shapes) -> Shapes:
+        """Apply the change to shapes, shape (c, m)."""
         return _change(shapes, self.sensors)
 
 
@@ -66,19 +66,19 @@ def find_sensor_mistake(
     if measured.shape[1] < 2 or len(measured) < 2 or not len(model_frequency):
         return None
 
-    def judge(shapes: Shapes) -> tuple[float, float]:
+    def compute_scores(shapes: Shapes) -> tuple[float, float]:
         assurance = modal_assurance(shapes, model)
         score = score_pairs(assurance, measured_frequency, model_frequency)
         best = score.argmax(axis=1)
         rows = np.arange(len(best))
         return float(score[rows, best].mean()), float(assurance[rows, best].mean())
 
-    score, before = judge(measured)
+    score, before = compute_scores(measured)
     if score > AGREES:
         return None
-    trials = [(judge(_change(measured, sensors)), sensors) for sensors in _changes(quantities)]
-    (mended, after), sensors = max(trials, key=lambda trial: trial[0][0])
-    if after < AGREES or 1 - mended > AFTER_MENDING * (1 - score):
+    trials = [(compute_scores(_change(measured, sensors)), sensors) for sensors in _changes(quantities)]
+    (corrected, after), sensors = max(trials, key=lambda trial: trial[0][0])
+    if after < AGREES or 1 - corrected > AFTER_CORRECTION * (1 - score):
         return None
     return SensorMistake(sensors=sensors, before=before, after=after)
 

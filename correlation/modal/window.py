@@ -1,4 +1,4 @@
-r"""What a window makes of the frequency response of a mode.
+r"""Effect of a window on the frequency response of a mode.
 
 The cross spectrum of stationary noise under a window of the duration T is, on average, that of the structure with its
 impulse response times the autocorrelation of the window, :math:`h(\tau)\, r(\tau)`. Hann's has, with u = tau / T,

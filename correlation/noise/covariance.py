@@ -59,18 +59,18 @@ class Whitening:
 
     def __call__(self, difference: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
         """S^(-1/2) times one difference, shape (m,), or several, shape (m, n)."""
-        return self._shrunk(difference / _beside(self.deviation, difference))
+        return self._shrunk(difference / _expand_rows(self.deviation, difference))
 
     def _shrunk(self, scaled: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
         for basis, shrink in self._stages:
-            scaled = scaled - basis @ (_beside(shrink, scaled) * (basis.T @ scaled))
+            scaled = scaled - basis @ (_expand_rows(shrink, scaled) * (basis.T @ scaled))
         return np.asarray(scaled)
 
-    def undo(self, whitened: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
+    def unwhiten(self, whitened: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
         """S^(1/2) times one difference, shape (m,), or several, shape (m, n): the inverse of a call."""
         for basis, shrink in reversed(self._stages):
-            whitened = whitened + basis @ (_beside(shrink / (1 - shrink), whitened) * (basis.T @ whitened))
-        return np.asarray(_beside(self.deviation, whitened) * whitened)
+            whitened = whitened + basis @ (_expand_rows(shrink / (1 - shrink), whitened) * (basis.T @ whitened))
+        return np.asarray(_expand_rows(self.deviation, whitened) * whitened)
 
     @property
     def total_deviation(self) -> Float[NDArray[np.float64], " m"]:
@@ -108,8 +108,8 @@ class Whitening:
         return np.asarray(self.deviation[:, None] * (scaled - left))
 
 
-def _beside(
+def _expand_rows(
     scale: Float[NDArray[np.float64], " m"], differences: Float[NDArray[np.float64], "m ..."]
 ) -> Float[NDArray[np.float64], "m ..."]:
-    """Numbers of rows as a factor of one difference or several."""
+    """Numbers of rows, shaped to multiply one difference or several."""
     return scale if differences.ndim == 1 else scale[:, None]

@@ -139,7 +139,7 @@ class _Columns:
     def _compute(self, reading: float) -> _Products:
         weight = 1 / (self._variance + (reading * self._reading) ** 2)
         own = 1 + reading**2 * np.add.reduceat(weight * self._reading**2, self._first)
-        weighed = self.weigh(reading, weight, own, np.column_stack([self.modes, self.columns]))
+        weighed = self.apply_inverse(reading, weight, own, np.column_stack([self.modes, self.columns]))
         c = self.modes.shape[1]
         by_modes, by_columns = self.modes.T @ weighed, self.columns.T @ weighed[:, c:]
         factor = np.asarray(np.linalg.cholesky(np.eye(c) + by_modes[:, :c]), dtype=np.float64)
@@ -150,8 +150,8 @@ class _Columns:
         gram = (vectors * np.maximum(values, 0.0)) @ vectors.T
         return _Products(weight, own, factor, half, gram, float(log_determinant))
 
-    def weigh(self, reading: float, weight: Vector, own: Vector, columns: Matrix) -> Matrix:
-        """Columns by the inverse of the covariance of readings and noise without its modes."""
+    def apply_inverse(self, reading: float, weight: Vector, own: Vector, columns: Matrix) -> Matrix:
+        """Inverse of the covariance of readings and noise, without its modes, times columns."""
         weighed = weight[:, None] * columns
         if not reading:
             return np.asarray(weighed)
@@ -220,7 +220,7 @@ class Density:
 
     def _at(self, reading: float) -> "_AtReading":
         of, known = self._of, self._of.products(reading)
-        difference = of.weigh(reading, known.weight, known.own, self._difference[:, None])[:, 0]
+        difference = of.apply_inverse(reading, known.weight, known.own, self._difference[:, None])[:, 0]
         along = scipy.linalg.solve_triangular(known.factor, of.modes.T @ difference, lower=True)
         prior = 2 * np.log1p((reading / self._usual_reading) ** 2) if self._usual_reading else 0.0
         return _AtReading(

@@ -1,4 +1,4 @@
-r"""What a jitter changes beyond the first order: smooth curvature, and kinks at which contacts begin to slip.
+r"""Changes by jitter beyond the first order: smooth curvature, and kinks at which contacts begin to slip.
 
 Repeats differ by a jitter x of preload and frequency, of standard deviation s. The mean is that of
 
@@ -44,14 +44,14 @@ class Shift(NamedTuple):
 
 
 class Remainder(NamedTuple):
-    """What features change beyond the first order at either end of a shift, shape (m, 2): smooth part and kinks."""
+    """Changes of features beyond the first order at either end of a shift, shape (m, 2): smooth part and kinks."""
 
     smooth: Modes
     kink: Modes
 
 
 def compute_remainder(nominal: ModelFeatures, shift: Shift) -> Remainder:
-    """What the features change beyond the first order at either end of a shift: d_+ and d_- in two parts."""
+    """Compute the changes beyond the first order at either end of a shift: d_+ and d_- in two parts."""
     up, down = _beyond_first_order(nominal, shift.models, shift.change)
     half_up, half_down = _beyond_first_order(nominal, shift.halves, shift.change / 2)
     quadratic, cubic = 2 * (half_up + half_down), 4 * (half_up - half_down)

@@ -90,7 +90,7 @@ def estimate_scatter(
     """
     n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
     if np.mean(n > 1) < LEAST_REPEATED:
-        return _without_repeats(observed, features, jitter, history, budget)
+        return _single_repeat_covariance(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
         each = features.of_values(observed.repeat)
     mean = np.nanmean(each, axis=1)
@@ -125,7 +125,7 @@ class Scatter(NamedTuple):
     """Standard deviation of each number in a single repeat by the noise that all readings of a sensor share."""
 
 
-def _without_repeats(
+def _single_repeat_covariance(
     observed: Observation,
     features: FeatureVector,
     jitter: Sequence[Float[NDArray[np.float64], "m q"]],
@@ -164,7 +164,7 @@ def _require_noise(observed: Observation, features: FeatureVector, noise: Varian
 
 
 def _bias(features: FeatureVector, value: Variance, of_one_reading: Variance) -> Float[NDArray[np.float64], "m g"]:
-    """How much noise adds to each modulus without a phase, one mode for each sensor and harmonic."""
+    """Bias of each modulus without a phase by noise, one mode for each sensor and harmonic."""
     moduli, group = (features.amplitude & (features.reference >= 0))[features.row], _groups(features)
     bias = np.where(moduli, value - remove_bias(value, of_one_reading), 0.0)
     return np.where(group[:, None] == np.unique(group[moduli]), np.nan_to_num(bias)[:, None], 0.0)
@@ -240,7 +240,7 @@ def _groups(features: FeatureVector) -> NDArray[np.int64]:
 def _excess_scatter(
     ratio: Float[NDArray[np.float64], " m"], freedom: Float[NDArray[np.float64], " m"], state: NDArray[np.int64]
 ) -> Float[NDArray[np.float64], " m"]:
-    """How much more than others the numbers of a state scatter: where slip sets in, all of them do."""
+    """Scatter of the numbers of each state relative to others: where slip sets in, all of them scatter more."""
     seen = freedom > 0
     total = np.bincount(
         state[seen], (freedom * np.minimum(ratio, MOST_EXCESS_SCATTER))[seen], minlength=state.max() + 1

@@ -109,7 +109,7 @@ def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[flo
 
 
 def estimate_design_effect(effect: Column, squares: Column, dof: Column) -> float:
-    """How many values of one repeat count as one: 1 if its sweeps err independently, their number if alike.
+    """Design effect: number of values of one repeat that count as one, 1 if the errors of its sweeps are independent.
 
     Parameters
     ----------

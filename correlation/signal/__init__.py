@@ -1,1 +1,1 @@
-"""What measured signals say, as pure functions: harmonics, frequency responses, ring-downs, friction loops."""
+"""Analysis of measured signals, as pure functions: harmonics, frequency responses, ring-downs, friction loops."""

@@ -1,4 +1,4 @@
-"""What else is in a steady state: the power of noise near a line, foreign tones, and a crest that is cut off."""
+"""Contamination of a steady state: noise power near a line, foreign tones, clipping."""
 
 from collections.abc import Sequence
 

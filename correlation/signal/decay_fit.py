@@ -1,4 +1,4 @@
-"""Modes of a free decay with as many flows and spline intervals as its record calls for."""
+"""Fit of the slow flow of a free decay, with as many modes and spline intervals as the record supports."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -6,14 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from correlation.signal.decay_flow import Flow, FlowFit, fit_flows
-from correlation.signal.release import Decay, estimate_noise, first_guess, new_tone, strong_harmonic
+from correlation.signal.free_decay import Decay, estimate_noise, find_new_tone, find_strong_harmonic, guess_modes
+from correlation.signal.slow_flow import SlowFlow, SlowFlowFit, fit_slow_flows
 
 #: Spline intervals of the first fit that is not linear, and splits at most. The search ends when so many splits in a
 #: row have not improved the information criterion by so much; no interval is shorter in ln A.
 FIRST_INTERVALS, MOST_INTERVALS, PATIENCE, SIGNIFICANT, SHORTEST_INTERVAL = 3, 24, 3, 4.0, 0.1
 #: Parts of a decay to which the first splines are fitted one after the other, and fewest samples per coefficient there.
-#: Each is longer by a quarter: over a longer part the frequency that a spline foretells may lose a period.
+#: Each is longer by a quarter: over a longer part the frequency that a spline extrapolates may lose a period.
 TRACKED, FEWEST_TRACKED = tuple(np.geomspace(0.04, 1.0, 16).tolist()), 2
 #: Standard deviation of frequencies that are read off an envelope, relative; of decay rates it is 20 times as much [-].
 PRIOR = 0.02
@@ -32,8 +32,8 @@ HARMONICS = (2, 3, 5)
 MOST_MODES = 4
 
 
-def fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
-    """The fit with as many modes and spline intervals as the data call for.
+def fit_modes(decay: Decay, adds: bool) -> tuple[SlowFlowFit, Decay]:
+    """Fit the slow flow with as many modes and spline intervals as the data support.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
     -------
     The fit, and the decay with the modes that were added.
     """
-    tried: dict[tuple[float, ...], FlowFit] = {}
+    tried: dict[tuple[float, ...], SlowFlowFit] = {}
 
-    def fit_first(more: Decay) -> FlowFit:
+    def fit_first(more: Decay) -> SlowFlowFit:
         if more.frequencies not in tried:
             tried[more.frequencies] = _first_fit(more)
         return tried[more.frequencies]
@@ -56,18 +56,19 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
     fit = fit_first(decay)
     if not adds:
         return _refined(decay, fit), decay
-    # A beat is no nonlinearity: where one mode leaves much, a second is tried before its splines are refined.
+    # A beat must not be fitted as nonlinearity: with a large residual a second mode is tried before splines are
+    # refined.
     fit, decay = _add_modes(
         decay, fit, find_tone=_find_beat, fit_more=fit_first,
         explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN_BEAT,
     )  # fmt: skip
     # What stands at a harmonic may be a mode of its own: it is if a mode explains it with fewer coefficients.
     fit, decay = _add_modes(
-        decay, fit, find_tone=lambda own, _: strong_harmonic(own, HARMONICS), fit_more=fit_first,
+        decay, fit, find_tone=lambda own, _: find_strong_harmonic(own, HARMONICS), fit_more=fit_first,
         explains=lambda trial, before, _: trial.criterion < before.criterion - SIGNIFICANT,
     )  # fmt: skip
     return _add_modes(
-        decay, _refined(decay, fit), find_tone=lambda own, before: new_tone(own, before.residual),
+        decay, _refined(decay, fit), find_tone=lambda own, before: find_new_tone(own, before.residual),
         fit_more=lambda more: _refined(more, fit_first(more)),
         explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN,
     )  # fmt: skip
@@ -75,11 +76,11 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
 
 def _add_modes(
     decay: Decay,
-    fit: FlowFit,
-    find_tone: Callable[[Decay, FlowFit], float | None],
-    fit_more: Callable[[Decay], FlowFit],
-    explains: Callable[[FlowFit, FlowFit, Decay], bool],
-) -> tuple[FlowFit, Decay]:
+    fit: SlowFlowFit,
+    find_tone: Callable[[Decay, SlowFlowFit], float | None],
+    fit_more: Callable[[Decay], SlowFlowFit],
+    explains: Callable[[SlowFlowFit, SlowFlowFit, Decay], bool],
+) -> tuple[SlowFlowFit, Decay]:
     """The fit with one mode more at a time, as long as there is a tone and a mode explains it."""
     while len(decay.frequencies) < MOST_MODES and (tone := find_tone(decay, fit)) is not None:
         more = decay.with_frequency(tone)
@@ -90,16 +91,16 @@ def _add_modes(
     return fit, decay
 
 
-def _find_beat(decay: Decay, fit: FlowFit) -> float | None:
+def _find_beat(decay: Decay, fit: SlowFlowFit) -> float | None:
     """A tone beside modes of which much is left [Hz]."""
-    tone = new_tone(decay, fit.residual)
+    tone = find_new_tone(decay, fit.residual)
     if tone is None:
         return None
     near = any(abs(tone / own - 1) < NEAR for own in decay.frequencies)
     return tone if _relative_residual(fit, decay) >= (BEATS if near else BEATS_AFAR) else None
 
 
-def _power_ratio(trial: FlowFit, before: FlowFit, decay: Decay) -> float:
+def _power_ratio(trial: SlowFlowFit, before: SlowFlowFit, decay: Decay) -> float:
     """Power that a fit with one mode more leaves above noise, over what the fit before left [-]."""
     noise = estimate_noise(trial.residual, decay.step) ** 2
     least = 1e-3 * float((before.residual**2).mean())
@@ -107,37 +108,37 @@ def _power_ratio(trial: FlowFit, before: FlowFit, decay: Decay) -> float:
     return with_mode / without
 
 
-def _relative_residual(fit: FlowFit, decay: Decay) -> float:
+def _relative_residual(fit: SlowFlowFit, decay: Decay) -> float:
     """Root mean square of a residual beside the signal's [-]."""
     return float(np.sqrt((fit.residual**2).sum() / (decay.values**2).sum()))
 
 
-def _excess(fit: FlowFit, decay: Decay) -> float:
+def _excess(fit: SlowFlowFit, decay: Decay) -> float:
     """Logarithm of a residual over that which no measurement falls below: white noise, or an exact fit [-]."""
     noise = estimate_noise(fit.residual, decay.step) / float(np.sqrt((decay.values**2).mean()))
     return float(np.log(_relative_residual(fit, decay) / max(noise, EXACT)))
 
 
-def _first_fit(decay: Decay) -> FlowFit:
+def _first_fit(decay: Decay) -> SlowFlowFit:
     """Linear modes, or splines of a few intervals where the information criterion prefers them."""
-    linear = fit_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, 0)))
-    bent = fit_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, FIRST_INTERVALS)))
+    linear = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, 0)))
+    bent = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, FIRST_INTERVALS)))
     return bent if bent.criterion < linear.criterion - SIGNIFICANT else linear
 
 
-def _refined(decay: Decay, best: FlowFit) -> FlowFit:
-    """The fit with ever more spline intervals where they are needed, until the information criterion is content.
+def _refined(decay: Decay, best: SlowFlowFit) -> SlowFlowFit:
+    """Refine the splines where the residual is largest, until the information criterion no longer falls.
 
-    A residual that does not fall fast enough to reach the noise is that of no function of the amplitude.
+    A residual that does not fall fast enough to reach the noise is not due to functions of the amplitude.
     """
     fit, worse, size = best, 0, [_excess(best, decay)]
     if best.flows[0].degree == 0:
         return best
     for left in range(MOST_INTERVALS, 0, -1):
         split = _split(decay, fit)
-        if split is None or _relative_residual(fit, decay) < EXACT or not _keeps_pace(size, left):
+        if split is None or _relative_residual(fit, decay) < EXACT or not _converges_fast_enough(size, left):
             break
-        fit = fit_flows(decay.values, decay.step, split)
+        fit = fit_slow_flows(decay.values, decay.step, split)
         size.append(_excess(fit, decay))
         if fit.criterion < best.criterion - SIGNIFICANT:
             best, worse = fit, 0
@@ -148,25 +149,25 @@ def _refined(decay: Decay, best: FlowFit) -> FlowFit:
     return best
 
 
-def _keeps_pace(size: Sequence[float], left: int) -> bool:
-    """Whether a residual falls fast enough to reach the noise in the splits that are left."""
+def _converges_fast_enough(size: Sequence[float], left: int) -> bool:
+    """Whether a residual falls fast enough to reach the noise within the remaining splits."""
     return len(size) <= PACE or size[-1] * PACE <= (size[-1 - PACE] - size[-1]) * left
 
 
-def _track(decay: Decay, flows: list[Flow]) -> list[Flow]:
-    """Flows that keep step with the phases: fitted to the beginning of the decay, then to ever more of it."""
-    # A linear mode has one frequency: it may be foretold over a time twice as long.
+def _track(decay: Decay, flows: list[SlowFlow]) -> list[SlowFlow]:
+    """Follow the phases: fit the flows to the beginning of the decay, then to longer and longer parts of it."""
+    # A linear mode has one frequency, which can be extrapolated over twice the time.
     for share in TRACKED if flows[0].degree else TRACKED[::3]:
         n = round(share * len(decay.values))
         if n < FEWEST_TRACKED * len(flows) * len(flows[0].coefficients):
             continue
         shorter = [replace(flow, n_sample=min(flow.n_sample, n)) for flow in flows]
-        fit = fit_flows(decay.values[:n], decay.step, shorter, PRIOR)
+        fit = fit_slow_flows(decay.values[:n], decay.step, shorter, PRIOR)
         flows = [replace(flow, coefficients=found.coefficients) for flow, found in zip(flows, fit.flows, strict=True)]
     return flows
 
 
-def _split(decay: Decay, fit: FlowFit) -> list[Flow] | None:
+def _split(decay: Decay, fit: SlowFlowFit) -> list[SlowFlow] | None:
     """The fitted modes with one interval more, where the residual is largest; None if all intervals are short."""
     worst, place = 0.0, None
     for number, flow in enumerate(fit.flows):

@@ -1,4 +1,4 @@
-r"""How far the fitted modes of a decay leave its record: what a fit leaves, seen at the phase of one mode.
+r"""Residual of the fitted modes of a decay, demodulated at the phase of one mode.
 
 Where the record holds :math:`A (1 + \varepsilon(t)) e^{i \varphi}` and the fit :math:`A e^{i \varphi}`, the residual
 times :math:`2 e^{-i \varphi} / A`, averaged over a few periods, is :math:`\varepsilon`. White noise of standard
@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.signal.decay_flow import FlowFit
-from correlation.signal.release import Decay, estimate_noise
+from correlation.signal.free_decay import Decay, estimate_noise
+from correlation.signal.slow_flow import SlowFlowFit
 
 Vector = Float[NDArray[np.float64], " k"]
 
@@ -33,7 +33,7 @@ ENDS = 0.08
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DecayMisfit:
-    """Of one mode, at k instants.
+    """Residual of one mode at k instants.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ class DecayMisfit:
         return np.hypot(deviation * excess, np.interp(time, self.time, share) / (np.pi * PERIODS))
 
 
-def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> DecayMisfit:
-    """What a fit leaves at the phase of a mode, from the start to where the mode sinks into the noise."""
+def measure_misfit(decay: Decay, fit: SlowFlowFit, number: int) -> DecayMisfit:
+    """Measure the residual at the phase of a mode, from the start until the mode has decayed to the noise."""
     flow, step = fit.flows[number], decay.step
     wave, _ = flow.linearise(flow.coefficients, step)
     n = min(decay.n_sample(number), flow.n_sample, len(fit.residual))
@@ -85,7 +85,7 @@ def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> DecayMisfit:
 
 
 def find_fault(misfit: DecayMisfit, frequency: Vector, damping_ratio: Vector, damping_deviation: Vector) -> str:
-    """Why something that was fitted is no mode, in words that go on after its name; empty if it is one.
+    """Reason why a fitted component is no mode, as the end of a sentence; empty if it is one.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ CHANCE = 0.01
 
 
 class Excitation(Enum):
-    """What drove the structure."""
+    """Kind of excitation."""
 
     RANDOM = "random"
     """Stationary noise: Hann's window, blocks that overlap by half."""
@@ -141,7 +141,7 @@ def estimate_frequency_response(
     step = uniform_step(instants)
     suspicions: list[str] = []
     if kind is Excitation.HAMMER:
-        forces, blocks, of_blows = _blows(force[0], channels, step, block, decay, force_window)
+        forces, blocks, of_blows = _cut_impact_blocks(force[0], channels, step, block, decay, force_window)
         suspicions += of_blows
     else:
         forces, blocks = _blocks(force[0], channels, step, block, kind)
@@ -218,7 +218,7 @@ def _blocks(
     return cut[0], np.moveaxis(cut[1:], 0, 1)
 
 
-def _blows(
+def _cut_impact_blocks(
     force: Samples, channels: Channels, step: float, block: float | None, decay: float, force_window: bool
 ) -> tuple[Float[NDArray[np.float64], "b m"], Float[NDArray[np.float64], "b c m"], list[str]]:
     """Blocks that begin just before a blow, under their windows; a block with a second blow is left out."""

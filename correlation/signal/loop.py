@@ -170,7 +170,7 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
 
 
 def check_pair(displacement: Any, force: Any) -> tuple[Samples, Samples]:
-    """Both signals, of one length, neither constant (`CampaignError`)."""
+    """Check both signals: of equal length, neither constant (else `CampaignError`)."""
     x, f = check_channels(displacement, "the displacement"), check_channels(force, "the force")
     if x.shape != f.shape or len(x) != 1:
         raise CampaignError(
@@ -317,7 +317,7 @@ def _dwell(x: Samples, f: Samples) -> float:
     return float(np.mean(found)) if all(found) else 0.0
 
 
-def _gives_energy(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...]) -> bool:
+def _has_negative_work(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...]) -> bool:
     """Whether the work of settled periods, or else of all, is negative beyond its scatter."""
     settled = [table[plateau.first : plateau.last + 1] for plateau in plateaus]
     rows = np.concatenate(settled) if settled else table
@@ -330,7 +330,7 @@ def _gives_energy(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plat
 
 
 def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...], play: float) -> list[str]:
-    """What the periods say against the record, in words."""
+    """Suspicions about the record from its periods, in words."""
     suspicions = []
     if play:
         suspicions.append(
@@ -339,7 +339,7 @@ def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Platea
         )
     if not plateaus:
         suspicions.append("no two neighbouring periods have one amplitude: there is no settled loop, ramps alone")
-    if _gives_energy(table, plateaus):
+    if _has_negative_work(table, plateaus):
         suspicions.append(
             "the loops run the other way round, as if the joint gave energy: one of the signals has the wrong sign"
         )

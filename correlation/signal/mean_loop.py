@@ -26,7 +26,7 @@ REPEATED, LACK_OF_FIT = 2.0, 1.5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeanLoop:
-    """One period, from a crossing of the middle of the stroke downwards to the next.
+    """Mean of the periods, each from one downward crossing of the middle of the stroke to the next.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _without_noise(normal: Samples, point: Int[NDArray[np.int64], " n"], smooth:
 
 
 def _crossings(displacement: Samples, bounds: Bounds) -> Float[NDArray[np.float64], " p"]:
-    """Where each period crosses the middle of its stroke downwards, in samples."""
+    """Downward crossings of the middle of the stroke by each period [samples]."""
     places = []
     for a, b in pairwise(bounds):
         part = displacement[a : b + 1]

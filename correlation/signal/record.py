@@ -70,7 +70,7 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
         raise CampaignError(f"the time of sample {int(np.argmin(np.isfinite(instants)))} is no number: correct it")
     step = np.diff(instants)
     if (step <= 0).any():
-        if (clock := recover_clock(instants)) is not None:
+        if (clock := recover_time_base(instants)) is not None:
             return clock
         first = int(np.argmax(step <= 0)) + 1
         raise CampaignError(
@@ -80,8 +80,8 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
     return _unrounded(instants)
 
 
-def recover_clock(time: Samples) -> Samples | None:
-    """The constant rate that fits instants to their last digits, some rounded to one, shape (n,) [s]; None without."""
+def recover_time_base(time: Samples) -> Samples | None:
+    """Uniform instants that equal the given ones to their last digits, shape (n,) [s]; None if there are none."""
     if len(time) < 2 or (np.diff(time) < 0).any() or not time[-1] > time[0]:
         return None
     clock = _unrounded(time)
@@ -89,14 +89,14 @@ def recover_clock(time: Samples) -> Samples | None:
 
 
 def note_rounded_time(time: Samples) -> tuple[str, ...]:
-    """Which clock is used in place of instants that a file has rounded by a part of their step; empty for others.
+    """Remark on uniform instants that replace those of a file, which it has rounded; empty for others.
 
     Parameters
     ----------
     time
         Instants that `check_time` takes, shape (n,) [s].
     """
-    clock = recover_clock(time)
+    clock = recover_time_base(time)
     if clock is None or clock is time:
         return ()
     steps, step = np.diff(time), uniform_step(clock)
@@ -111,7 +111,7 @@ def note_rounded_time(time: Samples) -> tuple[str, ...]:
 
 
 def _unrounded(time: Samples) -> Samples:
-    """The uniform clock of instants that are one but for the digits of a file; others as they are, shape (n,)."""
+    """Uniform instants where the given ones differ from them by rounding alone; others as they are, shape (n,)."""
     steps = np.diff(time)
     if np.ptp(steps) <= WHOLE * steps.mean() or _lacks_samples(steps):
         return time

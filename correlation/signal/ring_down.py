@@ -32,10 +32,10 @@ from numpy.typing import NDArray
 from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE
 from correlation.signal.decay_fit import fit_modes
-from correlation.signal.decay_flow import FlowFit
 from correlation.signal.decay_misfit import find_fault, measure_misfit
+from correlation.signal.free_decay import Decay, find_decay
 from correlation.signal.record import check_channels, check_time, uniform_step
-from correlation.signal.release import Decay, find_decay
+from correlation.signal.slow_flow import SlowFlowFit
 from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " k"]
@@ -180,7 +180,7 @@ def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
     for number, mode in enumerate(fitted):
         misfit = measure_misfit(decay, fit, number)
         fault = find_fault(misfit, mode.frequency, mode.damping_ratio, mode.damping_deviation)
-        fault = fault or _name_twin(mode, fitted)
+        fault = fault or _describe_duplicate(mode, fitted)
         if fault:
             faults.append(f"a mode at {decay.frequencies[number]:.4g} Hz {fault}")
             at_fault.append(mode.amplitude[0])
@@ -197,8 +197,8 @@ def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
     return _Reading(decay, modes, faults, disturbed=max(at_fault, default=0.0) > WEAK * largest)
 
 
-def _name_twin(mode: RingDown, fitted: Sequence[RingDown]) -> str:
-    """Why a mode is none beside another one, in words; empty if it is one.
+def _describe_duplicate(mode: RingDown, fitted: Sequence[RingDown]) -> str:
+    """Reason why a mode duplicates another one, in words; empty if it does not.
 
     Modes whose frequencies differ by less than they decay cancel each other at any size.
     """
@@ -220,7 +220,7 @@ def cut_decay(
     end: float | None = None,
     frequencies: Sequence[float] | None = None,
 ) -> Decay:
-    """What `analyse_ring_down` fits modes to, with its checks: it takes a small part of the time of the fit."""
+    """Cut out the decay that `analyse_ring_down` fits, with its checks, in a small part of the time of the fit."""
     if quantity not in DERIVATIVE:
         raise CampaignError(f'"{quantity}" is no quantity of a ring-down: give {", ".join(DERIVATIVE)}')
     channel = check_channels(values)
@@ -230,7 +230,7 @@ def cut_decay(
     return find_decay(instants, channel[0], uniform_step(instants), start, end, frequencies)
 
 
-def _describe(decay: Decay, fit: FlowFit, number: int, power: int) -> RingDown:
+def _describe(decay: Decay, fit: SlowFlowFit, number: int, power: int) -> RingDown:
     """Frequency and damping of one mode with their standard deviations, from its flow."""
     flow, covariance = fit.flows[number], fit.covariance[number]
     time, logarithm, _ = flow.path(flow.coefficients)

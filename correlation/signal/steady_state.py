@@ -79,7 +79,7 @@ def fit_steady_state(
     used = slice(first, None)
     words = ["the reference", *(names or [f"channel {number}" for number in range(len(channels))])]
     described = fit.describe(instants[used], everything[:, used], _share(instants[used], instants) * tolerance, words)
-    fading = fading_residual(fit, instants[used])
+    fading = residual_decay(fit, instants[used])
     relative = fading * described.residual
     suspicions = [
         *described.suspicions,
@@ -98,8 +98,8 @@ def fit_steady_state(
     )
 
 
-def fading_residual(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64], " c"]:
-    """By how much the residual's root mean square falls from the first half to the second, relative, shape (c,) [-].
+def residual_decay(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64], " c"]:
+    """Relative decrease of the residual's root mean square from the first half to the second, shape (c,) [-].
 
     It is zero where chance explains the difference: halves count as many independent values as noise of the residual's
     bandwidth has, not as many as samples.
@@ -138,7 +138,7 @@ def _settled_part(
             fit = refine_frequency(part, channels[:, first:], fit, n_harmonic)
         last = first, fit
         described = fit.describe(part, channels[:, first:], _share(part, time) * tolerance)
-        if described.settled and not (fading_residual(fit, part) * described.residual > tolerance).any():
+        if described.settled and not (residual_decay(fit, part) * described.residual > tolerance).any():
             break
     assert last is not None  # the first share is always fitted, or refused
     return last

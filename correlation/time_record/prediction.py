@@ -1,4 +1,4 @@
-"""What a model answers to the force of a time record, sample by sample, and how that changes with parameters."""
+"""Response of a model to the force of a time record, sample by sample, and its derivatives with parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,24 +16,24 @@ from correlation.time_record.propagator import SHARED, Propagator, make_propagat
 Samples = Float[NDArray[np.float64], "s n"]
 State = Float[NDArray[np.float64], " n"]
 
-#: Steps of the march a sample.
+#: Integration steps per sample.
 STEPS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drive:
-    """A record as the march needs it.
+    """Input of the integration: the force of a record, and the samples to compare.
 
     Parameters
     ----------
     record
-        Which.
+        The record.
     sensors
         Channels that are compared.
     force
-        Force at all instants of the march, zeros for a ring-down, shape ((n - 1) steps + 1,) [N, or V].
+        Force at all instants of the integration, zeros for a ring-down, shape ((n - 1) steps + 1,) [N, or V].
     steps
-        Steps of the march per sample [-].
+        Integration steps per sample [-].
     first
         First sample that is compared: those before settle from rest [-].
     """
@@ -46,7 +46,7 @@ class Drive:
 
     @property
     def measured(self) -> Samples:
-        """Of the compared samples, shape (s, n)."""
+        """Measured values of the compared samples, shape (s, n)."""
         return np.stack([self.record.channel(name)[self.first :] for name in self.sensors])
 
 
@@ -64,7 +64,7 @@ def prepare_drive(
     sensors
         Channels to compare; all but the force by default.
     steps
-        Steps of the march per sample [-].
+        Integration steps per sample [-].
 
     Raises
     ------
@@ -87,12 +87,12 @@ def prepare_drive(
     if record.force is None:
         force = np.zeros((len(record.time) - 1) * steps + 1)
     else:
-        force = straighten(refine(record.channel(record.force), steps))
+        force = compensate_interpolation(refine(record.channel(record.force), steps))
     return Drive(record=record, sensors=names, force=force, steps=steps, first=first)
 
 
 def predict_record(model: Model, driven: Drive, start: State | None = None) -> Samples | None:
-    """What the sensors would read, shape (s, n); none where the model runs away.
+    """Predicted sensor readings, shape (s, n); None where the response diverges.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def predict_record(model: Model, driven: Drive, start: State | None = None) -> S
     """
     matrices = _propagator(model, driven)
     begin = np.zeros(len(matrices.phi)) if start is None else start
-    value = _march(driven, [matrices], begin[None])
+    value = _integrate(driven, [matrices], begin[None])
     return None if value is None else value[0]
 
 
@@ -130,7 +130,7 @@ def predict_rates(
     Raises
     ------
     ArithmeticError
-        The model runs away.
+        The response diverges.
     """
     matrices = _propagator(model, driven)
     rates = [_propagator(low, driven).rate(_propagator(high, driven), step) for low, high, step in pairs]
@@ -142,7 +142,7 @@ def predict_rates(
         nothing = matrices.rate(matrices, 1.0)
         rates += [nothing] * len(basis)
         begin = np.vstack([begin, basis])
-    value = _march(driven, [matrices, *rates], begin)
+    value = _integrate(driven, [matrices, *rates], begin)
     if value is None:
         raise ArithmeticError(f'the model runs away in record "{driven.record.name}"')
     return value[1:]
@@ -151,7 +151,8 @@ def predict_rates(
 def estimate_numerical_error(model: Model, driven: Drive) -> float:
     """Difference to steps half as long, relative to the response, all sensors together [-].
 
-    The march is of second order in the forces of joints, of fourth in the record's: the error is at most 4/3 of this.
+    The integration is of second order in the forces of joints, of fourth in that of the record: the error is at most
+    4/3 of this.
     """
     coarse = predict_record(model, driven)
     finer = prepare_drive(driven.record, sensors=driven.sensors, steps=2 * driven.steps)
@@ -165,10 +166,10 @@ def _propagator(model: Model, driven: Drive) -> Propagator:
     return make_propagator(model, driven.sensors, driven.record.step / driven.steps)
 
 
-def _march(
+def _integrate(
     driven: Drive, matrices: Sequence[Propagator], start: Float[NDArray[np.float64], "p1 n"]
 ) -> Float[NDArray[np.float64], "p1 s n"] | None:
-    from correlation.time_record.march import march
+    from correlation.time_record.integration import integrate
 
     stacked: dict[str, Any] = {
         name: np.ascontiguousarray([getattr(each, name) for each in matrices], dtype=np.float64)
@@ -177,7 +178,7 @@ def _march(
     }
     value = np.zeros((len(matrices), len(driven.sensors), len(driven.record.time)))
     begin = np.ascontiguousarray(start, dtype=np.float64)
-    done = march(matrices[0]._replace(**stacked), begin, driven.force, driven.steps, value)
+    done = integrate(matrices[0]._replace(**stacked), begin, driven.force, driven.steps, value)
     return value[:, :, driven.first :] if done else None
 
 
@@ -207,8 +208,8 @@ def refine(values: Float[NDArray[np.float64], " n"], factor: int) -> Float[NDArr
     return np.array(fine[start : start + (len(values) - 1) * factor + 1], dtype=np.float64)
 
 
-def straighten(fine: Float[NDArray[np.float64], " t"]) -> Float[NDArray[np.float64], " t"]:
-    r"""Values such that straight lines between them act as a smooth curve through `fine` does, shape (t,).
+def compensate_interpolation(fine: Float[NDArray[np.float64], " t"]) -> Float[NDArray[np.float64], " t"]:
+    r"""Compensate linear interpolation: values whose interpolant acts like a smooth curve through `fine`, shape (t,).
 
     Lines through a sine of :math:`\omega h` an instant have :math:`1 - (\omega h)^2 / 12` of its amplitude; the second
     difference puts that back, and leaves an error of fourth order.

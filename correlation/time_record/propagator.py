@@ -1,4 +1,4 @@
-"""A model as a march through time needs it: its matrices over one step, its joints' laws, its sensors' rows.
+"""State-space propagator of a model over one time step, with the laws of its joints and the rows of its sensors.
 
 A record drives the model along the force of a level of 1 N; the numbers of the force channel multiply it.
 """
@@ -21,33 +21,33 @@ Array = Float[NDArray[np.float64], "..."]
 #: Inputs before those of the joints: the force, and the 1 that carries the static load. It takes part in compiled code
 #: (fe.compiled keeps track of this file by these words).
 BEFORE = 2
-#: What all rates of a propagator have in common.
-SHARED = ("follow", "table")
+#: Fields that do not depend on parameters.
+SHARED = ("joint_rows", "table")
 
 
 class Propagator(NamedTuple):
-    """What one step does.
+    """Matrices of x_{k+1} = phi x_k + gamma_0 w_k + gamma_1 w_{k+1}, of the joints' motions and of the sensors.
 
     Parameters
     ----------
     phi, gamma0, gamma1
         Shapes (n, n), (n, m), (n, m); n = 2 r, m = 2 + joints.
-    follow
-        Shape (2 joints, n).
+    joint_rows
+        Displacements, then velocities of the joints by the state, shape (2 joints, n).
     table, law
         Laws of the joints and their parameters, shape (joints, m).
-    output, feed
+    output, feedthrough
         Rows of each sensor over the state and over the inputs, shapes (s, n) and (s, m).
     """
 
     phi: Array
     gamma0: Array
     gamma1: Array
-    follow: Array
+    joint_rows: Array
     table: InstantTable
     law: Array
     output: Array
-    feed: Array
+    feedthrough: Array
 
     def rate(self, other: "Propagator", step: float) -> "Propagator":
         """(other - self) / step of all numbers.
@@ -57,7 +57,7 @@ class Propagator(NamedTuple):
         ModelDefinitionError
             Other joints, or joints with other directions.
         """
-        if self.follow.shape != other.follow.shape or not np.array_equal(self.follow, other.follow):
+        if self.joint_rows.shape != other.joint_rows.shape or not np.array_equal(self.joint_rows, other.joint_rows):
             raise ModelDefinitionError(
                 "a parameter changes the number or direction of joints: only their numbers may change"
             )
@@ -66,7 +66,7 @@ class Propagator(NamedTuple):
 
 
 def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
-    """Matrices of a model for one step.
+    """Compute the propagator of a model.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Prop
     Raises
     ------
     ModelDefinitionError
-        A joint that remembers, a force that no record can drive, a sensor that is not there or reads a contact line,
+        A joint with memory, a force that no record can drive, a sensor that is not there or reads a contact line,
         or a mass matrix that is not positive definite.
     """
     system, r = model.system, model.system.n_dof
@@ -110,10 +110,10 @@ def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Prop
     exponential = expm(augmented)
     gamma1 = exponential[:n, n + m :]
     rows = [_sensor(model, name) for name in sensors]
-    output, feed = np.zeros((len(rows), n)), np.zeros((len(rows), m))
+    output, feedthrough = np.zeros((len(rows), n)), np.zeros((len(rows), m))
     for number, (row, derivative) in enumerate(rows):
         if derivative == DERIVATIVE["acceleration"]:
-            output[number], feed[number] = row @ acceleration, row @ inertance
+            output[number], feedthrough[number] = row @ acceleration, row @ inertance
         else:
             output[number, derivative * r : (derivative + 1) * r] = row
     zeros = np.zeros_like(directions)
@@ -121,11 +121,11 @@ def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Prop
         phi=exponential[:n, :n],
         gamma0=exponential[:n, n : n + m] - gamma1,
         gamma1=gamma1,
-        follow=np.vstack([np.hstack([directions, zeros]), np.hstack([zeros, directions])]),
+        joint_rows=np.vstack([np.hstack([directions, zeros]), np.hstack([zeros, directions])]),
         table=table,
         law=table.value,
         output=output,
-        feed=feed,
+        feedthrough=feedthrough,
     )
 
 
@@ -139,7 +139,7 @@ def _check_memory(joints: Sequence[Joint]) -> None:
 
 
 def _driven(model: Model) -> Array:
-    """Where the force of a record acts, shape (r,) [N/N]."""
+    """Load vector of the force of a record, shape (r,) [N/N]."""
     dynamic = model.system.dynamic
     higher = [k for k in range(2, len(dynamic)) if dynamic[k].any()]
     if higher:

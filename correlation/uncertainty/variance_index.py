@@ -91,7 +91,7 @@ def make_saltelli_design(n: int, d: int, seed: int) -> SaltelliDesign:
 
 
 def take_independent_draws(values: Sequence[Value], d: int) -> Sequence[Value]:
-    """Of values at the points of a `SaltelliDesign` of d parameters, those of A and B: 2 n independent draws."""
+    """Values at the points A and B of a `SaltelliDesign` of d parameters: 2 n independent draws."""
     return values[: 2 * (len(values) // (d + 2))]
 
 

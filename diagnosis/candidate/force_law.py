@@ -119,8 +119,8 @@ class ClearanceLaw(SpringLaw):
         stiffness, gap = self.parameters
         # Clearances are some micrometres.
         scale, unit = (1e6, "um") if gap.unit == "m" else (1.0, gap.unit)
-        spring = _tell(values[0], deviations[0], stiffness.unit)
-        clearance = _tell(scale * values[1], scale * deviations[1], unit)
+        spring = _format_value(values[0], deviations[0], stiffness.unit)
+        clearance = _format_value(scale * values[1], scale * deviations[1], unit)
         where = "on either side" if len(self.sides) == 2 else "on one side"
         return f"a spring of {spring} beyond a clearance of {clearance} {where}"
 
@@ -145,11 +145,11 @@ class EvenLaw(SpringLaw):
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The factor with its 95 % interval."""
-        factor = _tell(values[0], deviations[0], self.parameters[0].unit)
+        factor = _format_value(values[0], deviations[0], self.parameters[0].unit)
         return f"a force with the square of the displacement, {factor}"
 
 
-def _tell(value: float, deviation: float, unit: str) -> str:
+def _format_value(value: float, deviation: float, unit: str) -> str:
     """A value with its 95 % interval."""
     return f"{plain(value, 3)} +- {plain(TWO_SIDED_95 * deviation, 2)} {unit}"
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.candidate.effect import Effect
-from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.finalist import compare
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit
+from diagnosis.model_error_share import compute_gains_by_covariance
 from diagnosis.screening import screen
 from diagnosis.unknown_force import UnknownForce, find_unknown_forces
 
@@ -66,7 +66,7 @@ def explain_residual(arrangement: Arrangement, effects: Sequence[Effect], thresh
     threshold
         Linear gain above which an effect is fitted [-].
     """
-    by_covariance = compute_suited_gains(arrangement, effects)
+    by_covariance = compute_gains_by_covariance(arrangement, effects)
     gains, fits = by_covariance.max(axis=0, initial=0.0), dict[int, Fit]()
     promising = [number for number in np.argsort(-gains).tolist() if gains[number] > threshold]
     for place, number in enumerate(promising):

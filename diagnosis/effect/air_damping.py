@@ -33,7 +33,7 @@ class AirDamping:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """One joint more, also where its damping is zero."""
+        """Add a damper, also where its damping is zero."""
         (damping,) = values
         return with_quadratic_damper(model, self.name, self.row, damping)
 

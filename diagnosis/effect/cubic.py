@@ -37,7 +37,7 @@ class Cubic:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """One joint more, also where its stiffness is zero."""
+        """Add a cubic spring, also where its stiffness is zero."""
         (stiffness,) = values
         return with_cubic_spring(model, self.name, self.row, stiffness)
 

@@ -17,7 +17,7 @@ from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.feature_comparison import FeatureComparison
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.problem import Effort, Refit
+from diagnosis.fit.problem import EffectSelection, Refit
 from hbsolve.errors import ModelError
 
 #: Where no datum is held out, every third one is.
@@ -50,8 +50,14 @@ class FeatureArrangement:
     fit: Fit
 
     #: Features are few and their errors common: no gain of chi^2 alone justifies or excludes a fit.
-    effort: ClassVar[Effort] = Effort(
-        unseen=0.0, together=False, best=4, most=4, worthless=0.0, finalists=4, far_behind=np.inf
+    selection: ClassVar[EffectSelection] = EffectSelection(
+        least_change=0.0,
+        slopes_at_once=False,
+        n_best=4,
+        n_shortlisted=4,
+        least_gain=0.0,
+        n_finalist=4,
+        largest_chi2_gap=np.inf,
     )
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:

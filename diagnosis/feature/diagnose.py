@@ -116,7 +116,7 @@ def find_level(base: Model, data: Sequence[Datum]) -> float:
 
 
 def list_indications(model: Model, data: Sequence[Datum]) -> tuple[Indication, ...]:
-    """What data show by themselves beside a model, the clearest first."""
+    """Indications of the data beside a model, the clearest first."""
     found: list[Indication] = []
     for name in dict.fromkeys(datum.type for datum in data):
         kind = DATA_TYPES[name]

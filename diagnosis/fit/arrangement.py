@@ -24,7 +24,7 @@ from diagnosis.fit.finer_model import FinerModel
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.jitter import list_jitter
 from diagnosis.fit.model_error_fit import alternate, fit_from_fit, fit_from_scratch, get_error_size, reweigh_slopes
-from diagnosis.fit.problem import Effort, Refit
+from diagnosis.fit.problem import EffectSelection, Refit
 from diagnosis.fit.weighting import (
     FEW_DRAWS,
     Measured,
@@ -75,7 +75,7 @@ class Arrangement:
     budget: Budget
     finer: tuple[FinerModel, ...]
 
-    effort: ClassVar[Effort] = Effort()
+    selection: ClassVar[EffectSelection] = EffectSelection()
 
     @property
     def model_error_size(self) -> ErrorSize:

@@ -12,7 +12,7 @@ from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_comparison import ControlledComparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
-from diagnosis.fit.problem import Effort, Screened
+from diagnosis.fit.problem import EffectSelection, Screened
 from diagnosis.screening import compute_slope_gains
 from hbsolve.errors import ModelError
 
@@ -50,8 +50,8 @@ class _Controlled:
     fit: Fit
 
     @property
-    def effort(self) -> Effort:
-        return self.of.effort
+    def selection(self) -> EffectSelection:
+        return self.of.selection
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         return self.of.unknowns(effects)
@@ -111,7 +111,7 @@ def find_controlled_starts(
     exact = calibrate(weighed, unknowns, without.fit.values, without.fit.prediction, ending=Ending.EXACT)
     gains = compute_slope_gains(_Controlled(of=problem, train=weighed, fit=exact), effects)
     found = []
-    for number in np.argsort(-gains)[: problem.effort.most]:
+    for number in np.argsort(-gains)[: problem.selection.n_shortlisted]:
         effect = effects[number]
         more = problem.unknowns([effect])
         start = np.array([*exact.values, *more.vanishing[len(exact.values) :]])

@@ -83,7 +83,7 @@ def refit_by_own_covariance(
     own = arrange_with_effect(campaign, arrangement, refit.effect, fit, catalogue_of)
     own_without = own.with_refit(baseline.fit, arrangement.train)
     common_without = arrangement
-    if min(common_without.cost - common.cost, own_without.cost - own.cost) > arrangement.effort.worthless:
+    if min(common_without.cost - common.cost, own_without.cost - own.cost) > arrangement.selection.least_gain:
         # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
         common_without = min(
             common_without, common_without.with_refit_without(refit.effect, common.fit), key=attrgetter("cost")
@@ -144,7 +144,7 @@ def refit_each_by_own_covariance(
     costs = [screening.cost_with_error_left(each.fit) for each in refits]
     for each, cost in zip(refits, costs, strict=True):
         gains = any(min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in found)
-        if not gains or cost < min(costs) + screening.effort.far_behind:
+        if not gains or cost < min(costs) + screening.selection.largest_chi2_gap:
             found.append(run_step(f"{each.name} by its own covariance", partial(refit_one, each)))
     return found
 

@@ -79,7 +79,7 @@ def alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
 
 def reweigh_slopes(fit: Fit, before: Comparison, after: Comparison) -> Matrix:
     """Jacobian of a fit by another covariance of the same predictions, shape (m + p, p)."""
-    return fit.reweigh(lambda slopes: after.whitening(before.whitening.undo(slopes)))
+    return fit.reweigh(lambda slopes: after.whitening(before.whitening.unwhiten(slopes)))
 
 
 def get_error_size(comparison: Comparison) -> ErrorSize:

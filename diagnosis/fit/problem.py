@@ -21,34 +21,34 @@ UNEXPLAINED_CHI2 = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effort:
-    """Selection of the effects that are fitted to one kind of data.
+class EffectSelection:
+    """Criteria by which effects are selected for fits to one kind of data.
 
     Parameters
     ----------
-    unseen
+    least_change
         Change of the data by an effect of typical strength below which it is invisible [standard deviations].
-    least_left
+    least_unabsorbed_share
         Least share of an effect that the fitted parameters cannot absorb, for it to be distinguishable [-].
-    together
+    slopes_at_once
         Whether the data can be differentiated with respect to all effects at once.
-    best, most
-        Number of best effects of the shortlist, and of all its effects [-].
-    worthless
-        Largest gain of chi^2 at which an effect is not fitted [-].
-    finalists, far_behind
-        Number of effects of the shortlist that are tested, and the largest chi^2 that all but the first two of them may
-        be behind the best [-].
+    n_best, n_shortlisted
+        Number of effects with the largest gain in the shortlist, and of all effects in it [-].
+    least_gain
+        Gain of chi^2 that an effect must exceed to be fitted [-].
+    n_finalist, largest_chi2_gap
+        Number of shortlisted effects that are tested on held-out data, and the largest difference of chi^2 from the
+        best one, for all but the first two of them [-].
     """
 
-    unseen: float = 0.3
-    least_left: float = 0.0
-    together: bool = True
-    best: int = 3
-    most: int = 6
-    worthless: float = 3.0
-    finalists: int = 3
-    far_behind: float = 40.0
+    least_change: float = 0.3
+    least_unabsorbed_share: float = 0.0
+    slopes_at_once: bool = True
+    n_best: int = 3
+    n_shortlisted: int = 6
+    least_gain: float = 3.0
+    n_finalist: int = 3
+    largest_chi2_gap: float = 40.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -163,7 +163,7 @@ class Screened(Protocol):
     """Data beside a model whose calibration parameters, and added effects, are fitted."""
 
     @property
-    def effort(self) -> Effort:
+    def selection(self) -> EffectSelection:
         """Selection of the effects that are fitted."""
         ...
 

@@ -13,7 +13,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.effect import find_kind
 from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
 from diagnosis.fit.fit_parameter import Values, make_start
-from diagnosis.fit.problem import Effort, Problem, Refit
+from diagnosis.fit.problem import EffectSelection, Problem, Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
 
@@ -31,25 +31,25 @@ MAX_CHI2_RATIO = 2.0
 MAX_RESPONSE_FIT_CHI2 = 2.0
 
 
-def shortlist(scores: Sequence[Score], effort: Effort, *, is_poor: bool = False) -> list[Score]:
+def shortlist(scores: Sequence[Score], selection: EffectSelection, *, is_poor: bool = False) -> list[Score]:
     """Scores of effects that a refit may bring to the top.
 
     Parameters
     ----------
     scores
         Scores, best first.
-    effort
+    selection
         Number of effects, and the least gain.
     is_poor
         Whether the model fits badly, so that the order of the linear screening is less reliable.
     """
-    n_best = effort.most if is_poor else effort.best
+    n_best = selection.n_shortlisted if is_poor else selection.n_best
     best = list(scores[:n_best])
-    chosen = [score for score in best if score.gain > effort.worthless]
+    chosen = [score for score in best if score.gain > selection.least_gain]
     for score in scores[n_best:]:
         parallel = max((abs(float(score.direction @ other.direction)) for other in best), default=0.0)
-        promising = score.gain > max(MIN_GAIN_SHARE * best[0].gain, effort.worthless)
-        if len(chosen) < effort.most and promising and parallel > MIN_COSINE:
+        promising = score.gain > max(MIN_GAIN_SHARE * best[0].gain, selection.least_gain)
+        if len(chosen) < selection.n_shortlisted and promising and parallel > MIN_COSINE:
             chosen.append(score)
     rugged = [score for score in scores if is_rugged(score.effect) and score not in chosen and score.size > 0]
     return chosen + rugged[:MOST_RUGGED]
@@ -160,7 +160,7 @@ def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:
 
 
 def choose_finalists(
-    fits: Sequence[tuple[Score, Fit]], costs: Sequence[float], effort: Effort
+    fits: Sequence[tuple[Score, Fit]], costs: Sequence[float], selection: EffectSelection
 ) -> list[tuple[Score, Fit]]:
     """Quick fits that deserve a thorough fit and a test, the least cost first.
 
@@ -170,8 +170,8 @@ def choose_finalists(
     ranked = np.argsort(costs, kind="stable").tolist()
     best = [
         number
-        for place, number in enumerate(ranked[: effort.finalists])
-        if place < 2 or costs[number] < costs[ranked[0]] + effort.far_behind
+        for place, number in enumerate(ranked[: selection.n_finalist])
+        if place < 2 or costs[number] < costs[ranked[0]] + selection.largest_chi2_gap
     ]
     closest = min(ranked, key=lambda number: fits[number][1].chi2, default=None)
     if closest is not None and closest not in best:

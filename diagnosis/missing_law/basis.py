@@ -1,4 +1,4 @@
-r"""Functions that a free force law is made of, and their forces along a motion.
+r"""Basis functions of a free-form force law, and their forces along a motion.
 
 .. math:: f = k \frac{u}{R} + g_-(u) + g_+(u) + c \frac{v}{V} + h(v) + \sum_j w_j\, m_j[u], \qquad w_j \ge 0
 
@@ -40,7 +40,7 @@ Samples = Float[NDArray[np.float64], "s n"]
 
 @dataclass(frozen=True, kw_only=True)
 class LawBasis:
-    """Functions of a law over a range.
+    """Basis functions of a law over a range.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ class LawBasis:
 
     @property
     def width(self) -> float:
-        """Of a piece of the springs [m]."""
+        """Width of a straight piece of the springs [m]."""
         return self.reach / N_PIECE
 
     @property
     def width_of_speed(self) -> float:
-        """Of a piece of the damper [m/s]."""
+        """Width of a straight piece of the damper [m/s]."""
         return self.speed / N_PIECE
 
     @property

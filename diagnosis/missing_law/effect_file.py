@@ -3,8 +3,8 @@
 import numpy as np
 
 from diagnosis.missing_law.curves import LawCurves
+from diagnosis.missing_law.description import LawDescription
 from diagnosis.missing_law.place_law import PlaceLaw
-from diagnosis.missing_law.words import LawWords
 
 #: Digits of the numbers in the file.
 DIGITS = 6
@@ -72,7 +72,7 @@ def candidates(model: Model) -> list[Effect]:
 '''
 
 
-def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawWords) -> str:
+def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawDescription) -> str:
     """Text of a Python file with the law as an effect at its place of the model.
 
     Parameters

@@ -1,16 +1,16 @@
-r"""Linear model whose groups of coefficients have sizes that the data tell: the most probable evidence.
+r"""Linear Gaussian model whose prior variances, one per group of coefficients, maximise the evidence.
 
 .. math:: y = \Phi c + \sigma e, \quad c_i \sim N(0, s_{g(i)}^2), \quad
           -2 \ln p(y) = \frac{|y - \Phi c|^2}{\sigma^2} + m \ln \sigma^2 + \sum_i \frac{c_i^2}{s^2_{g(i)}} + \ln |A|
           + \sum_i \ln s^2_{g(i)}, \qquad A = \frac{\Phi^T \Phi}{\sigma^2} + S^{-2}
 
-c is the most probable one, without negative numbers where there must be none; those that would be negative are zero and
-take no part in the sums. Before any data the logarithm of a size is normal about that of the largest fundamental of the
-force, F: what the data do not see may be as large as what they see. The most probable sizes follow from
+c is the most probable vector, under the bound c_i >= 0 where it applies; coefficients at the bound take no part in the
+sums. The prior of the logarithm of a size s_g is normal about that of the largest fundamental of the force, F: what the
+data do not determine may be as large as what they do. The most probable sizes follow from
 
 .. math:: \sum_{i \in g} \frac{c_i^2}{s_g^2} = \gamma_g + \frac{\ln(s_g / F)}{\tau^2}
 
-with gamma the number of well-determined coefficients of the group, and sigma from what is left, at least that of noise.
+with gamma the number of well-determined coefficients of the group, and sigma from the residual, at least that of noise.
 
 References
 ----------
@@ -43,7 +43,7 @@ SEEN = 0.5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Posterior:
-    """Coefficients given the data.
+    """Posterior of the coefficients.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Posterior:
     is_seen: Bool[NDArray[np.bool_], " g"]
 
 
-def infer(
+def compute_posterior(
     changes: Float[NDArray[np.float64], "m b"],
     residual: Float[NDArray[np.float64], " m"],
     group: Int[NDArray[np.int64], " b"],
@@ -78,7 +78,7 @@ def infer(
     n_free: int,
     least_noise: float,
 ) -> Posterior:
-    """Coefficients, their sizes and the evidence.
+    """Compute the posterior of the coefficients, their prior sizes and the evidence.
 
     Parameters
     ----------
@@ -98,12 +98,13 @@ def infer(
         Least sigma [-].
     """
     found = [
-        _infer_from(start, changes, residual, group, is_positive, fundamental, n_free, least_noise) for start in STARTS
+        _posterior_from(start, changes, residual, group, is_positive, fundamental, n_free, least_noise)
+        for start in STARTS
     ]
     return min(found, key=lambda each: each.cost)
 
 
-def _infer_from(
+def _posterior_from(
     start: float,
     changes: Float[NDArray[np.float64], "m b"],
     residual: Float[NDArray[np.float64], " m"],
@@ -173,7 +174,7 @@ def _covariance(
     return result
 
 
-def cost_alone(residual: Float[NDArray[np.float64], " m"], n_free: int, least_noise: float) -> float:
+def compute_null_cost(residual: Float[NDArray[np.float64], " m"], n_free: int, least_noise: float) -> float:
     """-2 ln p(y) without any coefficients [-]."""
     total = float(residual @ residual)
     variance = max(least_noise**2, total / max(n_free, 1))

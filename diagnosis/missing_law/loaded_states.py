@@ -54,13 +54,13 @@ class StateTable:
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
-        """Of each state, shape (s,) [rad/s]."""
+        """Angular frequency of each state, shape (s,) [rad/s]."""
         return 2 * np.pi * np.array([frequency for _, _, frequency in self.keys])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
-    """What the readings and some places do in each state, with p places, t further tangents and h harmonics.
+    """Readings, motions of places and their derivatives in each state; p places, t further tangents, h harmonics.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Response:
         Harmonics of each place, shape (s, p, h) [m].
     slopes
         Change of each reading by the real and the imaginary part of a force at each place, shape (k, p, h, 2).
-    own
+    receptance
         Change of the fundamental of each place by those of a force there, shape (s, p, 2) [m/N].
     tangents
         Change of each reading by further parameters, shape (k, t).
@@ -81,16 +81,16 @@ class Response:
     value: Complex[NDArray[np.complex128], " k"]
     motion: Complex[NDArray[np.complex128], "s p h"]
     slopes: Complex[NDArray[np.complex128], "k p h 2"]
-    own: Complex[NDArray[np.complex128], "s p 2"]
+    receptance: Complex[NDArray[np.complex128], "s p 2"]
     tangents: Complex[NDArray[np.complex128], "k t"]
     states: Mapping[Key, SteadyState]
 
 
-def respond(
+def compute_response(
     predictor: Predictor, model: Model, prediction: Prediction, table: StateTable, rows: Sequence[Row], count: int,
     tangents: Sequence[Tangent],
 ) -> Response:  # fmt: skip
-    """Response of a model about its prediction to forces at places.
+    """Linearise the response of a model about its prediction with respect to forces at places.
 
     Parameters
     ----------
@@ -124,17 +124,17 @@ def respond(
         value=prediction.value,
         motion=np.array([np.array(rows) @ prediction.states[key].coefficients[:count].T for key in table.keys]),
         slopes=forces[: len(points)],
-        own=forces[len(points) :, :, 1].reshape(s, p, p, 2)[:, places, places],
+        receptance=forces[len(points) :, :, 1].reshape(s, p, p, 2)[:, places, places],
         tangents=found[: len(points), n:],
         states={key: prediction.states[key] for key in table.keys},
     )  # fmt: skip
 
 
-def respond_to_loads(
+def compute_loaded_response(
     predictor: Predictor, model: Model, near: Mapping[Key, SteadyState], table: StateTable, row: Row,
     loads: Complex[NDArray[np.complex128], "s h"], tangents: Sequence[Tangent],
 ) -> Response:  # fmt: skip
-    """The same at one place, under forces there of given harmonics in each state, shape (s, h) [N].
+    """Linearise the response under forces of given harmonics at one place in each state, shape (s, h) [N].
 
     Parameters
     ----------
@@ -165,10 +165,10 @@ def respond_to_loads(
         if key not in found.states:
             continue
         mine = StateTable(keys=(key,), force=table.force[number : number + 1], number=np.zeros(len(at), dtype=np.int64))
-        part = respond(single, loaded, found, mine, [row], count, tangents)
+        part = compute_response(single, loaded, found, mine, [row], count, tangents)
         whole.value[at], whole.slopes[at], whole.tangents[at] = part.value, part.slopes, part.tangents
-        motion[number], own[number], states[key] = part.motion[0], part.own[0], found.states[key]
-    return replace(whole, motion=motion, own=own, states=states)
+        motion[number], own[number], states[key] = part.motion[0], part.receptance[0], found.states[key]
+    return replace(whole, motion=motion, receptance=own, states=states)
 
 
 _COLUMNS = ("free", "level", "frequency", "sensor", "harmonic", "sweep", "force")
@@ -203,7 +203,7 @@ def _load(model: Model, row: Row, per_level: Complex[NDArray[np.complex128], " h
 
 
 def _list_forces(model: Model, row: Row, count: int) -> list[Tangent]:
-    """Both parts of a force in each harmonic; the imaginary part of a mean is nothing."""
+    """Tangents of the real and imaginary part of a force in each harmonic; that of an imaginary mean is zero."""
     tangents = []
     for harmonic in range(count):
         for part in (1.0, 1j if harmonic else 0.0):
@@ -218,5 +218,5 @@ def _empty(k: int, p: int, count: int, t: int) -> Response:
     nothing = np.zeros((0, p, count), dtype=complex)
     return Response(
         value=np.full(k, np.nan, dtype=complex), motion=nothing, slopes=np.zeros((k, p, count, 2), dtype=complex),
-        own=np.zeros((0, p, 2), dtype=complex), tangents=np.zeros((k, t), dtype=complex), states={},
+        receptance=np.zeros((0, p, 2), dtype=complex), tangents=np.zeros((k, t), dtype=complex), states={},
     )  # fmt: skip

@@ -62,7 +62,7 @@ class PlaceLaw:
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
-        """Of each state, shape (s,) [rad/s]."""
+        """Angular frequency of each state, shape (s,) [rad/s]."""
         return self.table.angular_frequency
 
 

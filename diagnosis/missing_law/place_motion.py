@@ -1,4 +1,4 @@
-"""How a place moved, and which force there is missing, as the readings say."""
+"""Motion of a place, and the missing force there, estimated from the readings."""
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -44,7 +44,7 @@ def find_motion(
             turn = (1j * omega[number]) ** order * gain
             motion[number, 1] = train.observed.value[direct[0]] / turn
             continue
-        own, force = motion[number, 1], response.own[number, 0]
+        own, force = motion[number, 1], response.receptance[number, 0]
         # Of a size with the scaled motion, so that what the readings do not tell apart is shared evenly.
         size = abs(own) / max(np.abs(force).max(), 1e-300)
         scaled = np.column_stack([value[at], 1j * value[at]]) * weight[at, None]

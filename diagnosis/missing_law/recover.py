@@ -33,9 +33,9 @@ from diagnosis.fit.refit import is_poor_fit
 from diagnosis.fit.tangent import differentiate
 from diagnosis.fit.weighting import leave_out_model_error
 from diagnosis.missing_law.basis import EVEN, LawBasis, find_harmonics, follow
-from diagnosis.missing_law.evidence import Posterior, cost_alone, infer
+from diagnosis.missing_law.evidence import Posterior, compute_null_cost, compute_posterior
 from diagnosis.missing_law.law_joints import list_law_joints
-from diagnosis.missing_law.loaded_states import Response, StateTable, respond, respond_to_loads
+from diagnosis.missing_law.loaded_states import Response, StateTable, compute_loaded_response, compute_response
 from diagnosis.missing_law.place_law import MissingLaw, Motion, PlaceLaw, Row, rank_laws
 from diagnosis.missing_law.place_motion import find_motion
 from diagnosis.screening import make_basis, project_out
@@ -76,7 +76,7 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
     if not rows:
         return None
     recovery = _Recovery.begin(_without_model_error(arrangement), rows)
-    laws = [law for number in range(len(rows)) if (law := recovery.infer_to_first_order(number)) is not None]
+    laws = [law for number in range(len(rows)) if (law := recovery.compute_first_order_law(number)) is not None]
     laws.sort(key=lambda law: -law.evidence)
     if not laws or laws[0].evidence < LEAST:
         return None
@@ -85,12 +85,12 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
 
 
 def _without_model_error(arrangement: Arrangement) -> Arrangement:
-    """The same by noise and stated errors alone: model error that a fit leaves may be the missing law."""
+    """The same without model error: what a fit estimates as model error may be the missing law."""
     if arrangement.train.model_error is None:
         return arrangement
     of, fit, m = arrangement.train, arrangement.fit, arrangement.fit.n_number
     train = leave_out_model_error(of)
-    jacobian = np.concatenate([train.whitening(of.whitening.undo(fit.jacobian[:m])), fit.jacobian[m:]])
+    jacobian = np.concatenate([train.whitening(of.whitening.unwhiten(fit.jacobian[:m])), fit.jacobian[m:]])
     residual = np.concatenate([train.residual(fit.prediction), fit.residual[m:]])
     fit = replace(fit, jacobian=jacobian, residual=residual, chi2=float(residual @ residual))
     return replace(arrangement, train=train, fit=fit)
@@ -116,7 +116,7 @@ def _with_directions(state: SteadyState, joints: Sequence[Joint]) -> SteadyState
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Recovery:
-    """What all places have in common: the model without a law, and its response to forces at each place."""
+    """The model without a law, and its response to forces at each place."""
 
     arrangement: Arrangement
     rows: Mapping[str, Row]
@@ -130,7 +130,7 @@ class _Recovery:
     @classmethod
     def begin(cls, arrangement: Arrangement, rows: Mapping[str, Row]) -> "_Recovery":
         train, fit, unknowns = arrangement.train, arrangement.fit, arrangement.unknowns([])
-        # A fit that went astray in the place of a law is further off than the model as it was drawn.
+        # A poor fit without the law may be further off than the model before calibration.
         values = unknowns.vanishing if is_poor_fit(arrangement) else fit.values
         model = unknowns.compose(values)
         prediction = train.predict(model, fit.prediction) if values is not fit.values else fit.prediction
@@ -138,23 +138,23 @@ class _Recovery:
         changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
         tangents = [each for each in changes if each]
         count = min(N_HARMONIC, model.n_harmonic)
-        response = respond(train.predictor, model, prediction, table, list(rows.values()), count, tangents)
+        response = compute_response(train.predictor, model, prediction, table, list(rows.values()), count, tangents)
         m = fit.n_number
         noise = max(1.0, float(np.sqrt(np.mean(fit.residual[:m] ** 2))))
         scale = np.concatenate([np.full(m, 1 / noise), np.ones(len(values))])
         taken = make_basis(fit.jacobian * unknowns.size * scale[:, None])
-        cost = cost_alone(project_out(taken, scale * fit.residual), m, 1 / noise) + m * np.log(noise**2)
+        cost = compute_null_cost(project_out(taken, scale * fit.residual), m, 1 / noise) + m * np.log(noise**2)
         return cls(
             arrangement=arrangement, rows=rows, values=values, table=table, response=response, cost=cost,
             has_tangent=np.array([each is not None for each in changes], dtype=np.bool_),
         )  # fmt: skip
 
-    def infer_to_first_order(self, number: int) -> PlaceLaw | None:
+    def compute_first_order_law(self, number: int) -> PlaceLaw | None:
         """The law at a place about the states without it; None for a place that does not move."""
         name, row = list(self.rows.items())[number]
         response = replace(
             self.response, motion=self.response.motion[:, [number]], slopes=self.response.slopes[:, [number]],
-            own=self.response.own[:, [number]],
+            receptance=self.response.receptance[:, [number]],
         )  # fmt: skip
         return self._infer(name, row, self.values, np.zeros_like(response.motion[:, 0]), response)
 
@@ -199,12 +199,12 @@ class _Recovery:
         self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response,
         states: Mapping[Key, SteadyState],
     ) -> PlaceLaw:  # fmt: skip
-        """Steps of Gauss and Newton, each as far as the data are explained better."""
+        """Damped Gauss-Newton steps: each is shortened until the fit improves."""
         noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(response.value) ** 2))))
         here, known = replace(law, posterior=replace(law.posterior, noise=float(noise))), dict(states)
         for _ in range(CLOSED_ROUNDS):
             known |= response.states
-            here = self._infer_about_law(here, values, mean, response)
+            here = self._posterior_about_law(here, values, mean, response)
             misfit, after, moved = self._misfit(values, response, here.posterior.noise), np.inf, None
             begin = values, mean
             for share in SHARES:
@@ -237,11 +237,11 @@ class _Recovery:
             if any(key not in prediction.states for key in self.table.keys):
                 return None
             tangents = [each for each in changes if each]
-            return respond(predictor, model, prediction, self.table, [law.row], law.motion.shape[1], tangents)
+            return compute_response(predictor, model, prediction, self.table, [law.row], law.motion.shape[1], tangents)
         except ModelError:
             return None
 
-    def _infer_about_law(
+    def _posterior_about_law(
         self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response
     ) -> PlaceLaw:
         """The law about states of the model with it, which move as the model says."""
@@ -278,7 +278,7 @@ class _Recovery:
         unknowns = self.arrangement.unknowns([])
         changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
         try:
-            return respond_to_loads(
+            return compute_loaded_response(
                 self.arrangement.train.predictor, unknowns.compose(values), states, self.table, row, loads,
                 [each for each in changes if each],
             )  # fmt: skip
@@ -335,7 +335,7 @@ class _Recovery:
             target = np.concatenate([data / noise, away])
             changes = np.vstack([law / noise, np.zeros((len(values), law.shape[1]))])
             taken = make_basis(jacobian)
-            found = infer(
+            found = compute_posterior(
                 project_out(taken, changes), project_out(taken, target), basis.group, basis.is_positive,
                 fundamental, n, 1 / noise,
             )  # fmt: skip

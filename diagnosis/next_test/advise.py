@@ -48,7 +48,7 @@ class RankedTest:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Advice:
-    """What to measure next.
+    """Advice on the next test.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def choose_test(ranked: Sequence[RankedTest]) -> RankedTest:
 
 
 def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
-    """Least d^2 of all pairs."""
+    """Smallest separation d^2 of all pairs."""
     return float(separation[np.triu_indices(len(separation), 1)].min())
 
 

@@ -39,9 +39,9 @@ class CandidateModel:
         The model with these values.
     draws
         Other models that are as probable, for what parameters do not describe.
-    bend
-        Models a standard deviation up and down along the direction of the parameters that is known least: how far
-        their mean is from this one tells how predictions bend. None where they are linear.
+    curvature_pair
+        Models a standard deviation up and down along the direction of the parameters that is known least: the
+        difference of their mean from this one is the curvature of the predictions. None where they are linear.
     """
 
     name: str
@@ -51,7 +51,7 @@ class CandidateModel:
     covariance: Float[NDArray[np.float64], "p p"]
     model: Model
     draws: tuple[Model, ...] = ()
-    bend: tuple[Model, Model] | None = None
+    curvature_pair: tuple[Model, Model] | None = None
 
     @property
     def root(self) -> Float[NDArray[np.float64], "p p"]:
@@ -120,7 +120,7 @@ def _of_refit(refit: Refit, probability: float, name: str = "") -> CandidateMode
     root = found.root
     along = root[:, int(np.argmax(np.linalg.norm(root / fit.unknowns.size[:, None], axis=0)))]
     up, down = (fit.unknowns.compose(fit.unknowns.clipped(fit.values + side * along)) for side in (1.0, -1.0))
-    return replace(found, bend=(up, down))
+    return replace(found, curvature_pair=(up, down))
 
 
 def _of_law(law: PlaceLaw, probability: float, fit: Fit) -> CandidateModel:

@@ -35,7 +35,7 @@ N_PLACE = 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tested:
-    """What a campaign has measured.
+    """Measured points of a campaign.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def _list_changed(like: NextTest, model: Model, highest: float) -> Iterator[Next
     """A mass added at the places that move most, and other preloads."""
     if like.configuration == "free":
         return
-    scale = _measure(model, highest)
+    scale = _make_tested(model, highest)
     if scale is None:
         return
     by_motion = sorted(
@@ -189,7 +189,7 @@ def _list_changed(like: NextTest, model: Model, highest: float) -> Iterator[Next
             yield replace(like, name=f"with preloads times {factor:g}", levels=(highest,), preload=factor)
 
 
-def _measure(model: Model, level: float) -> Scale | None:
+def _make_tested(model: Model, level: float) -> Scale | None:
     try:
         return measure_scale(model, level=level, configurations={"jointed"})
     except EffectError:
@@ -198,7 +198,7 @@ def _measure(model: Model, level: float) -> Scale | None:
 
 def _list_moving(tested: Tested, model: Model) -> list[str]:
     """Places without a sensor that move, those that move most first."""
-    scale = _measure(model, float(tested.levels[-1]))
+    scale = _make_tested(model, float(tested.levels[-1]))
     free = list_free_places(model, tested.sensors)
     if scale is None:
         return free[:N_PLACE]

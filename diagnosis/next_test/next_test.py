@@ -20,7 +20,7 @@ FURTHER = "further sensor at "
 
 
 class SetUp(NamedTuple):
-    """How the structure is tested: tests of one set-up have their steady states in common."""
+    """Set-up of the structure in a test; tests of one set-up share their steady states."""
 
     configuration: str
     sweeps: tuple[int, ...]
@@ -73,7 +73,7 @@ class NextTest:
 
     @property
     def set_up(self) -> SetUp:
-        """How the structure is tested."""
+        """Set-up of the structure."""
         return SetUp(self.configuration, self.sweeps, self.added_mass, self.preload)
 
     @property
@@ -83,7 +83,7 @@ class NextTest:
 
     @property
     def minutes(self) -> float:
-        """What it takes [min]."""
+        """Duration of the test [min]."""
         prepared = {
             "sensor": self.place is not None, "mass": self.added_mass is not None, "preload": self.preload != 1.0,
             "free": self.configuration == "free",
@@ -93,7 +93,7 @@ class NextTest:
 
     @property
     def title(self) -> str:
-        """What is new in it, further sensor included, in words."""
+        """Differences from the tests before, further sensor included, in words."""
         return self.name if self.place is None else f"{self.name}, and a further sensor at {self.place}"
 
     def make_points(self) -> Points:

@@ -29,7 +29,7 @@ from diagnosis.fit.calibration import Fit, invert_curvature
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.problem import Effort
+from diagnosis.fit.problem import EffectSelection
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.planned_errors import list_usual_jitter, plan_errors
 from diagnosis.next_test.planned_noise import PlannedNoise
@@ -42,7 +42,7 @@ CONFUSED = 0.95
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """What tests would show.
+    """Effects that planned tests would show.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Plan:
         return compute_detectable_strengths(self.scores, self.threshold)
 
     def relative(self, score: Score) -> float:
-        """The same over the typical strength [-]."""
+        """Smallest detectable strength over the typical one [-]."""
         return float(np.sqrt(self.threshold) / score.size) if score.size else np.inf
 
     @cached_property
@@ -135,7 +135,7 @@ class _Planned:
     train: Comparison
     fit: Fit
 
-    effort: ClassVar[Effort] = Effort()
+    selection: ClassVar[EffectSelection] = EffectSelection()
 
     @classmethod
     def make(

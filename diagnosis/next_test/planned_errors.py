@@ -41,14 +41,14 @@ class PlannedErrors:
         Noise of each part of a single reading, shape (k,).
     jitter, history
         What differs between repeats, and friction histories, in one repeat.
-    lasting
+    systematic
         Errors that all repeats have in common.
     """
 
     noise: Float[NDArray[np.float64], " k"]
     jitter: Changes
     history: Changes
-    lasting: Changes
+    systematic: Changes
 
     def make_whitening(
         self, features: FeatureVector, value: Complex[NDArray[np.complex128], " n"], rows: Int[NDArray[np.int64], " n"],
@@ -76,7 +76,7 @@ class PlannedErrors:
         deviation = np.sqrt(reading**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1)) / np.sqrt(n_repeat)
         # Where no steady state was found there is nothing to compare.
         deviation = np.where(np.isfinite(deviation) & (deviation > 0), deviation, 1.0)
-        modes = [change(self.jitter) / np.sqrt(n_repeat), history / np.sqrt(n_repeat), change(self.lasting)]
+        modes = [change(self.jitter) / np.sqrt(n_repeat), history / np.sqrt(n_repeat), change(self.systematic)]
         return Whitening(deviation=deviation, modes=np.column_stack(modes))
 
 
@@ -101,9 +101,9 @@ def plan_errors(
     unknowns = Unknowns.from_effects(model, jitter, ())
     differs = differentiate_readings(predictor, unknowns, unknowns.vanishing, model, prediction) * unknowns.prior
     errors = make_error_tangents(model, prediction, budget, find_highest_frequency(points))
-    lasting = predictor.derivatives(model, prediction, errors.tangents) * errors.size
+    systematic = predictor.derivatives(model, prediction, errors.tangents) * errors.size
     apart = [
-        np.where((points.level == level)[:, None], lasting[:, errors.n_shared :], 0.0)
+        np.where((points.level == level)[:, None], systematic[:, errors.n_shared :], 0.0)
         for level in np.unique(points.level)
     ]
     plain = ModelFeatures(predictor, _take_coefficients(points), model, prediction).coarse()
@@ -111,12 +111,12 @@ def plan_errors(
         noise=noise.deviation(points, prediction.value),
         jitter=differs,
         history=_to_changes(plain.features, make_history_modes(plain, DRAWS, SEED)),
-        lasting=np.column_stack([lasting[:, : errors.n_shared], *apart]),
+        systematic=np.column_stack([systematic[:, : errors.n_shared], *apart]),
     )
 
 
 def list_usual_jitter(model: Model) -> list[tuple[Effect, float]]:
-    """What usually differs between repeats, with standard deviations, where no repeats have told it."""
+    """Usual jitter between repeats, with standard deviations, where it is not measured."""
     sizes = [size**2 * np.eye(1) for size in USUAL_JITTER[:-1]]
     return list_jitter(model, [*sizes, USUAL_JITTER[-1] ** 2 * np.eye(len(model.preload_groups))])
 

@@ -33,7 +33,7 @@ Readings = Complex[NDArray[np.complex128], " k"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ErrorSources:
-    """What is known of the errors of readings.
+    """Error sources of readings.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class ErrorSources:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SignatureCurve:
-    """What each of n candidates predicts for one sensor, level and harmonic of a test.
+    """Predictions of n candidates for one sensor, level and harmonic of a test.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ class SignatureCurve:
 
 
 @dataclass(frozen=True, kw_only=True)
-class InSetUp:
-    """The set-up of a test as an effect without parameters, with its further sensors."""
+class SetUpEffect:
+    """Set-up of a test, with its further sensors, as an effect without parameters."""
 
     set_up: SetUp
     places: tuple[str, ...]
@@ -147,7 +147,7 @@ class SetUpSignatures:
         """
         (set_up,) = {test.set_up for test in tests}
         places = tuple(dict.fromkeys(test.place for test in tests if test.place is not None))
-        tested = InSetUp(set_up=set_up, places=places, quantity=sources.quantity)
+        tested = SetUpEffect(set_up=set_up, places=places, quantity=sources.quantity)
         every = join_tables([test.make_points() for test in tests])
         points = every.where(np.sort(group_rows(_columns(every)).first))
         predictor = Predictor(points=points, sweeps=set_up.sweeps)
@@ -159,8 +159,8 @@ class SetUpSignatures:
             slopes = differentiate_readings(predictor, unknowns, candidate.fit_values, model, prediction)
             changes = [_predict_change(predictor, tested, each, prediction) for each in candidate.draws]
             more = np.array(changes).reshape(len(changes), len(points)).T / np.sqrt(max(len(changes), 1))
-            if candidate.bend is not None:
-                up, down = (_predict_change(predictor, tested, each, prediction) for each in candidate.bend)
+            if candidate.curvature_pair is not None:
+                up, down = (_predict_change(predictor, tested, each, prediction) for each in candidate.curvature_pair)
                 more = np.column_stack([more, BENT * (up + down) / 2])
             models.append(model)
             predictions.append(prediction)
@@ -232,7 +232,7 @@ class SetUpSignatures:
         return features, patterns.widen(whitening, self.sources.model_error)
 
 
-def _predict_change(predictor: Predictor, tested: InSetUp, model: Model, prediction: Prediction) -> Readings:
+def _predict_change(predictor: Predictor, tested: SetUpEffect, model: Model, prediction: Prediction) -> Readings:
     """Change of the readings from a prediction to that of another model; zero where either has no state."""
     return np.nan_to_num(predictor.predict(tested.apply(model, [])).value - prediction.value)
 

@@ -12,7 +12,7 @@ from diagnosis.next_test.advise import find_error_sources, find_peak
 from diagnosis.next_test.list_tests import Tested, list_tests
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.plan import plan_tests
-from diagnosis.next_test.signature import ErrorSources, InSetUp
+from diagnosis.next_test.signature import ErrorSources, SetUpEffect
 from hbsolve.errors import ModelError
 
 
@@ -60,7 +60,7 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
     sources = find_error_sources(campaign, arrangement, NO_ERROR)
 
     def choose(some: Sequence[NextTest]) -> VisibleTest | None:
-        seen = [_see(each, arrangement, catalogue, sources) for each in some]
+        seen = [_predict_visible_effects(each, arrangement, catalogue, sources) for each in some]
         best = min(seen, key=lambda each: (-len(each.seen), each.test.minutes), default=None)
         return best if best is not None and best.seen else None
 
@@ -72,10 +72,12 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
     return sensor if len(sensor.seen) > len(bare.seen) else bare
 
 
-def _see(test: NextTest, arrangement: Arrangement, catalogue: Catalogue, sources: ErrorSources) -> VisibleTest:
+def _predict_visible_effects(
+    test: NextTest, arrangement: Arrangement, catalogue: Catalogue, sources: ErrorSources
+) -> VisibleTest:
     """Effects that a test would show; none where the model has no state in it."""
     places = () if test.place is None else (test.place,)
-    model = InSetUp(set_up=test.set_up, places=places, quantity=sources.quantity).apply(arrangement.fit.model, ())
+    model = SetUpEffect(set_up=test.set_up, places=places, quantity=sources.quantity).apply(arrangement.fit.model, ())
     names: tuple[str, ...] = ()
     try:
         plan = plan_tests(

@@ -26,9 +26,9 @@ from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.evidence import compute_birge_ratio, compute_evidence
 from diagnosis.diagnose import USUAL_PROGRESS, EffectChoice, screen_and_refit
-from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
 from diagnosis.fit.finalist import refit_by_own_covariance, refit_each_by_own_covariance
+from diagnosis.model_error_share import rank_by_best_covariance
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
@@ -76,7 +76,7 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     """
     campaign = simulation.draw(np.random.default_rng(seed))
     drawn = arrange_anew(simulation.arrangement, campaign)
-    choice = EffectChoice(partial(rank_by_suited_gains, drawn), drawn.cost_with_error_left)
+    choice = EffectChoice(partial(rank_by_best_covariance, drawn), drawn.cost_with_error_left)
     _, baseline, refits = screen_and_refit(
         drawn, effects, compute_step, lambda _step, _share: None, USUAL_PROGRESS, choice=choice
     )

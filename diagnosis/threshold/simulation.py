@@ -61,7 +61,7 @@ class Simulation:
 
     def read(self, generator: np.random.Generator) -> Complex[NDArray[np.complex128], " rows"]:
         """Readings in the rows of the campaign's table; NaN where nothing is compared or there is no steady state."""
-        table, used = self.campaign.measurement, self._used
+        table, used = self.campaign.measurement, self._used_rows
         value = np.full(len(table), np.nan, dtype=np.complex128)
         error = self._error(generator)
         way = np.array([self._sweeps.index(sweep) if sweep in self._sweeps else 0 for sweep in table.sweep])
@@ -90,7 +90,7 @@ class Simulation:
         return (self.arrangement.train, *([self.arrangement.held_out] if self.held_out else []))
 
     @cached_property
-    def _used(self) -> Bool[NDArray[np.bool_], " rows"]:
+    def _used_rows(self) -> Bool[NDArray[np.bool_], " rows"]:
         """Mask of the rows of the table that are read."""
         held = [] if self.held_out else self.campaign.held_out.repeats
         return np.asarray((self.point >= 0) & ~np.isin(self.campaign.measurement.repeat, held))
@@ -130,23 +130,23 @@ class Simulation:
 
     def _repeat(self, generator: np.random.Generator) -> Complex[NDArray[np.complex128], "S k"]:
         """Readings of one repeat in each sweep, without noise."""
-        model, points = self._jittered(generator), self._predictor.points
+        model, points = self._draw_model(generator), self._predictor.points
         value = np.zeros((max(len(self._sweeps), 1), len(points)), dtype=np.complex128)
-        value[:, points.free] = self._followed(model, points.free, None)
+        value[:, points.free] = self._follow_sweep(model, points.free, None)
         for level in np.unique(points.level):
             history = generator.uniform(size=count_contact_sliders(model))
             there = ~points.free & (points.level == level)
-            value[:, there] = self._followed(model, there, history)
+            value[:, there] = self._follow_sweep(model, there, history)
         return value
 
-    def _followed(
+    def _follow_sweep(
         self, model: Model, there: NDArray[np.bool_], history: Float[NDArray[np.float64], " sliders"] | None
     ) -> Complex[NDArray[np.complex128], "S n"]:
         slider = None if history is None else make_slider_start(model, history)
         predictor = replace(self._predictor, points=self._predictor.points.where(there), slider=slider)
         return predictor.predict(model, self._prediction).by_sweep
 
-    def _jittered(self, generator: np.random.Generator) -> Model:
+    def _draw_model(self, generator: np.random.Generator) -> Model:
         """Model of one repeat."""
         model = self.arrangement.fit.model
         for effect, deviation in self.arrangement.jitter_of_one_repeat:
@@ -176,7 +176,7 @@ class Simulation:
         errors = make_error_tangents(fit.model, prediction, arrangement.budget, highest)
         rates = self._predictor.derivatives(fit.model, prediction, errors.tangents)
         slopes = self._features.slopes(prediction.value, rates) * errors.size
-        apart = [*slopes[:, errors.n_shared :].T, *self._finer_changes()]
+        apart = [*slopes[:, errors.n_shared :].T, *self._refinement_changes()]
         # A state that one of the models lacks has no error of this kind.
         return np.nan_to_num(slopes[:, : errors.n_shared]), np.nan_to_num(
             np.array(apart).reshape(len(apart), len(slopes)).T
@@ -197,7 +197,7 @@ class Simulation:
         patterns = ErrorPatterns.at(features, self._predictor, fit.model, self._prediction, predicted)
         return np.nan_to_num(patterns.modes(size)), np.nan_to_num(size.reading * patterns.reading), patterns.part
 
-    def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
+    def _refinement_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
         """Change of each feature by each finer model."""
         arrangement, fit, prediction = self.arrangement, self.arrangement.fit, self._prediction
         # They have the added effects, but not one that is only tried.

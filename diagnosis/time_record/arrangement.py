@@ -18,7 +18,7 @@ from diagnosis.candidate.scale import measure_scale
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.fit_parameter import Unknowns, make_start
-from diagnosis.fit.problem import Effort, Refit
+from diagnosis.fit.problem import EffectSelection, Refit
 from diagnosis.time_record.comparison import RecordComparison
 from geometry.errors import InputError
 from hbsolve.errors import ModelError
@@ -53,8 +53,15 @@ class RecordArrangement:
     fit: Fit
 
     #: The residual of a record is coloured: no gain of its squared error alone justifies or excludes a fit.
-    effort: ClassVar[Effort] = Effort(
-        unseen=0.0, least_left=LEFT, together=False, best=4, most=4, worthless=0.0, finalists=4, far_behind=np.inf
+    selection: ClassVar[EffectSelection] = EffectSelection(
+        least_change=0.0,
+        least_unabsorbed_share=LEFT,
+        slopes_at_once=False,
+        n_best=4,
+        n_shortlisted=4,
+        least_gain=0.0,
+        n_finalist=4,
+        largest_chi2_gap=np.inf,
     )
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
@@ -81,7 +88,7 @@ class RecordArrangement:
         )  # fmt: skip
 
     def testable(self, effects: Sequence[Effect]) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
-        """Effects that a march through time allows, and the others with the reason."""
+        """Effects that the time integration allows, and the others with the reason."""
         found, left = [], []
         for effect in effects:
             unknowns = self.unknowns([effect])
@@ -128,7 +135,7 @@ def arrange_records(
     noise
         Standard deviation of the noise of sensors, by name [unit of the record]; none if it is not known.
     steps
-        Steps of the march per sample [-].
+        Integration steps per sample [-].
 
     Raises
     ------

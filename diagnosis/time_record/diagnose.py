@@ -21,7 +21,7 @@ RecordDiagnosis: TypeAlias = Diagnosis[RecordArrangement]
 
 
 class Preparation(TypedDict, total=False):
-    """How records are prepared, see `diagnosis.time_record.arrangement.arrange_records`."""
+    """Options for the preparation of records, see `diagnosis.time_record.arrangement.arrange_records`."""
 
     run_in: float
     noise: Mapping[str, float] | None

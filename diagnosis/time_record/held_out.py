@@ -26,7 +26,7 @@ from geometry.plain_number import plain
 MAX_EXCESS_RATIO = 0.8
 #: Error of an effect, relative to all else, that takes this ratio off when it is fitted: 1 / r^2 = 1 + x^2.
 DETECTABLE_ERROR = (MAX_EXCESS_RATIO**-2 - 1) ** 0.5
-#: Held-out error that counts as zero: remainder of a fit, and round-off of a march [-].
+#: Held-out error that counts as zero: remainder of a fit, and round-off of the integration [-].
 ZERO_ERROR = 1e-6
 #: Largest share of the excess held-out error that a named effect may leave, where the noise is known.
 MAX_EXCESS_LEFT = 0.5

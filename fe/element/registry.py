@@ -1,4 +1,4 @@
-"""Which elements there are: one file each in this folder, and those from outside."""
+"""Registry of elements: one file each in this folder, and those from outside."""
 
 from collections.abc import Iterator, Mapping
 
@@ -30,7 +30,7 @@ class _ByCellType(Mapping[str, Element]):
 
 
 def _wrong(element: Element) -> str | None:
-    """What contradicts itself in an element's table."""
+    """Contradiction in an element's table."""
     n_node, corner_faces = element.n_node, element.corner_faces
     sides = [(a, b) for face in corner_faces for a, b in zip(face, (*face[1:], face[0]), strict=True)]
     if any(element.cell_type == other.cell_type for other in REGISTRY):

@@ -1,4 +1,4 @@
-"""What an element is: a table of nodes, shape functions, faces, one quadrature rule, and its names in files."""
+"""Table of an element: nodes, shape functions, faces, one quadrature rule, and its names in files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

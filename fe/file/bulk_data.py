@@ -23,7 +23,7 @@ EXECUTIVE = re.compile(r"\s*(SOL\s+\S|CEND\b)", re.IGNORECASE)
 
 @dataclass(frozen=True, kw_only=True)
 class BulkCard:
-    """One card.
+    """Card of bulk data.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class BulkCard:
     fields: list[str]
 
     def field(self, place: int) -> str:
-        """One field, empty behind the last one."""
+        """Text of a field, empty after the last one."""
         return self.fields[place] if place < len(self.fields) else ""
 
 

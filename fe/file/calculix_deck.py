@@ -45,7 +45,7 @@ class NodeSpring:
 
 
 class FrequencyOutput(Enum):
-    """What a `*FREQUENCY` step leaves behind, as the parameter that asks for it."""
+    """Output of a `*FREQUENCY` step, as the parameter that requests it."""
 
     EIGENVALUES = ""
     #: Also the binary .eig file, which holds the eigenvalues in full double precision.
@@ -143,7 +143,7 @@ def mesh_text(mesh: Mesh) -> Iterator[str]:
 
 
 def _spring_text(element: int, number: int, spring: NodeSpring) -> Iterator[str]:
-    """One spring along the first axis of a frame of its own."""
+    """Text of a spring along the first axis of its own frame."""
     across = np.zeros(3)
     across[np.argmin(np.abs(spring.direction))] = 1.0
     frame = ", ".join(NUMBER % float(value) for value in (*spring.direction, *across))

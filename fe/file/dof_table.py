@@ -1,4 +1,4 @@
-"""Which node and direction each row of an imported matrix belongs to, and the files that say so."""
+"""Degrees of freedom of the rows of an imported matrix: node and direction, and the files with them."""
 
 import csv
 import re
@@ -106,7 +106,7 @@ class DofLabels:
 
 
 def numbered(n_dof: int) -> DofLabels:
-    """What stands in for a missing table: row k is node k in direction x."""
+    """Default for a missing table: row k is node k in direction x."""
     return DofLabels(node=np.arange(n_dof), direction=np.zeros(n_dof, dtype=np.int64))
 
 

@@ -27,7 +27,7 @@ FORCE_UNITS = dict.fromkeys((0.0254, 0.3048), (4.4482216152605, "lbf"))
 
 @dataclass(frozen=True, kw_only=True)
 class CarriedMaterial:
-    """What a file says of its material.
+    """Material that a mesh file carries.
 
     Parameters
     ----------

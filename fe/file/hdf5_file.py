@@ -1,10 +1,10 @@
-"""HDF5 files of unknown origin: their library is let in only when a rehearsal has shown that it comes out again."""
+"""HDF5 files of unknown origin: they are opened here only if a trial process could read them."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from geometry.rehearsal import rehearse
+from geometry.trial_process import read_in_trial_process
 
 #: What the slowest disk gives [byte/s].
 SPEED = 5e6
@@ -14,14 +14,14 @@ MEMORY = 1100
 MOST = 100_000
 
 
-def find_hdf5_trap(path: Path) -> str | None:
-    """Why an HDF5 file must not be opened in this process, as the end of a sentence; None if it may.
+def find_unsafe_hdf5_content(path: Path) -> str | None:
+    """Reason not to open an HDF5 file in this process, as the end of a sentence; None for a safe file.
 
     A damaged file may end the library, keep it in a loop, or announce arrays that no memory holds.
     """
     import h5py  # noqa: F401  # before the process copies itself
 
-    return rehearse(lambda: _read_all(path), path, speed=SPEED, memory=MEMORY)
+    return read_in_trial_process(lambda: _read_all(path), path, speed=SPEED, memory=MEMORY)
 
 
 def _read_all(path: Path) -> None:
@@ -66,7 +66,7 @@ def _read_array(file: Any, node: Any) -> None:
 
 
 def _attempt(act: Callable[..., Any], *arguments: Any) -> Any:
-    """What an act gives; None if it fails, for that is no trap."""
+    """Result of an action; None if it raises an error, which is harmless."""
     try:
         return act(*arguments)
     except MemoryError:

@@ -70,7 +70,7 @@ def refuse_size(path: Path, rows: int) -> None:
         )
 
 
-def refuse_cut_number(path: Path) -> None:
+def refuse_truncated_number(path: Path) -> None:
     """Refuse a text whose last line has no end: its last number may be a part of one.
 
     Raises

@@ -79,10 +79,10 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
         same nodes, or node numbers that point at nothing.
     """
     _refuse_other_solids(file_mesh, source)
-    _refuse_wild_numbers(file_mesh, source)
+    _refuse_nonfinite_points(file_mesh, source)
     cells, number = _solid_cells(file_mesh)
     _refuse_mixed_order(cells, source)
-    _refuse_twins(cells, source)
+    _refuse_duplicate_cells(cells, source)
 
     used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
     new_node = np.full(len(file_mesh.points), -1)
@@ -163,7 +163,7 @@ def _refuse_other_solids(file_mesh: FileMesh, source: str) -> None:
         raise MeshError(f"mesh file {source} has no solid cells ({listed}): export the volume mesh, {wanted}")
 
 
-def _refuse_wild_numbers(file_mesh: FileMesh, source: str) -> None:
+def _refuse_nonfinite_points(file_mesh: FileMesh, source: str) -> None:
     n_point = len(file_mesh.points)
     for cell_type, nodes in file_mesh.blocks:
         if cell_type in ELEMENTS and nodes.shape[1] != ELEMENTS[cell_type].n_node:
@@ -207,7 +207,7 @@ def _is_quadrilateral_on_triangles(
     return any(not corners[3].isdisjoint(combinations(square, 3)) for square in corners[4])
 
 
-def _refuse_twins(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
+def _refuse_duplicate_cells(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
     """Two cells on the same nodes, in another order, would count their stiffness and mass twice."""
     twins = sum(len(nodes) - len(_once(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
     if twins:

@@ -16,7 +16,7 @@ _SUFFIX = ".npy"
 
 
 class NpzError(ValueError):
-    """What is wrong with an archive, as the end of a sentence."""
+    """Error of an archive, as the end of a sentence."""
 
 
 class ObjectArray(NpzError):

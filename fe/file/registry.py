@@ -1,4 +1,4 @@
-"""What a file format is, and how formats are found by suffix and content; their registries stand in their packages."""
+"""File formats, found by suffix and content; their registries are in their packages."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

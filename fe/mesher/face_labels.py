@@ -1,4 +1,4 @@
-"""Which CAD face each triangle on the boundary of a mesh belongs to."""
+"""CAD face of each triangle on the boundary of a mesh."""
 
 import numpy as np
 from jaxtyping import Float, Int

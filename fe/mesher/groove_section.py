@@ -1,4 +1,4 @@
-"""How the section of a grooved pad is cut into three columns of cells: a lip, the groove and the other lip."""
+"""Section of a grooved pad, divided into three columns of cells: a lip, the groove and the other lip."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -23,7 +23,7 @@ INTERVALS = 6
 
 @dataclass(frozen=True, kw_only=True)
 class RigMesh:
-    """How the five bodies are meshed; `choose_rig_mesh` makes one from a size.
+    """Mesh parameters of the five bodies; `choose_rig_mesh` makes them from a size.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ AREA, VOLUME = 2e-3, 5e-4
 
 @dataclass(frozen=True, kw_only=True)
 class TetRule:
-    """How large the cells are.
+    """Sizes of the cells.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.allocator import give_back
+from fe.allocator import return_freed_memory
 from fe.sparse.factor import Factor, Symmetric
 from fe.sparse.krylov_basis import KrylovBasis
 from fe.sparse.krylov_basis import NoConvergence as NoConvergence
@@ -84,7 +84,7 @@ def block_lanczos(
     Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000) 602-616: thick restart.
     """
     block = block or default_block(n_mode)
-    kept, n_fresh = n_mode + SPARE * block, first_fresh(block)
+    kept, n_fresh = n_mode + SPARE * block, n_first_random_columns(block)
     basis = _first_basis(factor, mass, block, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
     settled, trial_end, next_test, n_restart = np.zeros(n_mode), 0, kept, 0
     while True:
@@ -115,13 +115,13 @@ def block_lanczos(
         if basis.size == mass.shape[0]:
             break
     order = np.argsort(1 / theta)
-    return 1 / theta[order], basis.taken(coordinates[:, order])
+    return 1 / theta[order], basis.take_vectors(coordinates[:, order])
 
 
 def _first_basis(factor: Factor, mass: Symmetric | BlockProduct, block: int, max_basis: int, seed: int) -> KrylovBasis:
     product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass)
     basis = KrylovBasis(factor, product, max_basis, seed)
-    give_back()  # the copies that the product with the mass was made of
+    return_freed_memory()  # the copies that the product with the mass was made of
     basis.refresh(block)
     return basis
 
@@ -136,13 +136,13 @@ def default_block(n_mode: int) -> int:
     return WIDE if n_mode >= MANY else NARROW
 
 
-def first_fresh(block: int) -> int:
+def n_first_random_columns(block: int) -> int:
     """Random columns that join first [-]."""
     return max(2, block // 4)
 
 
 def basis_columns(n: int, n_mode: int, block: int, most: int | None = None) -> int:
     """Columns of Q at which a restart compresses them, for n degrees of freedom [-]; `most` is the user's limit."""
-    least = n_mode + SPARE * block + NEW * (block + first_fresh(block))
+    least = n_mode + SPARE * block + NEW * (block + n_first_random_columns(block))
     free = max(2 * n_mode, min(2 * n_mode + SPACIOUS * block, int(MEMORY / (8 * n))))
     return max(most or free, least)

@@ -37,10 +37,10 @@ from fe.sparse.factor import (
     Columns,
     Symmetric,
     TooLarge,
+    changed_pattern_error,
     check_diagonal,
     check_pattern,
     columns_and_place,
-    other_places,
     singular,
 )
 from fe.sparse.pardiso import nested_dissection
@@ -136,7 +136,7 @@ class Cholmod:
         check_diagonal(matrix.diagonal())
         upper = upper_triangle(matrix)
         if zlib.crc32(upper.column.data) != self._pattern:
-            raise other_places()
+            raise changed_pattern_error()
         return self._columns(upper)
 
     def _columns(self, upper: Upper) -> LowerColumns:

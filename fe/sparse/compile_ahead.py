@@ -12,7 +12,7 @@ from fe.sparse.supernodes import Supernodes, pack
 from fe.sparse.upper_triangle import Upper
 
 
-def warm() -> None:
+def compile_kernels() -> None:
     """Solve with the smallest factor for as many right-hand sides as `LANES` has; the code is stored on disk."""
     one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
     upper = Upper(start, only, np.eye(3), 3)
@@ -26,8 +26,8 @@ def warm() -> None:
         subtract(columns, columns, project(columns, columns))
         for direction in (1, NODE):
             several = np.ones((direction, n_column), order="F")
-            SparseProduct(sp.csr_array(np.eye(1)), direction).into(several, several)
+            SparseProduct(sp.csr_array(np.eye(1)), direction).multiply_into(several, several)
 
 
 if __name__ == "__main__":
-    warm()
+    compile_kernels()

@@ -17,7 +17,7 @@ Columns = Float[NDArray[np.float64], " n"] | Float[NDArray[np.float64], "n k"]
 
 
 class Definiteness(Enum):
-    """Which factorisation the matrix allows."""
+    """Definiteness of a matrix, which decides on its factorisation."""
 
     POSITIVE = "positive definite: Cholesky"
     INDEFINITE = "symmetric indefinite: LDL^T"
@@ -124,7 +124,7 @@ def check_rows(shape: tuple[int, int], columns: NDArray[Any]) -> None:
 def columns_and_place(
     shape: tuple[int, int], right_hand_side: Columns, out: Columns | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What every back end solves for and into, both in Fortran order.
+    """Right-hand side and result array of every back end, both in Fortran order.
 
     Returns
     -------
@@ -161,8 +161,8 @@ def check_diagonal(diagonal: NDArray[np.float64]) -> None:
         raise singular(len(diagonal))
 
 
-def other_places() -> ValueError:
-    """The error for new values whose places are not those of the matrix analysed first."""
+def changed_pattern_error() -> ValueError:
+    """The error for a matrix whose sparsity pattern is not that of the matrix analysed first."""
     return ValueError("the new matrix has entries in other places: factorise it by itself")
 
 

@@ -74,7 +74,7 @@ class KrylovBasis:
         own = _projected(MW, column)
         column = dgemm(-1.0, W, own, 1.0, column, overwrite_c=1)
         column = dgemm(-1.0, self._vectors[:, before], self._coupling, 1.0, column, trans_b=1, overwrite_c=1)
-        column, part = self._without(column)
+        column, part = self._orthogonalise_to_basis(column)
         part[before] += self._coupling.T
         part[start:] += own
         part[start:] = (part[start:] + part[start:].T) / 2
@@ -91,7 +91,7 @@ class KrylovBasis:
         fresh = self._solve(self._mass @ self._random.standard_normal((n, n_column)))
         fresh /= np.sqrt(np.einsum("nk,nk->k", fresh, self._mass @ fresh))
         for _ in range(2):
-            fresh, _part = self._without(fresh)
+            fresh, _part = self._orthogonalise_to_basis(fresh)
         widened = np.asfortranarray(np.hstack([self._next, fresh]))
         # Not to stand beside what they have gone into.
         self._next = self._mass_next = fresh = widened[:, :0]
@@ -105,8 +105,8 @@ class KrylovBasis:
         residual = np.linalg.norm(self._coupling @ S[self._previous :, order], axis=0)
         return theta[order], S[:, order], residual
 
-    def taken(self, coordinates: Matrix) -> Matrix:
-        """Vectors in the span of Q, in its memory: the basis is no more."""
+    def take_vectors(self, coordinates: Matrix) -> Matrix:
+        """Vectors in the span of Q, in its memory; the basis cannot be used afterwards."""
         self._combine(coordinates)
         self._free = []
         # Shrinks in place, columns first; the rest goes back to the system.
@@ -142,13 +142,13 @@ class KrylovBasis:
             raise NoConvergence("the factor's solution is not finite: its matrix is singular")
         return solution
 
-    def _without(self, column: Matrix) -> tuple[Matrix, Matrix]:
-        """Columns less their part along Q (in place), and the coordinates of that part."""
+    def _orthogonalise_to_basis(self, column: Matrix) -> tuple[Matrix, Matrix]:
+        """Make columns orthogonal to Q in place, and return them with the coordinates of their part along Q."""
         if not column.size:  # BLAS refuses to do nothing
             return column, np.empty((self.size, 0))
         Q = self._vectors[:, : self.size]
-        part = _projected(Q, self._mass.passing(column))
-        return _less(column, Q, part), part
+        part = _projected(Q, self._mass.multiply_in_workspace(column))
+        return _subtract_product(column, Q, part), part
 
     def _orthonormalise(self, column: Matrix, scale: float) -> Matrix:
         """Make W of the columns; R with column = W R, but for directions that are round-off against `scale`."""
@@ -159,7 +159,7 @@ class KrylovBasis:
             if not column.shape[1] or (worst > 0.1 and is_clean):
                 break
             if stale > STALE:
-                product, stale = self._mass.into(self._place(column.shape), column), 1.0
+                product, stale = self._mass.multiply_into(self._place(column.shape), column), 1.0
             gram = _projected(column, product)
             length = np.sqrt(np.diag(gram).clip(min=np.finfo(float).tiny))
             value, U = scipy.linalg.eigh((gram + gram.T) / 2 / np.outer(length, length))
@@ -176,7 +176,7 @@ class KrylovBasis:
             is_clean |= n_left == len(size) and size[-1] > UNCLEAN * scale
             if not is_clean or worst < UNCLEAN:  # what little is left has a part along Q again
                 column = dgemm(1.0, column, np.asfortranarray(left[:, :n_left])) if n_left else column[:, :0]
-                column, _part = self._without(column)
+                column, _part = self._orthogonalise_to_basis(column)
                 R, worst, stale, is_clean = size[:n_left, None] * right[:n_left], 0.0, np.inf, True
         else:
             raise NoConvergence("no orthogonal columns can be made of the factor's solutions: its matrix is singular")
@@ -194,8 +194,8 @@ def _projected(basis: Matrix, columns: Matrix) -> Matrix:
     return project(basis, columns)
 
 
-def _less(columns: Matrix, basis: Matrix, factors: Matrix) -> Matrix:
-    """The difference columns - basis factors, in the place of the columns."""
+def _subtract_product(columns: Matrix, basis: Matrix, factors: Matrix) -> Matrix:
+    """The difference columns - basis factors, in place of the columns."""
     if len(basis) < LONG:
         return np.asarray(dgemm(-1.0, basis, factors, 1.0, columns, overwrite_c=1))
     from fe.sparse.narrow_product import subtract

@@ -1,4 +1,4 @@
-"""Where Intel's MKL is: the wheel `mkl`, which `pypardiso` brings along."""
+"""Location of Intel's MKL: the wheel `mkl`, a dependency of `pypardiso`."""
 
 import ctypes
 import sys

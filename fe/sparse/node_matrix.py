@@ -55,7 +55,7 @@ class NodeMatrix:
         return np.repeat(self.nodes.diagonal(), NODE)
 
     def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "NodeMatrix":
-        """Of some nodes: a copy."""
+        """Copy of the part of some nodes."""
         return NodeMatrix(nodes=sp.csr_array(self.nodes[nodes][:, nodes]))
 
     def tocsr(self) -> sp.csr_array:
@@ -93,20 +93,20 @@ class BlockProduct:
             direction, kept = (1, whole) if node is None else (NODE, node)
         self._kernel = _kernel(kept, direction)
         # Kept from one product to the next: fresh memory costs as much as the product.
-        self._passing = np.empty((0, 0))
+        self._workspace = np.empty((0, 0))
 
     def __matmul__(self, columns: Matrix) -> Matrix:
         """Product with columns (n, k), in Fortran order."""
-        return self.into(np.empty(columns.shape, order="F"), columns)
+        return self.multiply_into(np.empty(columns.shape, order="F"), columns)
 
-    def passing(self, columns: Matrix) -> Matrix:
-        """The same in an array that the next call writes over."""
-        if self._passing.shape != columns.shape:
-            self._passing = np.empty(columns.shape, order="F")
-        return self.into(self._passing, columns)
+    def multiply_in_workspace(self, columns: Matrix) -> Matrix:
+        """The same in a workspace, which the next call overwrites."""
+        if self._workspace.shape != columns.shape:
+            self._workspace = np.empty(columns.shape, order="F")
+        return self.multiply_into(self._workspace, columns)
 
-    def into(self, product: Matrix, columns: Matrix) -> Matrix:
-        """The same in an array of the columns' shape in Fortran order, which is there already.
+    def multiply_into(self, product: Matrix, columns: Matrix) -> Matrix:
+        """The same in a given array of the columns' shape in Fortran order.
 
         Raises
         ------
@@ -121,7 +121,7 @@ class BlockProduct:
             )
         if not columns.size:
             return product
-        self._kernel.into(product, np.asfortranarray(columns, dtype=np.float64))
+        self._kernel.multiply_into(product, np.asfortranarray(columns, dtype=np.float64))
         return product
 
 
@@ -131,8 +131,8 @@ class PlainProduct:
     def __init__(self, matrix: sp.csr_array) -> None:
         self._matrix = matrix
 
-    def into(self, product: Matrix, columns: Matrix) -> None:
-        """As `fe.sparse.product.SparseProduct.into`."""
+    def multiply_into(self, product: Matrix, columns: Matrix) -> None:
+        """As `fe.sparse.product.SparseProduct.multiply_into`."""
         wide = np.ascontiguousarray(columns).reshape(self._matrix.shape[0], -1)
         product[...] = (self._matrix @ wide).reshape(columns.shape)
 

@@ -16,16 +16,16 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.allocator import give_back
+from fe.allocator import return_freed_memory
 from fe.sparse.factor import (
     Columns,
     Definiteness,
     Symmetric,
     UnknownInertia,
+    changed_pattern_error,
     check_diagonal,
     check_pattern,
     columns_and_place,
-    other_places,
     singular,
 )
 from fe.sparse.mkl import library
@@ -67,7 +67,7 @@ class Pardiso:
         check_pattern(matrix, self._shape, self._nnz)
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
-            raise other_places()
+            raise changed_pattern_error()
         self._upper = self._upper._replace(values=upper.values)
         self._factorise()
 
@@ -125,7 +125,7 @@ def nested_dissection(upper: Upper) -> NDArray[np.int64]:
     finally:
         handle(RELEASE, upper)
         library().MKL_Free_Buffers()
-        give_back()
+        return_freed_memory()
     return (upper.block * order.astype(np.int64)[:, None] + np.arange(upper.block)).ravel()
 
 

@@ -35,7 +35,7 @@ class SparseProduct:
         self._values = np.ascontiguousarray(matrix.data, dtype=np.float64)
         self._buffer = Buffer()
 
-    def into(self, product: Float[Matrix, "n k"], columns: Float[Matrix, "n k"]) -> None:
+    def multiply_into(self, product: Float[Matrix, "n k"], columns: Float[Matrix, "n k"]) -> None:
         """Put the product with columns into a matrix of their shape; both are in Fortran order."""
         matrix = self._start, self._column, self._values
         for some, lanes in groups(columns.shape[1]):

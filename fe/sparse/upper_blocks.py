@@ -132,7 +132,7 @@ class UpperBlocks:
         return sp.csr_array(found[NODE * which + rows % NODE])
 
     def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "UpperBlocks":
-        """Of some nodes, in ascending order: a copy."""
+        """Copy of the part of some nodes, in ascending order."""
         place = np.full(self.n_node, -1, dtype=np.int32)
         place[nodes] = np.arange(len(nodes), dtype=np.int32)
         row = np.repeat(place, np.diff(self.row_start))

@@ -1,4 +1,4 @@
-"""What stands around the picture of a body: caption, colour bar and note, laid out so that nothing meets."""
+"""Caption, colour bar and note around the picture of a body, laid out without overlap."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class Caption:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Colouring:
-    """What the colours of bodies show.
+    """Field shown by the colours of bodies.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Colouring:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Where things stand [pixels], from the top left corner.
+    """Positions of the parts of a picture [pixels], from the top left corner.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Blank:
         self.figure.text(left, 26 * scale / height, caption.note, size=18 * points, color=PALE, va="bottom")
 
     def pixels(self) -> NDArray[np.uint8]:
-        """What is drawn so far, shape (height, width, 3)."""
+        """Pixels drawn so far, shape (height, width, 3)."""
         self._canvas.draw()
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 

@@ -35,7 +35,7 @@ N_FRAME = 32
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModeColour:
-    """What the colour of a mode shape is.
+    """Field shown by the colour of a mode shape.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ import os
 from types import ModuleType
 
 from geometry.errors import MissingSoftware
-from geometry.system_library import preflight
+from geometry.system_library import require_system_libraries
 
 WINDOW = "vtkEGLRenderWindow"
 REMEDY = "apt-get update && apt-get install -y --no-install-recommends libegl1 libgl1 libgl1-mesa-dri"
@@ -26,7 +26,7 @@ def require_egl() -> None:
     MissingSoftware
         With the line that installs what is missing.
     """
-    preflight("pictures")
+    require_system_libraries("pictures")
     try:
         egl = ctypes.CDLL("libEGL.so.1")
     except OSError as error:

@@ -90,7 +90,7 @@ def _facets(index: Int[NDArray[np.int64], "v u"]) -> Int[NDArray[np.int64], "fac
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Skin:
-    """What is seen of a mesh.
+    """Visible surface of a mesh.
 
     Parameters
     ----------

@@ -195,7 +195,7 @@ def _polylines(pyvista: Any, points: Vectors, edges: NDArray[np.int64]) -> Any:
 
 
 def enlargement(mesh: Mesh, displacement: Motion, amplitude: float | None) -> float:
-    """What a displacement is multiplied by in a picture [-]; 1 where nothing moves.
+    """Scale factor of a displacement in a picture [-]; 1 where nothing moves.
 
     Parameters
     ----------

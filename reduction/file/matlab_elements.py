@@ -24,7 +24,7 @@ DEEPEST = 30
 
 
 class MatlabFileError(ValueError):
-    """What is damaged, as the end of a sentence."""
+    """Damage of a MATLAB file, as the end of a sentence."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

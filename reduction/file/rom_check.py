@@ -1,4 +1,4 @@
-"""What a file of a reduced model may hold, whatever its format: one sentence for each mistake."""
+"""Check of the content of a reduced model's file, of any format: one sentence for each mistake."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,10 +11,10 @@ from reduction.errors import RomError
 _WHOLE = ("boundary_node", "boundary_direction", "free", "n_node")
 
 
-def check_rom(where: str, arrays: Mapping[str, Any], sets: object, again: str) -> None:
+def check_rom(where: str, arrays: Mapping[str, Any], sets: object, remedy: str) -> None:
     """Refuse arrays, with ``n_node``, and boundary rows by name that are no `reduction.rom.ReducedModel`.
 
-    Messages begin with `where`, the file and the body in it; `again` says how to write the file anew.
+    Messages begin with `where`, the file and the body in it; `remedy` says how to write the file again.
 
     Raises
     ------
@@ -25,8 +25,8 @@ def check_rom(where: str, arrays: Mapping[str, Any], sets: object, again: str) -
     for name, array in arrays.items():
         kinds, wanted = ("iu", "whole") if name in _WHOLE else ("fiu", "real")
         if array.dtype.kind not in kinds:
-            raise RomError(f"{where}: {name} holds {array.dtype} instead of {wanted} numbers: {again}")
-    _check_shapes(where, arrays, again)
+            raise RomError(f"{where}: {name} holds {array.dtype} instead of {wanted} numbers: {remedy}")
+    _check_shapes(where, arrays, remedy)
     for name, array in arrays.items():
         refuse_infinite(array, f"{where}: {name}", RomError)
     for name in ("mass", "damping", "stiffness"):
@@ -39,11 +39,11 @@ def check_rom(where: str, arrays: Mapping[str, Any], sets: object, again: str) -
     for name, end in (("boundary_node", n_node), ("boundary_direction", 3), ("free", 3 * n_node)):
         outside = arrays[name][(arrays[name] < 0) | (arrays[name] >= end)]
         if len(outside):
-            raise RomError(f"{where}: {name} holds {outside[0]}, but there are 0 to {end - 1}: {again}")
-    _check_sets(where, sets, len(arrays["boundary_node"]), again)
+            raise RomError(f"{where}: {name} holds {outside[0]}, but there are 0 to {end - 1}: {remedy}")
+    _check_sets(where, sets, len(arrays["boundary_node"]), remedy)
 
 
-def _check_shapes(where: str, arrays: Mapping[str, Any], again: str) -> None:
+def _check_shapes(where: str, arrays: Mapping[str, Any], remedy: str) -> None:
     r, b, n = (arrays[name].size for name in ("fixed_interface_frequency", "boundary_node", "free"))
     r += b
     wanted = {
@@ -54,13 +54,13 @@ def _check_shapes(where: str, arrays: Mapping[str, Any], again: str) -> None:
         if arrays[name].shape != shape:
             raise RomError(
                 f"{where}: {name} has shape {arrays[name].shape}, but {r} coordinates, {b} of them boundary, "
-                f"need {shape}: {again}"
+                f"need {shape}: {remedy}"
             )
 
 
-def _check_sets(where: str, sets: object, n_boundary: int, again: str) -> None:
+def _check_sets(where: str, sets: object, n_boundary: int, remedy: str) -> None:
     if not isinstance(sets, dict):
-        raise RomError(f"{where}: its boundary_sets are no rows by name: {again}")
+        raise RomError(f"{where}: its boundary_sets are no rows by name: {remedy}")
     for name, rows in sets.items():
         if not isinstance(rows, list) or not all(type(row) is int for row in rows):
             raise RomError(f'{where}: boundary set "{name}" is {rows}: give rows as whole numbers')

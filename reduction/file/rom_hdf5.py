@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.file.hdf5_file import find_hdf5_trap
+from fe.file.hdf5_file import find_unsafe_hdf5_content
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
-from reduction.file.atomic_file import write_whole
+from reduction.file.atomic_file import write_atomically
 from reduction.file.rom_check import check_rom
 from reduction.rom import REAL, WHOLE, ReducedModel
 
@@ -59,7 +59,7 @@ class ModelFile:
                 # What h5py raises, depending on when the disk is full.
                 raise OSError(str(error)) from error
 
-        write_whole(path, write, RomError)
+        write_atomically(path, write, RomError)
 
     def load(self, path: Path | str, read: Callable[["h5py.File"], T]) -> T:
         """Read a file that `save` wrote."""
@@ -68,7 +68,7 @@ class ModelFile:
         path, result = Path(path), None
         if not path.is_file():
             raise RomError(f'there is no {self.what} "{path}": check its name, or write it with `{self.writer}`')
-        if trap := find_hdf5_trap(path):
+        if trap := find_unsafe_hdf5_content(path):
             raise RomError(f'"{path}" is damaged, it {trap}: reduce the system again')
         try:
             with h5py.File(path, "r") as file:

@@ -13,7 +13,7 @@ import numpy as np
 
 from fe.file.npz_archive import read_npz
 from reduction.errors import RomError
-from reduction.file.atomic_file import write_whole
+from reduction.file.atomic_file import write_atomically
 from reduction.file.npz import write_npz
 from reduction.file.rom_check import check_rom
 from reduction.rom import REAL, WHOLE, ReducedModel
@@ -36,7 +36,7 @@ def save_rom_npz(rom: ReducedModel, path: Path | str) -> None:
     sets = {name: rows.tolist() for name, rows in rom.boundary_sets.items()}
     texts = {MARK: json.dumps(sets), "provenance": json.dumps(dict(rom.provenance))}
     arrays = {name: getattr(rom, name) for name in _ARRAYS}
-    write_whole(path, lambda file: write_npz(file, {"n_node": rom.n_node, **arrays, **texts}))
+    write_atomically(path, lambda file: write_npz(file, {"n_node": rom.n_node, **arrays, **texts}))
 
 
 def load_rom_npz(path: Path | str) -> ReducedModel:

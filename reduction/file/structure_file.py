@@ -12,7 +12,7 @@ from fe.file.npz_archive import NpzError, ObjectArray, npz_headings, read_npz
 from reduction.array_input import ASYMMETRY, freeze_arrays, refuse_asymmetric, refuse_infinite
 from reduction.array_type import Matrix
 from reduction.errors import MatrixError
-from reduction.file.atomic_file import write_whole
+from reduction.file.atomic_file import write_atomically
 from reduction.file.matlab_elements import MatlabFileError, read_variables
 from reduction.file.npz import write_npz
 from reduction.file.rom_npz import MARK, load_rom_npz
@@ -28,7 +28,7 @@ LARGEST = 5000
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StructureMatrices:
-    """What a file says of a linear structure; arrays are copied and read-only."""
+    """Matrices of a linear structure from a file; arrays are copied and read-only."""
 
     mass: Matrix
     damping: Matrix
@@ -110,7 +110,7 @@ def save_matrices(structure: StructureMatrices, path: Path | str) -> None:
         The folder does not exist, or the file cannot be written.
     """
     matrices = {name: getattr(structure, name) for name in NAMES}
-    write_whole(path, lambda file: write_npz(file, matrices))
+    write_atomically(path, lambda file: write_npz(file, matrices))
 
 
 def _of(rom: ReducedModel) -> StructureMatrices:

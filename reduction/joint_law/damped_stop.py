@@ -94,7 +94,7 @@ class DampedStop(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """Of the springs about the mean displacement."""
+        """Energy of the springs about the mean displacement."""
         k, gap = parameters["stiffness"], parameters["gap"]
         both = self.sides == "both"
 

@@ -16,7 +16,7 @@ from reduction.joint_law.registry import LAWS, Joint, LawOption, LawParameter, S
 
 
 class Friction(Enum):
-    """How the two tangents of a contact share Coulomb's limit."""
+    """Coupling of the two tangents of a contact by Coulomb's limit."""
 
     UNCOUPLED = "uncoupled"
     """Each tangent has a limit mu N of its own."""
@@ -121,7 +121,7 @@ class FrictionContact(PressedJoint):
 
     @property
     def n_slider(self) -> int:
-        """One per tangent."""
+        """Number of sliders: one per tangent."""
         return len(self.tangents)
 
     @property
@@ -175,5 +175,5 @@ class FrictionContact(PressedJoint):
 
 
 def friction_contacts(joints: Iterable[Joint]) -> list[FrictionContact]:
-    """Those of some joints that are friction contacts, in their order."""
+    """Friction contacts among some joints, in their order."""
     return [joint for joint in joints if isinstance(joint, FrictionContact)]

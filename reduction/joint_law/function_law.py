@@ -50,7 +50,7 @@ class CompiledFunction:
 
     @property
     def address(self) -> int:
-        """Where the machine code is; other processes have another."""
+        """Address of the machine code in this process."""
         return int(self._machine.address)
 
     @cached_property
@@ -154,7 +154,7 @@ class FunctionJoint(DirectedJoint):
 
     @classmethod
     def wrong(cls) -> str | None:
-        """Why its function cannot be used, as the end of a sentence."""
+        """Reason why its function cannot be used, as the end of a sentence."""
         return super().wrong() or _wrong_function(cls)
 
 

@@ -64,7 +64,7 @@ class HertzContact(DirectedJoint):
 
     @property
     def reference_stiffness(self) -> tuple[float, ...]:
-        """Of its tangent at u = 0 while it is closed at rest [N/m]."""
+        """Tangent stiffness at u = 0, if it is closed at rest [N/m]."""
         power = self.exponent - 1
         return (self.stiffness * self.exponent * (-self.gap / self.reference) ** power if self.gap < 0 else 0.0,)
 

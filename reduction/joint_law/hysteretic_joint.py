@@ -1,4 +1,4 @@
-"""What smooth hysteresis laws share: a spring that yields more and more, beside a spring that does not."""
+"""Base of smooth hysteresis laws: a yielding spring in parallel with an elastic one."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ class HystereticJoint(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """Of both springs, each about its mean stretch."""
+        """Energy of both springs, each about its mean elongation."""
         k, slip = parameters["tangential_stiffness"], parameters["slip_stiffness"]
         ends = np.vstack([np.zeros(displacement.shape[1]), slider[0]])
         return vibration_energy(np.array([slip, k - slip]), displacement[0], ends)

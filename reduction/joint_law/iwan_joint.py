@@ -79,7 +79,7 @@ class IwanJoint(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """Of all springs, each about its mean stretch."""
+        """Energy of all springs, each about its mean elongation."""
         stiffness, _ = make_cells(*(parameters[each.name] for each in self.parameters))
         return vibration_energy(stiffness, displacement[0], slider)
 

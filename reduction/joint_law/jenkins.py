@@ -52,7 +52,7 @@ class JenkinsElement(DirectedJoint):
 
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...]:
-        """One constant limit."""
+        """Interval of the slider, of constant limit."""
         return (SliderInterval(0, -1, self.tangential_stiffness, self.limit_force, 0.0),)
 
     def spring_energy(

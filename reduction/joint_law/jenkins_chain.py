@@ -61,12 +61,12 @@ class JenkinsChain(DirectedJoint):
 
     @property
     def n_slider(self) -> int:
-        """One per element."""
+        """Number of sliders: one per element."""
         return len(self.limit_force)
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
-        """Of all elements and the spring [N/m]."""
+        """Stiffness of all elements and the spring [N/m]."""
         return (sum(self.tangential_stiffness) + self.stiffness,)
 
     @property
@@ -77,6 +77,6 @@ class JenkinsChain(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """Of all springs, each about its mean stretch."""
+        """Energy of all springs, each about its mean elongation."""
         springs = np.array([parameters[name] for name in self.parameters[0].names(self)] + [parameters["stiffness"]])
         return vibration_energy(springs, displacement[0], np.vstack([slider, np.zeros(slider.shape[1])]))

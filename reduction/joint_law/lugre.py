@@ -94,5 +94,5 @@ class LuGreFriction(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
-        """Of the bristles about their mean deflection."""
+        """Energy of the bristles about their mean deflection."""
         return vibration_energy(np.array([parameters["tangential_stiffness"]]), displacement[0], slider[:1])

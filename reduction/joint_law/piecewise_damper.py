@@ -45,4 +45,4 @@ class PiecewiseDamper(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> None:
-        """It stores none."""
+        """Zero: this law stores no energy."""

@@ -1,4 +1,4 @@
-"""What contacts share: a unilateral normal spring, which a preload presses or a gap opens."""
+"""Base of contacts: a unilateral normal spring with a preload or a gap."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

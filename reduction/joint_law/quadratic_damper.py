@@ -38,7 +38,7 @@ class QuadraticDamper(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> None:
-        """It stores none."""
+        """Zero: this law stores no energy."""
 
     def exported(self, program: str) -> Joint:
         """No other program has it.

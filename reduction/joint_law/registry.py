@@ -1,4 +1,4 @@
-"""What is known of every joint law, and the registry of all laws.
+"""Data of every joint law, and the registry of all laws.
 
 A law is a frozen dataclass derived from `Joint`: rows, numbers, and the facts that the rest of the program asks for
 instead of its type. `docs/extending.md` shows how to add one.
@@ -21,15 +21,15 @@ Samples = Float[Real, "d n"]
 
 
 class Plausible(NamedTuple):
-    """What real joints have: a larger number is a mistake, or meant for something else."""
+    """Largest plausible value of a parameter: a larger number is a mistake, or meant for something else."""
 
-    most: float
-    beyond: str
+    largest: float
+    remedy: str
     """What a larger number is, and what to give in its place: the end of a sentence that begins with the number."""
 
     def doubt(self, value: float) -> str:
-        """What is wrong with a number that is too large; empty otherwise."""
-        return f"{value:g} {self.beyond}" if value > self.most else ""
+        """Warning about a number that is too large; empty otherwise."""
+        return f"{value:g} {self.remedy}" if value > self.largest else ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -274,7 +274,7 @@ class Joint(ABC):
         return "has none: leave it out, or take another law" if self.n_slider else ()
 
     def exported(self, program: str) -> "Joint":
-        """The same joint in the words that other programs have.
+        """The joint for export to other programs, as joints that these have.
 
         Parameters
         ----------
@@ -322,7 +322,7 @@ class Joint(ABC):
 
     @classmethod
     def wrong(cls) -> str | None:
-        """What does not fit in what the law says of itself, as the end of a sentence; it is asked when it registers."""
+        """Contradiction in the data of the law, as the end of a sentence; checked when it is registered."""
         if not 0 < cls.typical_displacement < np.inf:
             return f"has typical_displacement = {cls.typical_displacement!r}: give a positive length in m"
         known = {field.name for field in fields(cls)}  # type: ignore[arg-type]

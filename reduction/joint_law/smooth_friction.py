@@ -46,4 +46,4 @@ class SmoothFriction(DirectedJoint):
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> None:
-        """It stores none."""
+        """Zero: this law stores no energy."""

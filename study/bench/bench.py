@@ -22,8 +22,13 @@ from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
 from pipeline.output import prepare_output, replace_file
 from study.bench.case_text import hash_text
-from study.bench.copied_case import name_apart
-from study.bench.data_alone import compare_alone, diagnose_alone, move_alone, screen_alone
+from study.bench.copied_case import use_effect_copies
+from study.bench.data_without_states import (
+    compare_data_campaign,
+    diagnose_data_campaign,
+    move_data_parameters,
+    screen_data_campaign,
+)
 from study.bench.line import Lines, find_lines, list_unknowns, move_lines, move_values
 from study.bench.own_effect import OwnFile, save_own_effect, show_own_effects
 from study.bench.view.candidate import show_diagnosis, show_scores
@@ -117,7 +122,7 @@ class Bench:
         campaign = self._read_campaign()
         if campaign.has_data_alone:
             seen, self._comparison = hash_text(read_text(self.case)), None
-            found_alone, shown = compare_alone(self.case, campaign, self.run)
+            found_alone, shown = compare_data_campaign(self.case, campaign, self.run)
             shown["verdict"]["seen"] = seen
             return Result(numbers=found_alone, views=shown)
         self._comparison = found = self._compare(campaign)
@@ -146,7 +151,7 @@ class Bench:
             With what is wrong in them.
         """
         if self._read_campaign().has_data_alone:
-            return Result(numbers={}, views=screen_alone())
+            return Result(numbers={}, views=screen_data_campaign())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
         drawn, now = summarise_errors(screened.uncalibrated), summarise_errors(screened.baseline)
@@ -180,7 +185,7 @@ class Bench:
         """
         campaign = self._read_campaign()
         if campaign.has_data_alone:
-            found, alone = diagnose_alone(self.case, campaign, self.folder, self.run, self.without)
+            found, alone = diagnose_data_campaign(self.case, campaign, self.folder, self.run, self.without)
             return Result(numbers=found, views=alone)
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
@@ -258,7 +263,7 @@ class Bench:
         """
         # A slider moves many times: files are read for the first of them alone.
         if self._comparison is None and (campaign := self._read_campaign()).has_data_alone:
-            numbers_alone, views = move_alone(self.case, campaign, self.run, values)
+            numbers_alone, views = move_data_parameters(self.case, campaign, self.run, values)
             return Result(numbers=numbers_alone, views=views)
         found = self._current()
         moved = move_values(found.unknowns, found.values, values, self.case)
@@ -319,7 +324,7 @@ class Bench:
 
     def edit(self, text: str) -> Result:
         """Replace the case by another text, as an editor does."""
-        replace_file(self.case, (name_apart(self.case, text) if self.is_copy else text).encode("utf-8"))
+        replace_file(self.case, (use_effect_copies(self.case, text) if self.is_copy else text).encode("utf-8"))
         return Result(numbers={})
 
     def _current(self) -> _Comparison:

@@ -1,4 +1,4 @@
-"""A copy of a case beside it, whose effect files lie apart: what is done with it leaves those of the user alone."""
+"""A copy of a case in its folder, with copies of its effect files, so that the files of the user stay unchanged."""
 
 import shutil
 import tempfile
@@ -10,7 +10,7 @@ from study.bench.case_text import list_effect_files, with_effect_files
 from study.diagnose.history import history_file, write_beside
 
 
-def find_apart(copy: Path) -> Path:
+def effect_folder(copy: Path) -> Path:
     """Folder of the effect files of a copy."""
     return copy.with_suffix("")
 
@@ -37,28 +37,28 @@ def copy_beside(case: Path, text: str, history: str, effects: Mapping[str, str] 
         copy = Path(stream.name)
     try:
         for name, source in (effects or {}).items():
-            write_apart(copy, name, source)
-        write_beside(copy, name_apart(copy, text))
+            write_effect_copy(copy, name, source)
+        write_beside(copy, use_effect_copies(copy, text))
         if history:
             write_beside(history_file(copy), history)
         yield copy
     finally:
         for file in (copy, history_file(copy)):
             file.unlink(missing_ok=True)
-        shutil.rmtree(find_apart(copy), ignore_errors=True)
+        shutil.rmtree(effect_folder(copy), ignore_errors=True)
 
 
-def write_apart(copy: Path, name: str, text: str) -> Path:
-    """Write an effect file of a copy, where nobody else may change it before it runs."""
-    find_apart(copy).mkdir(mode=0o700, exist_ok=True)
-    file = find_apart(copy) / name
+def write_effect_copy(copy: Path, name: str, text: str) -> Path:
+    """Write the copy of an effect file into a private folder, where no other user can change it before it runs."""
+    effect_folder(copy).mkdir(mode=0o700, exist_ok=True)
+    file = effect_folder(copy) / name
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     write_beside(file, text)
     return file
 
 
-def name_apart(copy: Path, text: str) -> str:
-    """Text of a case that names the effect files of its copy, where the copy has files of its own."""
+def use_effect_copies(copy: Path, text: str) -> str:
+    """Replace the effect files that a case names by the copies, where there are any."""
     files = list_effect_files(text)
-    own = [f"{find_apart(copy).name}/{name}" if (find_apart(copy) / name).is_file() else name for name in files]
+    own = [f"{effect_folder(copy).name}/{name}" if (effect_folder(copy) / name).is_file() else name for name in files]
     return text if own == files else with_effect_files(text, own)

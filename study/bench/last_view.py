@@ -49,7 +49,7 @@ def store_last_views(place: Place, texts: tuple[str, ...], views: Mapping[str, b
 
 
 def _file(place: Place) -> Path | None:
-    """One file for each case beside a campaign, so that they do not become many."""
+    """File of a case and its campaign; a new view replaces the last one."""
     if place.cache is None:
         return None
     names = [str(place.case.resolve()), str(place.folder.resolve()), *place.without]

@@ -61,7 +61,7 @@ def list_unknowns(setup: Setup, campaign: Campaign) -> tuple[Unknowns, Values]:
 
 
 def list_case_unknowns(setup: Setup) -> tuple[Unknowns, Values]:
-    """The same of a case whose gains are known."""
+    """List the unknowns of a case whose gains are known."""
     effects = [item.effect for item in setup.added]
     calibration = [(item, item.deviation) for item in setup.calibration_parameters]
     unknowns = Unknowns.from_effects(setup.model, calibration, effects)

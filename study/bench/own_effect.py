@@ -15,7 +15,7 @@ from diagnosis.candidate.place import TRANSLATIONS, find_dof
 from diagnosis.candidate.user_effect import read_effects
 from geometry.errors import InputError
 from study.bench.case_text import hash_text, list_effect_files, with_effect_files
-from study.bench.copied_case import copy_beside, find_apart, write_apart
+from study.bench.copied_case import copy_beside, effect_folder, write_effect_copy
 from study.case.added import case_catalogue
 from study.case.setup import read_case
 from study.case.trust import require_trust
@@ -81,7 +81,7 @@ class OwnFile:
     @property
     def named(self) -> str:
         """Name of the file as the case has it."""
-        return f"{find_apart(self.case).name}/{self.name}" if self.is_copy else self.name
+        return f"{effect_folder(self.case).name}/{self.name}" if self.is_copy else self.name
 
     @property
     def path(self) -> Path:
@@ -112,7 +112,7 @@ class OwnFile:
     def write(self, text: str) -> None:
         """Write it."""
         if self.is_copy:
-            write_apart(self.case, self.name, text)
+            write_effect_copy(self.case, self.name, text)
         else:
             write_beside(self.path, text)
 
@@ -200,7 +200,7 @@ def _try_effect(
 ) -> tuple[dict[str, float | str], Model]:
     """Run the file on a copy of the case; mistakes bear the names of the user's own files."""
     with copy_beside(own.case, after, "", {own.named: text}) as copy:
-        file = (find_apart(copy) / own.named).resolve()
+        file = (effect_folder(copy) / own.named).resolve()
         try:
             setup = read_case(copy, campaign, run).setup
             offered = read_effects(file).candidates(setup.model)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geometry.errors import InputError
-from study.bench.guard import HEADERS, NAMES, find_refusal
+from study.bench.request_check import HEADERS, NAMES, find_rejection_reason
 from study.bench.session import Session
 from study.bench.work import Place
 from study.bench.worker import Worker
@@ -32,8 +32,8 @@ MISSING = (
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
 
-class Door:
-    """Application of one session.
+class BenchApplication:
+    """Web application of one session.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Door:
             request: web.Request, handler: Callable[[web.Request], Awaitable[web.StreamResponse]]
         ) -> web.StreamResponse:
             given = request.path.split("/")[1]
-            refusal = find_refusal(request.headers, given, self.token, self.port)
+            refusal = find_rejection_reason(request.headers, given, self.token, self.port)
             if refusal is not None:
                 return web.Response(status=403, text=f"{refusal}\n", headers=HEADERS)
             response = await handler(request)
@@ -218,7 +218,7 @@ async def _serve(place: Place, listener: socket.socket, opened: Callable[[str], 
 
     worker = Worker(place, receive)
     session = Session(place=place, worker=worker)
-    runner = web.AppRunner(Door(session, token, port).make_app(), access_log=None, shutdown_timeout=0.5)
+    runner = web.AppRunner(BenchApplication(session, token, port).make_app(), access_log=None, shutdown_timeout=0.5)
     await runner.setup()
     try:
         await web.SockSite(runner, listener).start()
@@ -227,7 +227,7 @@ async def _serve(place: Place, listener: socket.socket, opened: Callable[[str], 
         while not stop.is_set():
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(stop.wait(), LOOK_EVERY)
-            session.look()
+            session.check_for_changes()
     finally:
         worker.end()
         await runner.cleanup()

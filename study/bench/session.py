@@ -90,31 +90,31 @@ class Session:
         self.is_last = bool(self.views)
 
     def begin(self) -> None:
-        """Ask for what a page shows first."""
+        """Queue the calls whose results a page shows first."""
         self._ask("compare", {})
         self._ask("screen", {})
 
     def ask(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Take a click: start the call, let it wait, or refuse it in a sentence."""
+        """Handle a click: start the call, queue it, or refuse it in a sentence."""
         self.message = None
         if name not in CALLS:
-            self._tell("error", f'there is no call "{name}": reload the page')
+            self._set_message("error", f'there is no call "{name}": reload the page')
         elif name in WRITING and self._occupied:
-            self._tell("error", BUSY.format(name=self._occupied))
+            self._set_message("error", BUSY.format(name=self._occupied))
         elif name == "move":
             self.queue = [call for call in self.queue if call.name != "move"]
             self._ask(name, arguments)
         elif not any(call.name == name for call in self._all if name in READING):
             self._ask(name, arguments)
-        self._bump()
+        self._increment_revision()
 
     def cancel(self) -> None:
-        """End what runs, and forget what waits."""
+        """End the running call, and empty the queue."""
         if self.running is None and not self.queue:
             return
         self.worker.end()
         self.running, self.queue, self.steps = None, [], []
-        self._tell("note", CANCELLED)
+        self._set_message("note", CANCELLED)
 
     def receive(self, message: Mapping[str, Any]) -> None:
         """Take a message of the worker."""
@@ -122,40 +122,40 @@ class Session:
         if kind == "progress":
             self.steps = list(message["steps"]) if self.running is not None else []
         elif kind == "warning":
-            self._tell("note", message["sentence"])
+            self._set_message("note", message["sentence"])
         elif kind == "ended":
             self.running, self.queue, self.steps = None, [], []
-            self._tell("error", ENDED)
+            self._set_message("error", ENDED)
         elif self.running is not None and message["number"] == self.running.number:
             self.running, self.steps = None, []
             if kind == "failed":
-                self._tell("error", message["sentence"], message["name"])
+                self._set_message("error", message["sentence"], message["name"])
                 self.queue = [call for call in self.queue if call.name in WRITING]
             else:
                 self._take(message)
             self._start()
-        self._bump()
+        self._increment_revision()
 
-    def look(self) -> None:
-        """Look whether case or campaign were changed by anybody else."""
+    def check_for_changes(self) -> None:
+        """Check whether another program has changed the case or the campaign."""
         text, campaign = read_text(self.place.case), sign_folder(self.place.folder)
         if self.running is not None and self.running.name in WRITING:
             return  # its own change
         if text is not None and text != self._text:
             self._text = text
             self.entries.append(self._entry("edit", {"text": text}, {}))
-            self._tell(
+            self._set_message(
                 "note", f"{self.place.case.name} was edited by hand or in another page: this is it as it is now."
             )
-            self._again()
+            self._restart_reading()
         if campaign and campaign != self._campaign:
             self._campaign = campaign
-            self._tell("note", f"The campaign in {self.place.folder} was replaced: this is the new one.")
-            self._again()
+            self._set_message("note", f"The campaign in {self.place.folder} was replaced: this is the new one.")
+            self._restart_reading()
 
     @property
     def state(self) -> dict[str, Any]:
-        """What a page asks for again and again; the parts that it draws are fetched by their versions."""
+        """State that a page polls; the parts that it draws are fetched by their versions."""
         case, folder = self.place.case, self.place.folder
         running = self.running
         return {
@@ -190,7 +190,7 @@ class Session:
 
     @property
     def _shown_texts(self) -> tuple[str, ...]:
-        """What the parts of the page are of."""
+        """Texts of which the parts of the page are made."""
         return self._text, read_text(history_file(self.place.case)) or "", self._campaign
 
     @property
@@ -199,7 +199,7 @@ class Session:
 
     @property
     def _occupied(self) -> str:
-        """Name of what runs or waits and must end before the case is written; empty if there is nothing."""
+        """Name of the running or queued call that must end before the case is written; empty without one."""
         return next((call.name for call in self._all if call.name != "move"), "")
 
     def _take(self, message: Mapping[str, Any]) -> None:
@@ -222,7 +222,7 @@ class Session:
             store_last_views(self.place, self._shown_texts, {part: view for part, (_, view) in self.views.items()})
         if name in WRITING:
             self._text = read_text(self.place.case) or self._text
-            self._again()
+            self._restart_reading()
         elif name == "screen" and views["is_diagnosed"]:
             self._ask("diagnose", {})
 
@@ -235,8 +235,8 @@ class Session:
             each["name"]: each["text"] for each in json.loads(shown)["files"] if each["name"] == name
         }
 
-    def _again(self) -> None:
-        """Ask anew for what depends on case and campaign."""
+    def _restart_reading(self) -> None:
+        """Call again what depends on case and campaign."""
         self.queue = [call for call in self.queue if call.name in WRITING]
         self.begin()
 
@@ -250,17 +250,17 @@ class Session:
             self.running = self.queue.pop(0)
             self._began, self._text_of_call = self.clock(), self._text
             self.worker.call(self.running.number, self.running.name, self.running.arguments)
-        self._bump()
+        self._increment_revision()
 
     def _entry(self, name: str, arguments: Mapping[str, Any], numbers: Mapping[str, Any]) -> Entry:
         now = datetime.now().astimezone().isoformat(timespec="seconds")
         return Entry(name=name, arguments=arguments, numbers=numbers, when=now)
 
-    def _tell(self, tone: str, text: str, of: str = "") -> None:
+    def _set_message(self, tone: str, text: str, of: str = "") -> None:
         self.message = {"tone": tone, "text": text, "of": of}
-        self._bump()
+        self._increment_revision()
 
-    def _bump(self) -> None:
+    def _increment_revision(self) -> None:
         self.revision += 1
 
 

@@ -146,23 +146,23 @@ class SentProgress:
         """A named step; see `pipeline.progress.Progress`."""
         step = _Step(name, self.clock(), self.durations.expected(name) or expected)
         self._open.append(step)
-        self._tell(at_once=True)
+        self._send_progress(at_once=True)
 
         def report(done: float, total: float) -> None:
             step.share = done / total if total > 0 else None
-            self._tell()
+            self._send_progress()
 
         try:
             yield report
         finally:
             self._open.remove(step)
         self.durations.remember(name, self.clock() - step.start)
-        self._tell()
+        self._send_progress()
 
     def stored(self, name: str) -> None:
         """Nothing: a stored step takes no time."""
 
-    def _tell(self, *, at_once: bool = False) -> None:
+    def _send_progress(self, *, at_once: bool = False) -> None:
         now = self.clock()
         if at_once or now - self._last >= EVERY:
             self._last = now

@@ -15,7 +15,7 @@ PATIENCE = 1.0
 
 
 class Worker:
-    """One process that answers one call after another; it is started by the first call.
+    """Process that runs one call after another; the first call starts it.
 
     Parameters
     ----------

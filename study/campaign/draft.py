@@ -7,7 +7,7 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable, Item, Table
 
-from geometry.some_names import MOST, name_some
+from geometry.name_list import MOST, join_first_names
 from study.campaign.question import Answers, Marked, Question
 from study.campaign.table_kind import JudgedTable
 
@@ -246,5 +246,5 @@ def _called(kind: str, names: Sequence[str], count: int) -> str:
         return word
     if len(names) == count > MOST:
         return f"all {count} {word}s"
-    shown = name_some([f'"{name}"' for name in different])
+    shown = join_first_names([f'"{name}"' for name in different])
     return f"{word if len(names) == 1 else f'{word}s'} {shown}"

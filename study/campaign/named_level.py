@@ -8,7 +8,14 @@ import numpy as np
 from correlation.campaign.measurement_unit import si_factor
 from correlation.campaign.signal_entry import PEAK_OF
 from correlation.data_quality.constant_factor import AMPLITUDES
-from correlation.data_quality.drive import ANOTHER, NEAR, common_factor, is_exchanged, levels_meant, likely_units
+from correlation.data_quality.drive import (
+    ANOTHER,
+    NEAR,
+    common_factor,
+    find_mistaken_levels,
+    is_in_cycle,
+    likely_units,
+)
 from study.campaign.amplitude import said_amplitude
 from study.campaign.draft_frequency import force_column
 from study.campaign.level import force_in_name
@@ -50,10 +57,10 @@ def find_wrong_names(tables: Sequence[JudgedTable]) -> Iterator[str]:
             return
     by_level = {level: [run for run in runs if run.level == level] for level in sorted({run.level for run in runs})}
     ratios = {level: float(np.median([run.force for run in same])) / level for level, same in by_level.items()}
-    meant = levels_meant(ratios)
+    meant = find_mistaken_levels(ratios)
     for level, same in by_level.items():
         wrong = [run for run in same if run.differs]
-        if wrong and is_exchanged(meant, level):
+        if wrong and is_in_cycle(meant, level):
             other = by_level[meant[level]][0].words
             yield (
                 f'{_named(wrong)}, and the measured force is {_range(wrong)}, that of runs which are named "{other}": '

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST
-from correlation.data_type.registry import Analyse, analyse_anew
+from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
@@ -212,7 +212,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     return draft
 
 
-def write_manifest(measured: FolderFiles, draft: Draft, analyse: Analyse = analyse_anew) -> NewCampaign:
+def write_manifest(measured: FolderFiles, draft: Draft, analyse: Analyse = analyse_uncached) -> NewCampaign:
     """Write a draft, without entries that `read_campaign` refuses.
 
     Parameters

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 from correlation.file.column import MeasuredFile
 from correlation.file.format.uff import NOT_READ
-from correlation.file.text_table.closing import closing_rows
-from study.alike import NUMBER
+from correlation.file.text_table.footer import describe_footer
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
 from study.campaign.table_kind import REMEDY, JudgedTable, Kind
+from study.merge_sentences import NUMBER
 
 
 def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
@@ -36,7 +36,7 @@ def unused_columns(judged: JudgedTable) -> list[str]:
     judged
         Table; one that is of no use as a whole has none.
     """
-    closing = closing_rows(judged.table.file.facts)
+    closing = describe_footer(judged.table.file.facts)
     sentences = [f"{judged.table.file.path.name}, {closing}"] if closing else []
     for column in judged.of_role(Role.FOREIGN, Role.OTHER) if judged.kind is not Kind.NOT_USED else []:
         guess = judged.columns[column.name]

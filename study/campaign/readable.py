@@ -11,12 +11,12 @@ from typing import Any
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.read_campaign import check_campaign
-from correlation.data_type.registry import Analyse, analyse_anew
+from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from pipeline.fingerprint import key
-from study.alike import merge_alike
 from study.campaign.draft import Draft, entry_name, plain
+from study.merge_sentences import merge_similar
 
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
 NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
@@ -29,14 +29,14 @@ SHOWN = 4
 
 def nothing_left(draft: Draft, folder: Path) -> CampaignError:
     """Why nothing of a folder can be used."""
-    reasons = [reason.rstrip(".") for reason in merge_alike(draft.left_out)]
+    reasons = [reason.rstrip(".") for reason in merge_similar(draft.left_out)]
     more = [f"and {len(reasons) - SHOWN} more"] if len(reasons) > SHOWN else []
     listed = "; ".join([*reasons[:SHOWN], *more]) or "it has no measured file"
     return CampaignError(f'nothing in "{folder}" can be compared with a model ({listed}); give measured files')
 
 
 def keep_readable(
-    draft: Draft, folder: Path, measured: Mapping[str, MeasuredFile], analyse: Analyse = analyse_anew
+    draft: Draft, folder: Path, measured: Mapping[str, MeasuredFile], analyse: Analyse = analyse_uncached
 ) -> list[str]:
     """Leave out entries that `read_campaign` refuses, one after the other.
 

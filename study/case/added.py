@@ -132,7 +132,7 @@ def apply_by_name(
     calibrated: Mapping[str, float],
     added: Sequence[AddedEffect],
 ) -> Model:
-    """The same for another mesh of the structure, whose effects are other rows.
+    """Apply effects by name to another mesh of the structure, where they have other rows.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where joints, loads, sensors and effects of a case act: a row over the structure's degrees of freedom.
+"""Places of joints, loads, sensors and effects of a case: rows over the structure's degrees of freedom.
 
 A place says where in one of six ways. ``dof`` counts degrees of freedom from 0 (``other`` makes it relative),
 ``weights`` gives the row itself. ``at`` names a boundary set of a reduced model, with a ``direction``; it stands for
@@ -50,7 +50,7 @@ MOST_LISTED = 12
 
 
 class PlaceTable(CaseModel):
-    """One way of saying where, and which way."""
+    """Table of a place and a direction."""
 
     #: Further keys that say where.
     also: ClassVar[tuple[str, ...]] = ()
@@ -96,7 +96,7 @@ class PlaceTable(CaseModel):
 
 
 def listed(value: Any) -> Any:
-    """One entry counts as a list of one."""
+    """Turn a single entry into a list of one."""
     return value if isinstance(value, list | tuple) else [value]
 
 

@@ -144,7 +144,7 @@ def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run
 
 
 def require_loads(read: ReadCase) -> ReadCase:
-    """The same case, which vibrates.
+    """Require that a case has loads, and return it.
 
     Raises
     ------

@@ -28,7 +28,7 @@ Factor = Annotated[Ratio, Field(gt=0)]
 
 
 class StructureTable(CaseModel):
-    """Where the matrices come from; each kind adds its own keys."""
+    """Source of the matrices; each kind adds its own keys."""
 
     kind: str
 

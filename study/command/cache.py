@@ -31,11 +31,11 @@ def cache(
     document = {"folder": str(folder), "results": count, "bytes": size, "cleared": clear}
     if clear:
         store.clear()
-        return Answer(document=document, text=f"removed {count} results ({spoken_size(size)}) from {folder}")
-    return Answer(document=document, text=f"{count} results, {spoken_size(size)}, in {folder}")
+        return Answer(document=document, text=f"removed {count} results ({format_size(size)}) from {folder}")
+    return Answer(document=document, text=f"{count} results, {format_size(size)}, in {folder}")
 
 
-def spoken_size(size: int) -> str:
+def format_size(size: int) -> str:
     """Size in decimal units: ``12.3 MB``."""
     amount = float(size)
     for unit in ("bytes", "kB", "MB"):

@@ -64,7 +64,7 @@ def make_document(drafted: "NewCampaign") -> dict[str, object]:
 
 def format_report(drafted: "NewCampaign") -> str:
     """The answer for people: what was understood as a table, then what was assumed, left out and suspected."""
-    from study.alike import merge_alike
+    from study.merge_sentences import merge_similar
 
     draft = drafted.draft
     rows = [("file", "columns", "is", "unit", "because")]
@@ -78,8 +78,8 @@ def format_report(drafted: "NewCampaign") -> str:
     ]
     for title, sentences in (
         ("Assumed, since no file says it (check these):", draft.assumptions()),
-        ("Left out:", merge_alike(draft.left_out, naming_all=True)),
-        ("Suspected:", merge_alike(drafted.suspicions)),
+        ("Left out:", merge_similar(draft.left_out, naming_all=True)),
+        ("Suspected:", merge_similar(drafted.suspicions)),
     ):
         if sentences:
             lines += ["", title, *(f"  {' '.join(sentence.split())}" for sentence in sentences)]

@@ -13,10 +13,10 @@ app = command_app(
 @app.default
 def doctor(*, options: Options = DEFAULTS) -> Answer:
     """Examine this machine."""
-    from study.doctor import examine, prescription
+    from study.doctor import examine, make_install_command
 
     findings = examine(options.cache_folder)
-    repair = prescription(findings)
+    repair = make_install_command(findings)
     lines = [f"  {finding.verdict:8} {finding.subject}: {finding.detail}" for finding in findings]
     if repair:
         lines += ["", "To install what is missing:", "", f"  {repair}"]

@@ -37,11 +37,11 @@ def limits(
     from study.limits.report import format_limits_report, limits_document
     from study.limits.run import run_limits
     from study.limits.several.report import format_several_limits_report, several_limits_document
-    from study.limits.several.run import asks_for_everything, run_several_limits
+    from study.limits.several.run import run_several_limits, searches_all_quantities
     from study.shipped_cases import LIMITS
 
     path = case or LIMITS
-    if asks_for_everything(path):
+    if searches_all_quantities(path):
         several = run_several_limits(path, options.open(out, scheduler=scheduler))
         return Answer(document=several_limits_document(several), text=format_several_limits_report(several))
     limited = run_limits(path, options.open(out, scheduler=scheduler))

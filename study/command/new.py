@@ -79,7 +79,7 @@ def new(
     """Write a first case."""
     from geometry.errors import InputError
     from study.campaign.question import Assumptions, Question, Terminal
-    from study.new.draft import Wishes
+    from study.new.draft import NewCaseRequest
     from study.new.write import write_new_case
 
     answers = Assumptions() if yes or options.json or not sys.stdin.isatty() else Terminal()
@@ -91,8 +91,8 @@ def new(
     path = out or Path(f"{files[0].stem if files else kind}.toml")
     if path.exists() and not force:
         raise InputError(f"{path} is there already: name another file with --out, or replace it with --force")
-    wishes = Wishes(path=path, files=files, fix=fix, given=values.given(), answers=answers)
-    return _answer(write_new_case(kind, wishes, options.open()))
+    request = NewCaseRequest(path=path, files=files, fix=fix, given=values.given(), answers=answers)
+    return _answer(write_new_case(kind, request, options.open()))
 
 
 def _answer(case: "NewCase") -> Answer:

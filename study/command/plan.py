@@ -82,12 +82,12 @@ def plan(
 ) -> Answer:
     """Plan tests."""
     one_thread_by_default()
-    from study.plan.planned_tests import Wishes
+    from study.plan.planned_tests import PlanRequest
     from study.plan.run import run_plan
 
-    wishes = Wishes(
+    request = PlanRequest(
         levels=tests.levels, first=tests.first, last=tests.last, n_frequency=tests.frequencies, n_repeat=tests.repeats,
         sweep=tests.sweep, harmonics=tests.harmonics, noise=tests.noise, sensors=tests.sensors, free=tests.free,
     )  # fmt: skip
-    planned = run_plan(case, wishes, options.open(out), without=without)
+    planned = run_plan(case, request, options.open(out), without=without)
     return Answer(document=planned.document(), text=planned.text())

@@ -44,7 +44,7 @@ def runs(
 ) -> Answer:
     """List runs."""
     from geometry.errors import InputError
-    from study.command.cache import spoken_size
+    from study.command.cache import format_size
     from study.run_record import find_records
 
     if not folder.is_dir():
@@ -64,7 +64,7 @@ def runs(
     if not items:
         return Answer(document={"runs": []}, text=f"no runs in {folder.resolve()} or below")
     lines = [
-        f"{item['finished'][:16].replace('T', ' ')}  {item['seconds']:8.1f} s  {spoken_size(item['bytes']):>8}  "
+        f"{item['finished'][:16].replace('T', ' ')}  {item['seconds']:8.1f} s  {format_size(item['bytes']):>8}  "
         f"{item['folder']:20}  {' '.join(item['command'])}"
         + (f"  (changed since: {', '.join(item['inputs_changed'])})" if item["inputs_changed"] else "")
         for item in items
@@ -114,7 +114,7 @@ def clean(
 ) -> Answer:
     """Remove the files that runs wrote."""
     from geometry.errors import InputError
-    from study.command.cache import spoken_size
+    from study.command.cache import format_size
     from study.run_record import newest_record
 
     if not folders:
@@ -134,7 +134,7 @@ def clean(
             if folder != Path.cwd() and not any(folder.iterdir()):
                 folder.rmdir()
     lines = [*map(str, removed), *(f"{file} stays: it was changed after the run" for file in kept)]
-    lines.append(f"{'removed' if yes else 'would remove'} {len(removed)} files, {spoken_size(size)}")
+    lines.append(f"{'removed' if yes else 'would remove'} {len(removed)} files, {format_size(size)}")
     if not yes:
         lines.append("add --yes to remove them")
     document = {"removed": yes, "files": list(map(str, removed)), "kept": list(map(str, kept)), "bytes": size}

@@ -62,13 +62,13 @@ def _table(study: "MeshStudy", report: "Report") -> "Table":
     for name in ("model", "element", "n", "root", "paper", "full FE", "error", "reduced", "HB peak"):
         table.add_column(name, justify="left" if name in ("element", "root") else "right", no_wrap=True)
     for row in study.rows:
-        asked, result = row.asked, row.result
+        entry, result = row.table, row.result
         table.add_row(
-            str(asked.model),
-            asked.element,
-            str(asked.elements_through_thickness),
-            asked.root,
-            "" if asked.paper is None else f"{asked.paper:.1f}",
+            str(entry.model),
+            entry.element,
+            str(entry.elements_through_thickness),
+            entry.root,
+            "" if entry.paper is None else f"{entry.paper:.1f}",
             f"{result.frequency[0]:.3f}",
             "" if row.error is None else f"{row.error:+.2f}",
             f"{result.rom_frequency[0]:.3f}",

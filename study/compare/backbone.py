@@ -13,7 +13,7 @@ COLOURS, DASHES = ("#8a97a5", "#1f4e79", "#c2410c"), ("dot", "dash", "solid")
 
 
 def draw_backbones(models: Mapping[str, Sequence[PeakError]], unit: str) -> list[dict[str, Any]]:
-    """One figure for each configuration and mode.
+    """Draw a figure for each configuration and mode.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ WORTH_DRAWING = 0.05
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curve:
-    """One sensor and harmonic at one level, in the unit in which it is drawn.
+    """Curve of one sensor and harmonic at one level, in the unit in which it is drawn.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def find_rows(points: Points, sensor: str, harmonic: int, level: float) -> Rows:
 
 
 def refine_points(points: Points) -> Points:
-    """The same curves at more frequencies, the measured ones among them, and one within each gap between bands."""
+    """Refine the frequencies of curves: the measured ones stay, and one is added within each gap between bands."""
     parts = []
     for _, rows in _curves(points):
         measured = points.frequency[rows]

@@ -29,7 +29,7 @@ MOST_PANELS = 8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataComparison:
-    """One datum beside a model.
+    """Comparison of one datum with a model.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def data_document(compared: Sequence[DataComparison]) -> list[dict[str, Any]]:
 
 
 def format_data_csv(compared: Sequence[DataComparison]) -> str:
-    """One line per number."""
+    """Format a comparison as CSV, one line per number."""
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)

@@ -16,7 +16,6 @@ from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from geometry.plain_number import plain
 from pipeline.output import replace_file
-from study.alike import merge_suspicions
 from study.case.setup import Setup
 from study.compare.data import (
     CLEAR,
@@ -34,6 +33,7 @@ from study.compare.result import DIFFERS, Calibrated
 from study.compare.sentence import Summary, judge
 from study.compare.suspicions import find_all_suspicions
 from study.compare.untested_friction import find_untested_friction
+from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
 NEXT = "stickslip compare --calibrate fits the calibration parameters of the case to these data first."

@@ -169,11 +169,11 @@ def find_families(
     search = family_search(model, budget, campaign, chosen, table, nominal)
     step = run.step("reach of the sliders", expected=30)
     try:
-        search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
+        search = search.with_numeric_box(lambda rest: step.run(find_reaches, rest, report=step.report))
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = run_search(find_family_limits, search, stem, run, executor)
-    judged = lay_over_limits(campaign, families, chosen, limits, budget)
+    judged = compare_with_limits(campaign, families, chosen, limits, budget)
     return replace(nothing, verdicts=judged.verdicts, errors=judged.errors, preloads=judged.preloads, limits=limits)
 
 
@@ -197,7 +197,7 @@ def select_families(
     uncalibrated = [item.name for item in campaign.sensors if not item.calibrated]
     if uncalibrated:
         sentences.append(f"sensors without calibration have no unit of the model's: {', '.join(uncalibrated)}")
-    shaken = _read_the_base(model)
+    shaken = _list_base_sensors(model)
     if listed := ", ".join(item.name for item in campaign.sensors if item.name in shaken):
         sentences.append(
             f"sensors that read the motion of the shaken base, too: {listed}; limits are those of the motion relative "
@@ -220,7 +220,7 @@ def select_families(
     return tuple(chosen), tuple(sentences)
 
 
-def _read_the_base(model: Model) -> set[str]:
+def _list_base_sensors(model: Model) -> set[str]:
     """Names of the sensors that read the motion of a shaken base beside that of the structure relative to it."""
     base = model.base_acceleration
     if base is None:
@@ -279,17 +279,17 @@ def _force_span(families: Sequence[Family]) -> float:
 
 
 class JudgedFamilies(NamedTuple):
-    """Families over their limits, with what set-ups were told to differ by."""
+    """Families over their limits, with the estimated differences between set-ups."""
 
     verdicts: tuple[FamilyVerdict, ...]
     errors: RepeatErrors
     preloads: Preloads
 
 
-def lay_over_limits(
+def compare_with_limits(
     campaign: Campaign, families: Sequence[Family], chosen: Sequence[Family], limits: FamilyLimits, budget: Budget
 ) -> JudgedFamilies:
-    """Correct the families that have limits for force and preload, estimate what is left to noise, and judge them.
+    """Compare families with their limits: correct them for force and preload, and estimate their noise.
 
     Parameters
     ----------

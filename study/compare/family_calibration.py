@@ -51,7 +51,7 @@ class FamilyRequest:
 def compare_with_families(
     model: Model,
     setup: Setup,
-    asked: FamilyRequest,
+    request: FamilyRequest,
     run: RunContext,
     stem: str,
     factors: Sequence[float] | None = None,
@@ -64,7 +64,7 @@ def compare_with_families(
         Model with the sensors of the campaign, calibrated to the mean or not.
     setup
         Set-up of the case, for its calibration parameters and numerical error.
-    asked
+    request
         Campaign and case.
     run
         Output folder, store and progress.
@@ -83,18 +83,18 @@ def compare_with_families(
 
     def compared(of: Model, title: str, name: str) -> FamilyComparison:
         return compare_families(
-            of, setup.complete_budget, asked.campaign, asked.table, asked.structure, run, title=title, stem=name
+            of, setup.complete_budget, request.campaign, request.table, request.structure, run, title=title, stem=name
         )
 
     if factors is None:
-        return compared(model, asked.title, stem)
+        return compared(model, request.title, stem)
     if not setup.calibration_parameters:
         raise CampaignError("the case accepts no parameter, so that none can be fitted to families: add [accepted]")
-    before = compared(model, asked.title, f"{stem}_mean")
+    before = compared(model, request.title, f"{stem}_mean")
     if not before.verdicts:
         return before
-    fit = _fit(setup, asked, np.array(factors), run)
-    fitted = compared(_composed(setup, fit.values), f"{asked.title} onto families", stem)
+    fit = _fit(setup, request, np.array(factors), run)
+    fitted = compared(_composed(setup, fit.values), f"{request.title} onto families", stem)
     calibration = FamilyCalibration(
         names=tuple(item.name for item in setup.calibration_parameters),
         to_mean=np.array(factors), to_families=fit.values,
@@ -103,20 +103,20 @@ def compare_with_families(
     return replace(fitted, calibration=calibration, files=(*fitted.files, *before.files))
 
 
-def _fit(setup: Setup, asked: FamilyRequest, start: Float[NDArray[np.float64], " p"], run: RunContext) -> FamilyFit:
-    families = measured_families(asked.campaign)
-    chosen, _ = select_families(setup.model, asked.campaign, families)
-    held = asked.campaign.held_out
+def _fit(setup: Setup, request: FamilyRequest, start: Float[NDArray[np.float64], " p"], run: RunContext) -> FamilyFit:
+    families = measured_families(request.campaign)
+    chosen, _ = select_families(setup.model, request.campaign, families)
+    held = request.campaign.held_out
     trained = [
         replace(item, curves=curves)
         for item in chosen
         if not np.isclose(item.level, held.levels, rtol=1e-9).any()
         and (curves := tuple(curve for curve in item.curves if curve.repeat not in held.repeats))
     ]
-    sensors = {item.name: item for item in asked.campaign.sensors}
+    sensors = {item.name: item for item in request.campaign.sensors}
     moving = [item for item in trained if sensors[item.sensor].line is None]
-    errors = estimate_repeat_errors(asked.campaign, families)
-    histories = asked.structure.histories
+    errors = estimate_repeat_errors(request.campaign, families)
+    histories = request.structure.histories
     target = FamilyTarget(
         families=trained,
         errors=errors,

@@ -84,7 +84,7 @@ class FamilySearch:
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
-        """Of the model at these frequencies, whose joints may shift them, shape (f,) [rad/s]."""
+        """Angular frequencies of the model, with the frequency shift of its joints, shape (f,) [rad/s]."""
         return np.asarray(2 * np.pi * self.frequency * (1 + self.model.frequency_shift.get("jointed", 0.0)))
 
     def problem(self) -> LimitProblem:
@@ -103,16 +103,16 @@ class FamilySearch:
         name, harmonic = self.channels[0]
         objective = objective_of(model, sensors[name], harmonic)
         if isinstance(self.reach, np.ndarray):
-            boxed = limit_problem(balance, objective, nominal=self.nominal, reach=self.reach.max(axis=0))
-            return boxed.with_reaches(self.levels, self.reach)
+            problem = limit_problem(balance, objective, nominal=self.nominal, reach=self.reach.max(axis=0))
+            return problem.with_reaches(self.levels, self.reach)
         return limit_problem(balance, objective, nominal=self.nominal, reach=self.reach)
 
-    def boxed(self, drag: "Callable[[FamilySearch], Reaches] | None" = None) -> "FamilySearch":
-        """The same with the box in numbers, so that nothing depends on what another process finds.
+    def with_numeric_box(self, find: "Callable[[FamilySearch], Reaches] | None" = None) -> "FamilySearch":
+        """The same with the bounds of the sliders as numbers, so that every process searches the same box.
 
         Parameters
         ----------
-        drag
+        find
             `find_reaches`, or the same with a store and progress.
 
         Raises
@@ -125,20 +125,20 @@ class FamilySearch:
             return replace(self, nominal=box.nominal)
         # Any friction force at rest: the nominal one may be that of one end of the cone.
         rest = replace(self, nominal=box.middle, reach=np.tile(box.static, (len(self.levels), 1)))
-        dragged = (drag or find_reaches)(rest)
-        return replace(rest, reach=np.array([dragged[before].max(axis=0) for before in self.earlier]))
+        reaches = (find or find_reaches)(rest)
+        return replace(rest, reach=np.array([reaches[before].max(axis=0) for before in self.earlier]))
 
 
 @stage("reach of the sliders", ignore=("report",))
 def find_reaches(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> Reaches:
-    """How far each level drags each slider from the box of a search, shape (l, s) [m]; see `dragged_reaches`."""
+    """Largest displacement of each slider from the box at each level, shape (l, s) [m]; see `dragged_reaches`."""
     largest = [level * float(np.exp(span)) for level, span in zip(rest.levels, rest.force_spans, strict=True)]
     return dragged_reaches(rest.problem(), rest.angular_frequency, largest, stops=rest.stops, report=report)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyLimits:
-    """What a search found.
+    """Limits found by a search.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def _readings(
     search: FamilySearch, problem: LimitProblem, omega: NDArray[np.float64], found: list[ResponseLimits],
     store: MutableMapping[str, Any], executor: Executor | None, report: Callable[[float, float], None] | None,
 ) -> list[list[LimitReadings]]:  # fmt: skip
-    """What the sensors read at the limits, by level and channel."""
+    """Sensor readings at the limits, by level and channel."""
 
     def progress(stage: StageProgress) -> None:
         if report is not None and stage.done:

@@ -7,7 +7,7 @@ import numpy as np
 from correlation.campaign.measurement import MeasuredSensor
 from correlation.family.verdict import FamilyVerdict
 from figure.family_over_limits import FamiliesOverLimits, FamilyPanel, FamilyRow, MeasuredCurve
-from figure.style import evenly
+from figure.style import choose_evenly
 from study.compare.drawn_unit import choose_unit
 
 #: Panels in a row of a motion, and levels of a line's forces.
@@ -68,7 +68,7 @@ def _force_rows(verdicts: Sequence[FamilyVerdict], sensors: Mapping[str, Measure
             ]
             for name in dict.fromkeys(item.family.sensor for item in own):
                 mine = [item for item in own if item.family.sensor == name]
-                chosen = [mine[number] for number in evenly(len(mine), MOST_LEVELS)]
+                chosen = [mine[number] for number in choose_evenly(len(mine), MOST_LEVELS)]
                 panels, shown = _panels(chosen, sensors[name], unit)
                 label = f"{symbol} {HISTORIES[harmonic]} [{shown}]"
                 rows.append(FamilyRow(label=label, panels=panels, share=harmonic == 0))

@@ -39,7 +39,7 @@ def family_document(comparison: FamilyComparison) -> dict[str, Any]:
     """The same for ``--json``, in SI units."""
     errors, limits = comparison.errors, comparison.limits
     document: dict[str, Any] = {
-        "all_within": bool(comparison.verdicts) and not any(item.leaves for item in comparison.verdicts),
+        "all_within": bool(comparison.verdicts) and not any(item.leaves_band for item in comparison.verdicts),
         "sentences": list(_verdict(comparison)) if comparison.verdicts else [],
         "not_compared": list(comparison.not_compared),
         "families": [_family(item) for item in comparison.verdicts],
@@ -88,7 +88,7 @@ def _family(verdict: FamilyVerdict) -> dict[str, Any]:
         "tightness": verdict.tightness,
         "interval_score": verdict.score,
         "n_outside": len(verdict.departures),
-        "leaves": verdict.leaves,
+        "leaves": verdict.leaves_band,
         "departures": [_departure(item) for item in verdict.departures[:LISTED]],
     }
 
@@ -113,7 +113,7 @@ def _table(comparison: FamilyComparison) -> Iterator[str]:
     wide = max(len(head), 8)
     yield f"  {'':<{width}}  {head:>{wide}}  {'readings':>8}  {'coverage':>8}  {'tightness':>9}  {'score':>7}  outside"
     for (name, level, readings, inside, tight, score, outside), item in rows:
-        leaves = ", leaves its limits" if item.leaves else ""
+        leaves = ", leaves its limits" if item.leaves_band else ""
         yield (
             f"  {name:<{width}}  {level:>{wide}}  {readings:>8}  {inside:>8}  {tight:>9}  {score:>7}  {outside}{leaves}"
         )
@@ -140,9 +140,9 @@ def _name(comparison: FamilyComparison, verdict: FamilyVerdict) -> str:
 
 def _verdict(comparison: FamilyComparison) -> Iterator[str]:
     verdicts = comparison.verdicts
-    leaving = [item for item in verdicts if item.leaves]
+    leaving = [item for item in verdicts if item.leaves_band]
     compared = [item for item in verdicts if item.n_compared]
-    few = sum(len(item.departures) for item in compared if not item.leaves)
+    few = sum(len(item.departures) for item in compared if not item.leaves_band)
     total = sum(item.n_compared for item in compared)
     if not compared:
         yield "No reading lies at frequencies of the limits."
@@ -157,12 +157,12 @@ def _verdict(comparison: FamilyComparison) -> Iterator[str]:
     for name in dict.fromkeys(_name(comparison, item) for item in leaving):
         yield _leaving(comparison, name, [item for item in leaving if _name(comparison, item) == name])
     if leaving and len(leaving) < len(compared):
-        rest = [item for item in compared if not item.leaves]
+        rest = [item for item in compared if not item.leaves_band]
         yield f"The other {len(rest)} of {len(compared)} families lie within their limits."
 
 
 def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVerdict]) -> str:
-    """One sensor and harmonic at the levels at which it leaves its limits."""
+    """Sentence on one sensor and harmonic, with the levels at which it leaves its limits."""
     verdict = max(leaving, key=lambda item: item.departures[0].deviations)
     worst, unit = verdict.departures[0], comparison.level_unit
     count = sum(len(item.departures) for item in leaving)
@@ -183,7 +183,7 @@ def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVe
 
 def _chance(worst: Departure, verdict: FamilyVerdict) -> str:
     chance = 2 * ndtr(-worst.deviations) * verdict.n_compared
-    if worst.deviations <= verdict.clear:
+    if worst.deviations <= verdict.critical_deviation:
         return "which alone could be noise, but so many readings could not"
     if chance < 1e-6:
         return "which is no noise"
@@ -246,7 +246,7 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
 
 
 def _reach(limits: FamilyLimits, unit: str) -> str:
-    """How far, in words."""
+    """Reach of the sliders, in words."""
     if not np.isfinite(limits.reach).all():
         return "anywhere"
     furthest = [f"{1e6 * item:.3g} um" for item in limits.reach.max(axis=1)]

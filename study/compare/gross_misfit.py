@@ -56,7 +56,7 @@ class Readings:
         return float(np.median(ratio[there])) if 2 * there.sum() > len(ratio) else np.inf
 
     def misfit_of(self, model: Model | None) -> float:
-        """The same for a model; infinite without one."""
+        """Misfit of a model; infinite without one."""
         if model is None:
             return np.inf
         return self.misfit(Predictor(points=self.points, tolerance=ROUGH).predict(model).value)

@@ -61,13 +61,13 @@ class ModalSet:
 
     @property
     def name(self) -> str:
-        """Where the modes are from: a frequency response, or the manifest, which names their structure."""
+        """Source of the modes: a frequency response, or the manifest, which names their structure."""
         return self.measured[0].name.rpartition(", mode")[0] or self.configuration
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModalView:
-    """What is drawn and written of the modes of a campaign.
+    """Tables and figures of the modes of a campaign.
 
     Parameters
     ----------
@@ -122,13 +122,13 @@ def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet
     for group in groups:
         measured = np.array([mode.frequency for mode in group.modes])
         # Swapped sensors must not decide which mode is which; the MAC is that of the shapes as they were measured.
-        pairing = pair_modes(measured, group.mended, group.frequency, group.seen)
-        assurance = modal_assurance(group.shape, group.seen)
+        pairing = pair_modes(measured, group.corrected_shape, group.frequency, group.model_shape)
+        assurance = modal_assurance(group.shape, group.model_shape)
         pairs = tuple(replace(one, assurance=float(assurance[one.measured, one.model])) for one in pairing.pairs)
         pairing = replace(pairing, pairs=pairs, assurance=assurance)
         rows, columns = [pair.measured for pair in pairs], [pair.model for pair in pairs]
         # A single mode says nothing of a sensor beside what its MAC says.
-        coordinate = coordinate_assurance(group.shape[:, rows], group.seen[:, columns]) if len(rows) > 1 else ()
+        coordinate = coordinate_assurance(group.shape[:, rows], group.model_shape[:, columns]) if len(rows) > 1 else ()
         yield ModalSet(
             configuration=group.configuration, sensors=group.sensors, measured=group.modes,
             frequency=group.frequency, damping=group.damping, pairing=pairing, coordinate=np.asarray(coordinate),
@@ -153,7 +153,7 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
         fit = response.fit
         assert fit is not None
         diagram, order = fit.stabilisation, _derivative(model, response)
-        there = response.told  # the lines of the fit
+        there = response.coherent_lines  # the lines of the fit
         line = response.frequency[there]
         measured, fitted = (
             np.sqrt((np.abs(values / (2 * np.pi * line) ** order) ** 2).mean(axis=0))
@@ -206,7 +206,7 @@ def _compare_shapes(
 ) -> FdacMap:
     """FDAC of a measured response and the model's, of displacements, at most `MOST_LINES` frequencies of each."""
     # At 0 Hz accelerometers read nothing, which has no shape.
-    there = np.flatnonzero(response.told & response.value.any(axis=0) & predicted.any(axis=0))
+    there = np.flatnonzero(response.coherent_lines & response.value.any(axis=0) & predicted.any(axis=0))
     there = there[np.unique(np.linspace(0, len(there) - 1, MOST_LINES).round().astype(int))]
     line = response.frequency[there]
     scale = (2 * np.pi * line) ** _derivative(model, response)

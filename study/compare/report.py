@@ -1,4 +1,4 @@
-"""Where a model fails, in words and as a document."""
+"""Report of a comparison, as text and as a document."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a comparison finds: a model beside measurements."""
+"""Result of a comparison of a model with measurements."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,7 +92,7 @@ class ComparisonResult(Tabular):
     families: "FamilyComparison | None" = None
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """One row per point of the training data and of what is held out, as `Misfit.to_pandas` has them."""
+        """Table with one row per point of the training and held-out data, as of `Misfit.to_pandas`."""
         import pandas
 
         sets = {"training": self.train} | ({} if self.held_out is None else {"held out": self.held_out})

@@ -31,7 +31,6 @@ from fe.blas_threads import on_one_blas_thread
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
-from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
@@ -45,6 +44,7 @@ from study.compare.unknown_gain import SetGains, set_gains
 from study.compare.untested_friction import find_untested_friction
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
+from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
 #: Levels are in the unit beside them, whatever the name of their column says: it is older than shaken bases.
@@ -206,7 +206,7 @@ class Side:
 
     @property
     def peak_source(self) -> PeakSource:
-        """What its resonances are read off."""
+        """Source of its resonances."""
         of = self.comparison
         return PeakSource(
             observed=of.observed, predicted=self.prediction.value, features=of.features, whitening=of.whitening,
@@ -215,7 +215,7 @@ class Side:
 
     @property
     def misfit(self) -> Misfit:
-        """By its points."""
+        """Misfit at its points."""
         comparison, value = self.comparison, self.prediction.value
         predicted = comparison.features.of_values(value)
         difference = (comparison.measured - predicted) / comparison.whitening.total_deviation
@@ -290,7 +290,7 @@ def find_peaks(sides: Sequence[Side], level_unit: str) -> ModePeaks:
 
 
 def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None) -> str:
-    """One line a point of the training data and of what is held out; what does not exist is empty.
+    """Format the misfit as CSV, one line per point of the training and held-out data; missing values are empty.
 
     Parameters
     ----------

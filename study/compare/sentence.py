@@ -1,4 +1,4 @@
-"""Where a model fails, in a few sentences for a structural dynamicist."""
+"""Summary of a comparison in a few sentences for a structural dynamicist."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from correlation.campaign.measurement import Suspicion, name_configuration
 from correlation.metric.misfit import Misfit, find_worst, find_worst_cell, split_misfit, summarise_misfit
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
+from geometry.name_list import join_first_names
 from geometry.plain_number import plain
-from geometry.some_names import name_some
-from study.alike import name_wrong_places
 from study.compare.curve import name_harmonic
 from study.compare.data import DataComparison, without_comparison
 from study.compare.result import AGREES, DIFFERS, ComparisonResult
 from study.compare.section.overview import left_out
+from study.merge_sentences import name_wrong_places
 
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
@@ -60,7 +60,7 @@ def summarise(compared: ComparisonResult) -> Summary:
     difference = summarise_misfit(compared.train).whitened
     differing = _differing(compared.data)
     tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions, differing)
-    if tone != "missing" and (vague := _vague(compared)):
+    if tone != "missing" and (vague := _describe_wide_deviations(compared)):
         tone, tag = "ambiguous", f"The measurements do not tell whether the model agrees: {vague}"
         tag += qualify(compared.suspicions) + doubt(compared.suspicions)
     sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
@@ -113,7 +113,7 @@ def judge(
     }[tone]
     if differing and tone != "missing":
         verb, word = ("agrees", "with") if tone == "nothing" else ("is close", "to")
-        tag = f"The model {verb} {word} the steady states, but differs from {name_some(differing)}"
+        tag = f"The model {verb} {word} the steady states, but differs from {join_first_names(differing)}"
         tone = "missing"
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
@@ -143,8 +143,8 @@ def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
     return tuple(far)
 
 
-def _vague(compared: ComparisonResult) -> str:
-    """Why standard deviations are so wide that numbers within them are no agreement; empty if they are not."""
+def _describe_wide_deviations(compared: ComparisonResult) -> str:
+    """Why standard deviations are too wide for a verdict of agreement; empty if they are not."""
     summary = summarise_misfit(compared.train)
     if not isfinite(summary.amplitude_error):
         return "no reading stands out of the scatter between its repeats"

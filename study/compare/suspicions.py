@@ -37,7 +37,7 @@ N_MODE = 3
 
 
 def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | None = None) -> tuple[Suspicion, ...]:
-    """What looks wrong.
+    """Find all suspicions about a campaign.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def require_noise(campaign: Campaign, folder: Path) -> None:
 
 
 def _single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
-    """What one repeat leaves open."""
+    """Suspicion about a campaign with a single repeat."""
     count = np.unique(campaign.measurement.repeat, return_counts=True)[1]
     if not len(count) or count.sum() - count.max() >= LEAST_REPEATED * count.max():
         return

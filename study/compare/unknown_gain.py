@@ -34,7 +34,7 @@ class SetGains:
 
     @property
     def remarks(self) -> tuple[Suspicion, ...]:
-        """What the data cannot tell."""
+        """Remarks on gains that the data cannot determine."""
         return (Suspicion(where="drive", sentence=self.gains.fixed, remark=True),) if self.gains.fixed else ()
 
     def refine(self, model: Model, comparison: Comparison) -> tuple[Model, tuple[Calibrated, ...]]:
@@ -67,7 +67,7 @@ class SetGains:
 
 
 def _measure_miss(comparison: Comparison, prediction: Prediction, sensors: Sequence[str]) -> tuple[float, float]:
-    """By how much the typical reading is off, and the scatter of the readings about that.
+    """Median ratio of the readings to their prediction, and their scatter about it.
 
     Both are of ln |X_m / X_p| of the fundamentals of the sensors whose gain was fitted, or of all motions where that of
     the drive alone was: the size of the median, and 1.48 times the median distance from it, which is the standard

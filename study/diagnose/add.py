@@ -10,7 +10,7 @@ from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
 from study.case.added import case_catalogue, find_effect, key_of, value_of
 from study.case.setup import Setup, read_case
-from study.diagnose.edit import Written, edit_case, list_changes, taken_back
+from study.diagnose.edit import Written, edit_case, list_changes, revert_change
 from study.diagnose.history import (
     ADD,
     DIAGNOSIS,
@@ -99,14 +99,14 @@ def undo(case: Path) -> Step:
         A history that is damaged, a case that cannot be written.
     """
     history = history_of(case)
-    if not history.standing:
+    if not history.active_steps:
         raise LoopError(f"{case}: nothing was added by stickslip, so that nothing can be taken back")
-    last = history.standing[-1]
+    last = history.active_steps[-1]
     try:
         text = read_text(case)
     except OSError as error:
         raise LoopError(f"{case}: cannot be read ({error.strerror}): check its name and folder") from None
-    old = taken_back(last.case_before, last.case_after, text)
+    old = revert_change(last.case_before, last.case_after, text)
     if old is None or not _is_toml(old):
         raise LoopError(
             f'{case}: the lines of "{last.effect}" were edited since they were written: take that edit back, or '

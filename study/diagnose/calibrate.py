@@ -10,7 +10,7 @@ from study.diagnose.edit import edit_case, list_changes
 from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
 from study.diagnose.round import summarise_errors
 from study.diagnose.screen import ScreeningResult, screen_case
-from study.diagnose.table import write_up
+from study.diagnose.table import list_case_values
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.run_context import RunContext
@@ -78,7 +78,7 @@ def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text:
     LoopError
         The case has nothing to fit, or another text now.
     """
-    values = write_up(screened.setup, screened.baseline)
+    values = list_case_values(screened.setup, screened.baseline)
     if not values["calibrated"] and not values["added"]:
         raise LoopError(f"{case}: there is no calibration parameter to fit: give one in [accepted]")
     if read_text(case) != text:

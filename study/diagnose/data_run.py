@@ -15,7 +15,6 @@ from diagnosis.feature.arrangement import split_data
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
 from diagnosis.fit.problem import Refit
 from pipeline.output import replace_file
-from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case
 from study.compare.data import compare_data
 from study.compare.data_view import show_data
@@ -30,8 +29,9 @@ from study.diagnose.advice import ADVICE
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
 from study.diagnose.round import Steps, summarise_errors
-from study.diagnose.table import format_fitted_strength, write_up
+from study.diagnose.table import format_fitted_strength, list_case_values
 from study.json_value import plain
+from study.merge_sentences import merge_suspicions
 from study.page.table import Table
 from study.run_context import RunContext
 
@@ -134,7 +134,7 @@ class DataDiagnosisResult:
 
     @property
     def tested(self) -> str:
-        """Which data test the fit, in words."""
+        """Data that test the fit, in words."""
         if not self.held_out:
             return "a single datum: what was fitted is also what tests the fit"
         assumed = "" if any(datum.held_out for datum in self.campaign.data) else ", as the manifest holds none out"
@@ -251,7 +251,7 @@ def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
 def _record(found: DataDiagnosisResult, case: Path, folder: Path, key: str) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
     fitted = [
-        {**write_up(found.setup, refit), "after": _chi2(refit).document}
+        {**list_case_values(found.setup, refit), "after": _chi2(refit).document}
         for refit in found.diagnosis.refits
         if refit.effect is not None
     ]

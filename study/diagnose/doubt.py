@@ -1,4 +1,4 @@
-"""Doubts about a diagnosis, said before anything else: parameters that ran away, a calibration that does harm."""
+"""Doubts about a diagnosis, which a report begins with: parameters far from their priors, a harmful calibration."""
 
 from collections.abc import Iterator
 from math import isfinite
@@ -25,17 +25,17 @@ def list_doubts(result: Round) -> list[str]:
     """
     return [
         *map(str, result.wrong),
-        *_unknown(result),
-        *_harm(result),
-        *_left(result),
+        *_unknown_errors(result),
+        *_worse_held_out_data(result),
+        *_remaining_error(result),
         *_jumps(result),
-        *_pulled(result),
+        *_shifted_parameters(result),
         *result.remarks,
     ]
 
 
 def list_notes(result: Round) -> list[str]:
-    """What a reader should know, and what is no reason to doubt, in sentences.
+    """Notes that are no reason for doubt, in sentences.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ def list_notes(result: Round) -> list[str]:
     return [*_model_error(result)]
 
 
-def _unknown(result: Round) -> Iterator[str]:
-    """Relative errors that nothing tells."""
+def _unknown_errors(result: Round) -> Iterator[str]:
+    """Relative errors that cannot be computed."""
     baseline = result.diagnosis.baseline
     if not (isfinite(baseline.error) and isfinite(baseline.held_out_error)):
         seen = result.diagnosis.arrangement.held_out.shares.any() and result.diagnosis.arrangement.train.shares.any()
@@ -54,8 +54,8 @@ def _unknown(result: Round) -> Iterator[str]:
         yield f"The relative errors are unknown: {why}."
 
 
-def _harm(result: Round) -> Iterator[str]:
-    """A calibration that makes the held-out data worse, by noise and stated errors."""
+def _worse_held_out_data(result: Round) -> Iterator[str]:
+    """A calibration that increases the held-out error, relative to noise and stated errors."""
     uncalibrated, baseline = result.uncalibrated, result.diagnosis.baseline
     rise = (baseline.held_out_reduced_chi2_by_noise - uncalibrated.held_out_reduced_chi2_by_noise) * baseline.n_held_out
     larger = baseline.held_out_error / uncalibrated.held_out_error if uncalibrated.held_out_error else 1.0
@@ -67,8 +67,8 @@ def _harm(result: Round) -> Iterator[str]:
         )
 
 
-def _left(result: Round) -> Iterator[str]:
-    """A large error of the held-out data that an effect which is named leaves."""
+def _remaining_error(result: Round) -> Iterator[str]:
+    """A large held-out error that remains with the named effect."""
     if result.best is not None and errs_on_held_out(result.best):
         held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_out_error, result.best.error))
         yield (
@@ -78,7 +78,7 @@ def _left(result: Round) -> Iterator[str]:
 
 
 def _jumps(result: Round) -> Iterator[str]:
-    """Held-out jumps that the model has elsewhere: the held-out error does not contain them."""
+    """Held-out jumps at other frequencies than in the model, which the held-out error does not contain."""
     jumps = (result.best or result.diagnosis.baseline).held_out_jumps
     elsewhere = [jump for jump in jumps if abs(jump.frequency_error) > jump.frequency_deviation]
     if elsewhere:
@@ -89,8 +89,8 @@ def _jumps(result: Round) -> Iterator[str]:
         )
 
 
-def _pulled(result: Round) -> Iterator[str]:
-    """Calibration parameters at a bound, or far from where their priors put them, each by itself.
+def _shifted_parameters(result: Round) -> Iterator[str]:
+    """Calibration parameters at a bound or far from their priors, each by itself.
 
     Whether all of them together are beyond their priors is a rule of the verdict, see `list_beyond_priors`.
     """
@@ -109,7 +109,7 @@ def _pulled(result: Round) -> Iterator[str]:
 
 
 def _model_error(result: Round) -> Iterator[str]:
-    """What the model errs by, beside what the case states: with the effect that passes, or without any."""
+    """Estimated model error beyond the errors that the case states, with the effect that passes or without any."""
     words = result.diagnosis.verdict.model_error_size.words
     if words:
         yield (

@@ -141,7 +141,7 @@ def list_changes(before: str, after: str, file: str) -> list[str]:
     return list(lines)
 
 
-def taken_back(before: str, after: str, current: str) -> str | None:
+def revert_change(before: str, after: str, current: str) -> str | None:
     """The current text with the change from `before` to `after` undone; None if these very lines were edited since."""
     if current == after:
         return before

@@ -48,7 +48,7 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One thing that was done.
+    """Step of a history.
 
     Parameters
     ----------
@@ -113,8 +113,8 @@ class History:
     steps: tuple[Step, ...] = ()
 
     @property
-    def standing(self) -> tuple[Step, ...]:
-        """Effects that were added, and calibrations, that were not taken back."""
+    def active_steps(self) -> tuple[Step, ...]:
+        """Added effects and calibrations that have not been undone."""
         steps: list[Step] = []
         for step in self.steps:
             if step.what in {ADD, CALIBRATION}:
@@ -150,7 +150,7 @@ class History:
 
 
 def history_file(case: Path) -> Path:
-    """Where the history of a case file is."""
+    """Path of the history of a case file."""
     return case.with_name(f"{case.stem}.history.json")
 
 

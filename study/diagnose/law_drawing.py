@@ -1,4 +1,4 @@
-"""What is drawn of a recovered law."""
+"""Figure of a recovered law."""
 
 import numpy as np
 

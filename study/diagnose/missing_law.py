@@ -7,10 +7,10 @@ from typing import Any
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.curves import Curve, LawCurves, compute_curves
+from diagnosis.missing_law.description import LawDescription, describe
 from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.missing_law.recover import recover_law
-from diagnosis.missing_law.words import LawWords, describe
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,7 +25,7 @@ class RecoveredLaw:
 
     law: MissingLaw
     curves: LawCurves
-    words: LawWords
+    words: LawDescription
 
     @property
     def name(self) -> str:

@@ -1,4 +1,4 @@
-"""What to measure next, where a diagnosis leaves several explanations: words and numbers."""
+"""Advice on the next test where a diagnosis leaves several explanations, in words and numbers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -97,7 +97,7 @@ class NextStep:
 
     @property
     def remark(self) -> str:
-        """What else the advised test needs; empty if nothing."""
+        """Further requirements of the advised test; empty without any."""
         return "" if self.advice is None or self.advice.best.test.fits_campaign else APART
 
     @property

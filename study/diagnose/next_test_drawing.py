@@ -1,4 +1,4 @@
-"""What is drawn of the advice on the next test."""
+"""Figure of the advice on the next test."""
 
 import numpy as np
 

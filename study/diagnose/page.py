@@ -27,7 +27,7 @@ from study.diagnose.resonance import describe_level_dependence, draw_resonances
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall
 from study.diagnose.table import MARKED_ALIKE, format_interval, format_number, list_factors, list_rows, list_strengths
-from study.page.html import embed, render_page, set_in_type
+from study.page.html import embed, render_page, typeset_text
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
@@ -65,7 +65,7 @@ def make_files(result: Round, history: History, case: Path) -> dict[str, bytes]:
                     is_fitted=row.gain is not None,
                     is_named=row.named,
                     held_out=None if row.errors is None else row.errors.held_out,
-                    strength=set_in_type(row.in_words),
+                    strength=typeset_text(row.in_words),
                 )
                 for row in listed
             ],
@@ -223,7 +223,7 @@ def _reads(place: Place) -> str:
 
 
 def _pull(factor: float, prior: float) -> dict[str, Any]:
-    """How far a calibration parameter moved, in standard deviations of its prior, and its place on a scale [%]."""
+    """Change of a calibration parameter in standard deviations of its prior, and its place on a scale [%]."""
     pull = (factor - 1) / prior
     return {"words": f"{pull:+.2f}", "place": f"{50 + 50 * max(-1.0, min(1.0, pull / 3)):.1f}", "far": abs(pull) > 2}
 

@@ -11,7 +11,6 @@ from diagnosis.decision.wording import describe_held_out_change
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
 from geometry.plain_number import percent, plain
-from study.alike import name_wrong_places
 from study.compare.report import side_by_side
 from study.console import WIDTH
 from study.diagnose.advice import choose_advice
@@ -33,6 +32,7 @@ from study.diagnose.table import (
     list_sensor_gains,
     list_strengths,
 )
+from study.merge_sentences import name_wrong_places
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -145,7 +145,7 @@ def _verdict(result: Round) -> Iterator[str]:
 
 
 def _resonances(result: Round) -> Iterator[str]:
-    """How the resonances change with the level, where something that has no name is missing."""
+    """Level dependence of the resonances, where an unnamed effect is missing."""
     for sentence in describe_level_dependence(result):
         yield from wrap(sentence, WIDTH, initial_indent="  ", subsequent_indent="    ")
 

@@ -24,7 +24,7 @@ def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any
 
 
 def describe_level_dependence(result: Round) -> Iterator[str]:
-    """How the resonances change with the level in sentences, where something that has no name is missing."""
+    """Describe the level dependence of the resonances in sentences, where an unnamed effect is missing."""
     if result.diagnosis.verdict.finding in {Finding.UNKNOWN, Finding.NOT_CLOSE}:
         peaks = find_resonances(result, list_stages(result)[-1])
         if peaks:

@@ -26,7 +26,6 @@ from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
 from pipeline.worker_pool import Workers
-from study.alike import merge_suspicions
 from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
@@ -34,6 +33,7 @@ from study.diagnose.missing_law import RecoveredLaw, describe_law, find_missing_
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
+from study.merge_sentences import merge_suspicions
 
 if TYPE_CHECKING:
     import pandas
@@ -79,12 +79,12 @@ class Round(Tabular):
 
     @property
     def wrong(self) -> list[Suspicion]:
-        """What looks wrong in the measurements, without remarks."""
+        """Suspicions about the measurements, without remarks."""
         return [each for each in self.suspicions if not each.remark]
 
     @property
     def changes(self) -> list[str]:
-        """What changed in the course of a test, which no case explains; what may have, where nothing is missing."""
+        """Changes during a test, which no case explains; where nothing is missing, suspected ones as well."""
         is_nothing = self.diagnosis.verdict.finding is Finding.NOTHING
         return [each.headline for each in self.suspicions if each.of_time and (is_nothing or not each.remark)]
 

@@ -14,7 +14,6 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit.problem import Refit
 from pipeline.output import replace_file
-from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
@@ -23,10 +22,11 @@ from study.diagnose.document import make_document
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import format_headline, format_report
 from study.diagnose.round import Round, Steps, diagnose_case, summarise_errors
-from study.diagnose.table import write_up
+from study.diagnose.table import list_case_values
 from study.json_value import plain
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
+from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
 #: Effects that ``--auto`` adds at most.
@@ -198,7 +198,7 @@ def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -
         accepted=before if not result.setup.added else earlier[-1] if earlier else None,
         before=before,
         candidates=[
-            write_up(result.setup, refit)
+            list_case_values(result.setup, refit)
             for refit in _list_alone(result)
             if refit.effect and refit.effect.name not in added
         ],

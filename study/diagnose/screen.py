@@ -19,7 +19,7 @@ from study.diagnose.round import Steps, prepare_setup
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ScreeningResult:
-    """What a diagnosis knows after its screening.
+    """Result of the screening of a diagnosis.
 
     Parameters
     ----------

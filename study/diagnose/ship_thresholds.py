@@ -21,7 +21,9 @@ from study.diagnose.thresholds import SHIPPED, layout, layout_key
 TRIALS = 200
 
 
-def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress, file: Path = SHIPPED) -> Thresholds:
+def write_shipped_thresholds(
+    case: Path, folder: Path, trials: int, store: Store, progress: Progress, file: Path = SHIPPED
+) -> Thresholds:
     """Simulate the detection thresholds of a layout, and write them into the shipped file.
 
     Parameters
@@ -50,5 +52,7 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
 
 if __name__ == "__main__":
     number = int(sys.argv[3]) if len(sys.argv) > 3 else TRIALS
-    thresholds = ship(Path(sys.argv[1]), Path(sys.argv[2]), number, Store(default_folder()), LineProgress())
+    thresholds = write_shipped_thresholds(
+        Path(sys.argv[1]), Path(sys.argv[2]), number, Store(default_folder()), LineProgress()
+    )
     sys.stdout.write(f"{thresholds}\n")

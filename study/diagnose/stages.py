@@ -82,7 +82,7 @@ def list_known_errors(history: History, present: Sequence[str], drawn: Errors, n
     """
     steps = [make_step("as drawn", drawn)]
     last = history.last_diagnosis
-    known = [step for step in history.standing if step.after and step.drawn and step.effect in present]
+    known = [step for step in history.active_steps if step.after and step.drawn and step.effect in present]
     if not present:
         steps.append(make_step("calibrated", now))
     else:

@@ -188,7 +188,7 @@ def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, floa
 
 
 def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
-    """How much too high natural frequencies of the model are, as a fit found them, by name [-]."""
+    """Fitted relative errors of the model's natural frequencies, by name [-]."""
     fitted = _calibrated(setup, refit)
     return {item.name: 1 / value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
 
@@ -204,7 +204,7 @@ def list_strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, floa
     return [(effect, *numbers[0]) for effect, numbers in _effects(setup, refit)]
 
 
-def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
+def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
     """Values that `stickslip add` would write into the case for a refit, each with half its 95 % interval.
 
     Without an effect those of `stickslip calibrate`.

@@ -14,7 +14,6 @@ from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from geometry.plain_number import plain
-from study.alike import merge_suspicions
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import save_step
@@ -26,6 +25,7 @@ from study.estimate.loops import estimate_from_loop
 from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_partners, find_resonances
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
+from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
 #: What a history calls them.

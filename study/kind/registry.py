@@ -26,7 +26,7 @@ from study.run_context import Answer, RunContext
 
 @dataclass(frozen=True, kw_only=True)
 class Extras:
-    """What a kind adds to the answer of `stickslip solve`.
+    """Additions of a kind to the answer of `stickslip solve`.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class OpenCase:
 
     @property
     def folder(self) -> Path:
-        """What file names in the case are relative to."""
+        """Folder to which file names in the case are relative."""
         return self.path.parent
 
     @property

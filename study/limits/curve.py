@@ -65,8 +65,8 @@ class SearchProgress:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FoundLimits:
-    """What a search found.
+class LimitSearchResult:
+    """Result of a search for limits.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class FoundLimits:
 
 @contextmanager
 def explained_failures() -> Iterator[None]:
-    """Turn what may end a search into a `ComputationFailed` that says what to do."""
+    """Turn failures of a search into a `ComputationFailed` with the remedy."""
     try:
         yield
     except NoSteadyState as error:
@@ -93,12 +93,12 @@ def explained_failures() -> Iterator[None]:
 
 
 @stage("response limits", ignore=("tasks", "executor", "report"))
-def found_limits(
+def search_limits(
     search: LimitSearch,
     tasks: MutableMapping[str, Any] | None = None,
     executor: Executor | None = None,
     report: Callable[[float, float], None] | None = None,
-) -> FoundLimits:
+) -> LimitSearchResult:
     """Search for the limits, or go on with a search that was stopped.
 
     Parameters
@@ -124,11 +124,11 @@ def found_limits(
     with explained_failures():
         if not isinstance(search.objective, LossFactor):
             limits = response_limits(problem, search.angular_frequency, search.levels, **options)
-            return FoundLimits(limits=limits, amplitude=None)
+            return LimitSearchResult(limits=limits, amplitude=None)
         assert search.row is not None
         assert search.reach is not None
         at_extremes = loss_factor_limits(
             problem.balance, OutputHarmonic(row=search.row, harmonic=search.harmonic, base=search.base),
             search.angular_frequency, search.levels, nominal=search.nominal, reach=search.reach, **options,
         )  # fmt: skip
-        return FoundLimits(limits=at_extremes.loss_factor, amplitude=at_extremes.amplitude)
+        return LimitSearchResult(limits=at_extremes.loss_factor, amplitude=at_extremes.amplitude)

@@ -26,7 +26,7 @@ class NarrowResonance:
     """From the first to the last frequency."""
 
     def sentence(self, *, listed: bool) -> str:
-        """What to tell, and the remedy: another one where the frequencies are a list."""
+        """Warning with the remedy, which differs where the frequencies are a list."""
         fit = self.width / 4
         remedy = f"take a step of {fit:.2g} Hz"
         if listed:

@@ -77,7 +77,7 @@ class LimitSearch:
     settings: LimitSettings
 
     def balance(self) -> HarmonicBalance:
-        """What is solved."""
+        """Harmonic balance of the search."""
         return HarmonicBalance(system=self.system, n_harmonic=self.harmonics + 1, n_sample=self.n_sample)
 
     def problem(self) -> LimitProblem:
@@ -199,7 +199,7 @@ def choose_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
 
 
 def make_objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> Objective:
-    """What a table bounds, of an output, or of a contact or line if there is none.
+    """Objective of a table: of an output, or else of a contact or line.
 
     Raises
     ------
@@ -237,7 +237,7 @@ def find_contacts(name: str, model: SolveModel) -> tuple[str, ...]:
 
 def _output_harmonic(output: Sensor, model: SolveModel) -> OutputHarmonic:
     """The amplitude that a sensor reads, with the motion of a shaken base if it does not read relative to it."""
-    harmonic, carried = find_main_harmonic(model.system), model.carried(output)
+    harmonic, carried = find_main_harmonic(model.system), model.base_acceleration(output)
     base = 0.0 if carried is None or harmonic >= len(carried) else complex(carried[harmonic])
     return OutputHarmonic(row=output.row, harmonic=harmonic, base=base)
 

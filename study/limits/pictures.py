@@ -38,7 +38,7 @@ def make_band(curves: LimitCurves, level: int, label: str) -> Band:
 
 
 def draw_limits(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[str, object]:
-    """What is drawn of one quantity, by name."""
+    """Figures of one quantity, by name."""
     limits = curves.limits
     drawn: dict[str, object] = {}
     names = name_levels(curves, in_newtons=in_newtons)

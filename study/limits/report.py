@@ -1,4 +1,4 @@
-"""What ``stickslip limits`` says: a table for people, a document for programs."""
+"""Report of ``stickslip limits``: a table for people, a document for programs."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -29,7 +29,7 @@ def limits_document(limited: LimitsResult) -> dict[str, Any]:
 
 
 def describe_refinement(curves: Sequence[LimitCurves]) -> dict[str, Any]:
-    """What more harmonics changed, if limits were found again with more."""
+    """Change of the limits by more harmonics, if they were computed with more."""
     if not any(item.is_refined for item in curves):
         return {}
     change = []
@@ -61,7 +61,7 @@ def refinement_remarks(document: Mapping[str, Any]) -> list[str]:
 
 
 def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
-    """What sums up the limits of each level."""
+    """Summary of the limits of each level."""
     limits = curves.limits
     last = len(limits.frequency) - 1
     levels = []

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from correlation.model import DERIVATIVE, Sensor
 from hbsolve.continuation.branch import STATES
 from hbsolve.limits.result import SIDES, ResponseLimits
-from study.limits.curve import FoundLimits
+from study.limits.curve import LimitSearchResult
 from study.limits.model import LimitSearch, choose_bounded_output
 from study.limits.refinement import refine_to_tolerance
 from study.limits.table import LimitsTable
@@ -63,7 +63,7 @@ class LimitCurves:
 
     @property
     def label(self) -> str:
-        """Of an axis."""
+        """Label of an axis."""
         return f"{self.quantity} [{self.unit}]"
 
     @property
@@ -98,7 +98,7 @@ def name_quantity(table: LimitsTable, output: Sensor | None, motion: str = "") -
 
 
 def convert_own_limits(
-    search: LimitSearch, table: LimitsTable, result: FoundLimits, model: SolveModel, run: RunContext
+    search: LimitSearch, table: LimitsTable, result: LimitSearchResult, model: SolveModel, run: RunContext
 ) -> LimitCurves:
     """Limits of the one objective of a case, refined to the tolerance of the case; see `convert_limits`."""
     result = replace(result, limits=refine_to_tolerance(search, result.limits, model.tolerance, run))
@@ -107,9 +107,9 @@ def convert_own_limits(
 
 
 def convert_limits(
-    table: LimitsTable, output: Sensor | None, harmonic: int, result: FoundLimits, motion: str = ""
+    table: LimitsTable, output: Sensor | None, harmonic: int, result: LimitSearchResult, motion: str = ""
 ) -> LimitCurves:
-    """What a search found, in the unit of the surface.
+    """Convert the result of a search into the unit of the surface.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def list_rows(curves: LimitCurves, columns: Sequence[Mapping[str, NDArray[Any]]]
 
 
 def list_columns(curves: LimitCurves, side: int, unit: str) -> dict[str, NDArray[Any]]:
-    """What is known of one limit, by heading; the unit stands behind headings of values, such as " [um]"."""
+    """Columns of one limit by heading; headings of values end with their unit, such as " [um]"."""
     limits, row, name = curves.limits, curves.order[side], SIDES[side]
     result: dict[str, NDArray[Any]] = {f"{name}{unit}": curves.value[side]}
     if curves.is_refined:

@@ -11,7 +11,7 @@ from pipeline.output import replace_file
 from study.case.model_doubt import warn_of_model
 from study.case.setup import read_case
 from study.kind.registry import OpenCase, open_case
-from study.limits.curve import found_limits
+from study.limits.curve import search_limits
 from study.limits.grid import find_narrow_resonance
 from study.limits.model import LimitSearch, list_limit_points, make_limit_search
 from study.limits.pictures import draw_limits
@@ -24,7 +24,7 @@ from study.solve.model import SolveModel, make_vibrating_model, require_sweep
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitsResult:
-    """What the command reports.
+    """Result of the command.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     case, table = opened.case, opened.case.limits
     search = make_limit_search(case, table, case.sweep, model)
     warn_of_narrow_resonance(search, table, run)
-    found = run_search(found_limits, search, path.stem, run, executor)
+    found = run_search(search_limits, search, path.stem, run, executor)
     curves = convert_own_limits(search, table, found, model, run)
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
     write_netcdf_file(files[0], curves.limits.save)

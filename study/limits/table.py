@@ -39,7 +39,7 @@ def _reach(value: object) -> object:
 
 
 class LimitsTable(CaseModel):
-    """What is bounded over all friction histories."""
+    """Quantity that is bounded over all friction histories."""
 
     objective: ObjectiveName = "amplitude"
     sensor: Name | None = None

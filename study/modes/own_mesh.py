@@ -1,4 +1,4 @@
-"""What a mesh file does not say: options of ``stickslip modes``, and the mesh and material that they make."""
+"""Options of ``stickslip modes`` for data that a mesh file lacks, and the mesh and material that they make."""
 
 import warnings
 from dataclasses import dataclass

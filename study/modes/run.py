@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fe.errors import LooseBody, SupportError
+from fe.errors import SupportError, UnsupportedBody
 from figure.scene.off_screen import require_egl
 from geometry.errors import InputError
 from study.kind.registry import open_case
@@ -67,8 +67,8 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
 
 
 def _advice(error: SupportError) -> str:
-    """What else can be done about one body of several that nothing holds."""
-    if not isinstance(error, LooseBody):
+    """Further remedy for one of several bodies that is not supported."""
+    if not isinstance(error, UnsupportedBody):
         return ""
     return (
         '; where bodies touch, contacts of a case of kind "part" join them (docs/own_part.md, "Two bodies that '

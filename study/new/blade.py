@@ -1,6 +1,6 @@
 """A first case of a blade by its dimensions."""
 
-from study.new.draft import REDUCTION, STEEL, Draft, Wishes, key
+from study.new.draft import REDUCTION, STEEL, Draft, NewCaseRequest, key
 from study.run_context import RunContext
 
 DIMENSIONS = (
@@ -11,11 +11,11 @@ DIMENSIONS = (
 WHY = "the first frequency grows with thickness / length^2"
 
 
-def draft_blade(wishes: Wishes, run: RunContext) -> Draft:
+def draft_blade(request: NewCaseRequest, run: RunContext) -> Draft:
     """A uniform blade on a root block, clamped at two sides of the block."""
     del run
-    answers = {name: wishes.value(name, question, default, WHY) for name, question, default in DIMENSIONS}
-    length, thickness = (wishes.millimetres(name, answers[name]) for name in ("length", "thickness"))
+    answers = {name: request.value(name, question, default, WHY) for name, question, default in DIMENSIONS}
+    length, thickness = (request.millimetres(name, answers[name]) for name in ("length", "thickness"))
     lines = "\n".join(key(name, answer) for name, answer in answers.items())
     text = f"""\
 [structure]
@@ -26,7 +26,7 @@ kind = "blade"
 [structure.blade]
 kind = "plain"
 {lines}
-root_chord = "{wishes.millimetres("chord", answers["chord"]):g} mm" # the block is as wide as the blade
+root_chord = "{request.millimetres("chord", answers["chord"]):g} mm" # the block is as wide as the blade
 root_thickness = "{2 * thickness:g} mm"
 root_height = "{2 * thickness:g} mm"
 excitation_height = "{length / 10:g} mm" # where the force acts, above the block

@@ -1,4 +1,4 @@
-"""What a first case is made of: the words of its structure, and what they were made from."""
+"""Draft of a first case: the text of its structure, and its sources."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -10,8 +10,8 @@ from study.run_context import RunContext
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wishes:
-    """What the user said about a new case.
+class NewCaseRequest:
+    """What a user requests of a new case.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Draft:
     is_whole: bool = False
 
 
-Drafter = Callable[[Wishes, RunContext], Draft]
+Drafter = Callable[[NewCaseRequest, RunContext], Draft]
 
 
 def key(name: str, marked: Marked, comment: str = "") -> str:

@@ -1,27 +1,27 @@
 """A first case of sparse matrices that another program wrote."""
 
 from geometry.errors import InputError
-from study.new.draft import REDUCTION, Draft, Wishes, key
+from study.new.draft import REDUCTION, Draft, NewCaseRequest, key
 from study.run_context import RunContext
 
 UNITS = ("m, kg, s", "mm, tonne, s")
 
 
-def draft_matrices(wishes: Wishes, run: RunContext) -> Draft:
+def draft_matrices(request: NewCaseRequest, run: RunContext) -> Draft:
     """Mass and stiffness of ANSYS, Nastran, CalculiX or MatrixMarket, and which node is which row."""
     del run
-    if len(wishes.files) not in (2, 3):
+    if len(request.files) not in (2, 3):
         raise InputError("name the files of mass and stiffness, in this order, and the table of nodes if there is one")
-    mass, stiffness, *dofs = wishes.files
-    units = wishes.value("units", "Units of the matrices?", UNITS[0], "a wrong one shifts all frequencies", UNITS)
-    fixed = wishes.fix or tuple(
+    mass, stiffness, *dofs = request.files
+    units = request.value("units", "Units of the matrices?", UNITS[0], "a wrong one shifts all frequencies", UNITS)
+    fixed = request.fix or tuple(
         str(
-            wishes.value(
+            request.value(
                 "fix", "Numbers of the fixed nodes, or nothing?", "", "the matrices may hold their supports already"
             ).value
         ).split()
     )
-    point = wishes.value("point", "Number of the node that is driven and measured?", "0", "it stays a coordinate")
+    point = request.value("point", "Number of the node that is driven and measured?", "0", "it stays a coordinate")
     for node in (*fixed, str(point.value)):
         if not node.isdigit():
             raise InputError(f'"{node}" is no number of a node: give numbers such as 12 (--fix, --point)')
@@ -33,9 +33,9 @@ def draft_matrices(wishes: Wishes, run: RunContext) -> Draft:
 kind = "matrices"
 
 [structure.files]
-mass = {wishes.relative(mass)}
-stiffness = {wishes.relative(stiffness)}
-{"".join(f"dofs = {wishes.relative(file)}{chr(10)}" for file in dofs)}{key("units", units)}
+mass = {request.relative(mass)}
+stiffness = {request.relative(stiffness)}
+{"".join(f"dofs = {request.relative(file)}{chr(10)}" for file in dofs)}{key("units", units)}
 
 {support}
 # Nodes that stay coordinates: those of joints, loads and sensors.

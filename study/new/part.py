@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from geometry.errors import InputError, MissingSoftware
 from geometry.part import MILLIMETRES_PER_METRE
-from study.new.draft import REDUCTION, STEEL, Draft, Wishes, key
+from study.new.draft import REDUCTION, STEEL, Draft, NewCaseRequest, key
 from study.run_context import RunContext
 
 if TYPE_CHECKING:
@@ -25,44 +25,44 @@ END = "the face at an end of the longest side"
 FIXED_WORDS = ("fix", "clamp", "support", "spc", "root", "ground")
 
 
-def draft_part(wishes: Wishes, run: RunContext) -> Draft:
+def draft_part(request: NewCaseRequest, run: RunContext) -> Draft:
     """A part, fixed at a face or set, with a point far from it that stays a coordinate."""
     from study.kind.part.table import STEP_SUFFIXES
 
-    if len(wishes.files) != 1:
+    if len(request.files) != 1:
         raise InputError("name the one STEP or mesh file of the part")
-    (file,) = wishes.files
-    return (_step if file.suffix.lower() in STEP_SUFFIXES else _mesh)(file, wishes, run)
+    (file,) = request.files
+    return (_step if file.suffix.lower() in STEP_SUFFIXES else _mesh)(file, request, run)
 
 
-def _step(file: Path, wishes: Wishes, run: RunContext) -> Draft:
+def _step(file: Path, request: NewCaseRequest, run: RunContext) -> Draft:
     from geometry.listed_faces import corner_points, list_faces
     from geometry.step_part import read_body
-    from geometry.system_library import preflight
+    from geometry.system_library import require_system_libraries
 
-    preflight("cad")
+    require_system_libraries("cad")
     with run.progress.step("read the solid"):
         body = read_body(file)
         faces = list_faces(body)
     corners = np.concatenate([face.corners for face in faces])
     notes = [_listed(faces)]
-    pictures = _picture(faces, wishes.path, run)
+    pictures = _picture(faces, request.path, run)
     if pictures:
         notes.append(f"their numbers are in {pictures[0]}")
     run.note("\n".join(notes))
-    chosen, why = _fixed(wishes, "Number of the face that is fixed?", str(_end_face(faces, corners)), END)
+    chosen, why = _fixed(request, "Number of the face that is fixed?", str(_end_face(faces, corners)), END)
     fixed = [_numbered(word, faces) for word in chosen]
     middle = np.mean([faces[number].inside for number in fixed], axis=0)
     known = corner_points(body)
     known = known if len(known) else np.array([face.inside for face in faces])
     tip = known[int(np.linalg.norm(known - middle, axis=1).argmax())]
     edge = (CELLS_PER_CUBE * float(body.solid.Volume()) / CELLS) ** (1 / 3)
-    mesh_size = wishes.given.get("size", f"{float(f'{edge:.2g}'):g} mm")
+    mesh_size = request.given.get("size", f"{float(f'{edge:.2g}'):g} mm")
     names = [f"face {number + 1}" for number in fixed]
     text = f"""\
 [structure]
 kind = "part"
-file = {wishes.relative(file)}
+file = {request.relative(file)}
 
 {STEEL}
 [structure.mesh]
@@ -78,12 +78,12 @@ on = [{", ".join(f'"{name}"' for name in names)}]{why}
     return Draft(text=text, notes=tuple(notes), pictures=pictures)
 
 
-def _mesh(file: Path, wishes: Wishes, run: RunContext) -> Draft:
+def _mesh(file: Path, request: NewCaseRequest, run: RunContext) -> Draft:
     from casefile.quantity import LENGTH
     from fe.file.file_material import read_file_material
     from fe.file.mesh_file import read_mesh
 
-    unit = wishes.value(
+    unit = request.value(
         "length-unit", "Unit of the lengths in the mesh file?", "mm", "mesh files do not say it", ("mm", "m")
     )
     mesh = read_mesh(file, LENGTH.read(f"1 {unit.value}"))
@@ -99,7 +99,7 @@ def _mesh(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     )
     run.note(listed)
     likely = [name for word in FIXED_WORDS for name in sets if word in name.lower()] or list(sets)
-    chosen, _ = _fixed(wishes, "Which set is fixed?", likely[0], "a part needs supports", tuple(sets))
+    chosen, _ = _fixed(request, "Which set is fixed?", likely[0], "a part needs supports", tuple(sets))
     for name in chosen:
         if name not in sets:
             raise InputError(f"--fix {name}: {file} has no such set; it has {', '.join(sets)}")
@@ -112,7 +112,7 @@ def _mesh(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     text = f"""\
 [structure]
 kind = "part"
-file = {wishes.relative(file)}
+file = {request.relative(file)}
 {key("length_unit", unit)}
 
 {material}
@@ -125,12 +125,12 @@ on = [{", ".join(f'"{name}"' for name in chosen)}] # sets of the file: {", ".joi
 
 
 def _fixed(
-    wishes: Wishes, question: str, default: str, why: str, choices: Sequence[str] = ()
+    request: NewCaseRequest, question: str, default: str, why: str, choices: Sequence[str] = ()
 ) -> tuple[tuple[str, ...], str]:
     """Faces or sets that are fixed, and a comment where that was assumed."""
-    if wishes.fix:
-        return wishes.fix, ""
-    answer = wishes.value("fix", question, default, why, choices)
+    if request.fix:
+        return request.fix, ""
+    answer = request.value("fix", question, default, why, choices)
     return (str(answer.value),), f" # assumed: {answer.assumed}" if answer.assumed else ""
 
 

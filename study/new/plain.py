@@ -1,18 +1,18 @@
 """A first case of plain matrices."""
 
 from geometry.errors import InputError
-from study.new.draft import Draft, Wishes
+from study.new.draft import Draft, NewCaseRequest
 from study.run_context import RunContext
 
 
-def draft_plain(wishes: Wishes, run: RunContext) -> Draft:
+def draft_plain(request: NewCaseRequest, run: RunContext) -> Draft:
     """A file of NumPy or MATLAB with M, K and perhaps C, or a reduced model."""
     from reduction.file.structure_file import load_matrices
 
     del run
-    if len(wishes.files) != 1:
+    if len(request.files) != 1:
         raise InputError("name the one file with the matrices (.npz, .mat, or the .h5 of a reduced model)")
-    (file,) = wishes.files
+    (file,) = request.files
     matrices = load_matrices(file)
     damped = bool(abs(matrices.damping).max() > 0)
     damping = "" if damped else '\n[structure.damping]\nratio = "0.5 %" # of the first mode: the file has no damping\n'
@@ -21,6 +21,6 @@ def draft_plain(wishes: Wishes, run: RunContext) -> Draft:
 # Matrices M, K and perhaps C, in SI units: of a file of NumPy or MATLAB, or a reduced model that stickslip has written.
 [structure]
 kind = "plain"
-file = {wishes.relative(file)}
+file = {request.relative(file)}
 {damping}"""
     )

@@ -15,7 +15,7 @@ from pipeline.output import replace_file
 from study.case.structure import Structure
 from study.kind.registry import open_case
 from study.new.blade import draft_blade
-from study.new.draft import Draft, Drafter, Wishes
+from study.new.draft import Draft, Drafter, NewCaseRequest
 from study.new.matrices import draft_matrices
 from study.new.part import draft_part
 from study.new.plain import draft_plain
@@ -62,14 +62,14 @@ class DrivePoint:
     name: str
 
 
-def write_new_case(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
+def write_new_case(kind: str, request: NewCaseRequest, run: RunContext) -> NewCase:
     """Write a case of a kind.
 
     Parameters
     ----------
     kind
         A name of `DRAFTERS`.
-    wishes
+    request
         Files and options.
     run
         Stores the structure, so that the next command finds it.
@@ -79,20 +79,20 @@ def write_new_case(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
     InputError
         A file that cannot be used, or an option that fits nothing. What was at the path before is there again.
     """
-    for file in wishes.files:
+    for file in request.files:
         if not file.is_file():
             raise InputError(f"{file}: there is no such file; check the spelling and the folder")
-    with _restored_if_it_fails(wishes.path):
-        return _write(kind, wishes, run)
+    with _restored_if_it_fails(request.path):
+        return _write(kind, request, run)
 
 
-def _write(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
-    draft = DRAFTERS[kind](wishes, run)
-    head = f'{HEAD}\nschema = 2\ntitle = "{_title(wishes.path)}"\n\n{draft.text}'
-    replace_file(wishes.path, head)
-    opened = open_case(wishes.path)
+def _write(kind: str, request: NewCaseRequest, run: RunContext) -> NewCase:
+    draft = DRAFTERS[kind](request, run)
+    head = f'{HEAD}\nschema = 2\ntitle = "{_title(request.path)}"\n\n{draft.text}'
+    replace_file(request.path, head)
+    opened = open_case(request.path)
     if draft.is_whole:
-        return NewCase(path=wishes.path, draft=draft)
+        return NewCase(path=request.path, draft=draft)
     structure = opened.kind.structure(opened, run)
     frequency, point = _first_mode(structure)
     tables = [] if structure.sensors else [SENSOR.format(name=point.name, keys=point.keys)]
@@ -101,14 +101,14 @@ def _write(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
     if structure.harmonic_force is None:
         tables.insert(0, LOAD.format(keys=point.keys))
     tables += [JOINT.format(keys=_commented(point.keys)), SWEEP.format(**_range(frequency))]
-    replace_file(wishes.path, "\n".join([head.rstrip() + "\n", *tables]))
-    open_case(wishes.path)
-    return NewCase(path=wishes.path, draft=draft, frequency=frequency)
+    replace_file(request.path, "\n".join([head.rstrip() + "\n", *tables]))
+    open_case(request.path)
+    return NewCase(path=request.path, draft=draft, frequency=frequency)
 
 
 @contextmanager
 def _restored_if_it_fails(path: Path) -> Iterator[None]:
-    """What was in a file before, or no file, after a failure: half a case would look like one."""
+    """Restore the file after a failure, or remove a new one: an incomplete case would look like a complete one."""
     before = path.read_bytes() if path.is_file() else None
     try:
         yield

@@ -66,7 +66,7 @@ def fill_template(
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"typeset": set_in_type, **filters}
+    environment.filters |= {"typeset": typeset_text, **filters}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         version=importlib.metadata.version("stickslip"),
         policy=content_policy(scripts.values()),
@@ -78,13 +78,13 @@ def fill_template(
 
 
 def page_provenance() -> str:
-    """What a page carries of the command that makes it, as JSON; empty for a page that is made in Python."""
+    """Provenance of a page as JSON; empty for a page that is made in Python."""
     made_by = current_provenance()
     return "" if made_by is None else made_by.as_json()
 
 
 def content_policy(scripts: Iterable[str] = ()) -> str:
-    """What a browser lets a page do: run these scripts and no other, show pictures of its own, load and send nothing.
+    """Content security policy of a page: it runs these scripts only, shows its own pictures, loads and sends nothing.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def embed(picture: bytes) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
 
-def set_in_type(text: str) -> str:
+def typeset_text(text: str) -> str:
     """Words as they are printed, with no line's end before %."""
     return typeset(text).replace(" %", "\u00a0%")
 

@@ -34,7 +34,7 @@ NAMED = (Finding.MISSING, Finding.AMBIGUOUS)
 
 
 @dataclass(frozen=True, kw_only=True)
-class OwnRound:
+class AutomaticRound:
     """A round of the diagnosis: its verdict, and the held-out errors before and with the best effect [-]."""
 
     sentence: str
@@ -44,7 +44,7 @@ class OwnRound:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AutomaticDiagnosis:
-    """What the program found by itself.
+    """Result of the automatic diagnosis.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class AutomaticDiagnosis:
     """
 
     case: Path
-    rounds: tuple[OwnRound, ...]
+    rounds: tuple[AutomaticRound, ...]
     values: tuple[Interval, ...]
     others: tuple[str, ...]
 
@@ -94,10 +94,10 @@ def diagnose_automatically(
         rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
     except CampaignError as error:
         # A campaign that is too small for a diagnosis, such as that of a quick run, has its by-hand way all the same.
-        refused = OwnRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
+        refused = AutomaticRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
         return AutomaticDiagnosis(case=file, rounds=(refused,), values=(), others=())
     values, others = read_values(rounds[-1], start)
-    return AutomaticDiagnosis(case=file, rounds=tuple(map(_told, rounds)), values=values, others=others)
+    return AutomaticDiagnosis(case=file, rounds=tuple(map(_summarise_round, rounds)), values=values, others=others)
 
 
 def write_case(model: PaperModel, parameters: RigParameters) -> str:
@@ -111,10 +111,10 @@ def write_case(model: PaperModel, parameters: RigParameters) -> str:
     return write_parameters(text, parameters, model.find_ratio(parameters), mesh)
 
 
-def _told(result: Round) -> OwnRound:
+def _summarise_round(result: Round) -> AutomaticRound:
     best = result.best if result.diagnosis.verdict.finding in NAMED else None
     before = summarise_errors(result.diagnosis.baseline)
-    return OwnRound(
+    return AutomaticRound(
         sentence=format_headline(result), held_before=before.held_out,
         held_after=(before if best is None else summarise_errors(best)).held_out,
     )  # fmt: skip

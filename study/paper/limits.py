@@ -183,7 +183,7 @@ def find_limits(
         fewest=effort.frequencies,
     )  # fmt: skip
     step = run.step(f"{stem}: reach of the sliders", expected=20)
-    search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
+    search = search.with_numeric_box(lambda rest: step.run(find_reaches, rest, report=step.report))
     found = run_search(find_family_limits, search, f"{stem}_response", run, executor)
     preloads = estimate_preloads(measured.response, found, measured.errors, budget)
     response = judge_families(

@@ -48,16 +48,16 @@ def make_specimen(opened: OpenCase, truth: Truth, run: RunContext) -> Specimen:
         Store of the reduced bodies, and progress.
     """
     read = read_case(replace(opened, case=configure(opened.case, truth.parameters)), run=run)
-    resting = read.structure.details
+    preloaded = read.structure.details
     clamp = truth.root_loss / (2 * pi * truth.free_frequency) * _root_stiffness(opened, truth, run)
     model = scale_damping(read.setup.model, truth.parameters.damping)
     model = model.with_system(damping=model.system.damping + clamp)
-    free, rig = model.without_contacts().system, resting.model.rig
+    free, rig = model.without_contacts().system, preloaded.model.rig
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(item, name=item.name.replace(".", " ")) for item in friction_contacts(model.system.joints)]
     jointed = replace(model.system, joints=joints)
-    places = measured_places(resting.reduction)
-    weight = resting.weights["right"]
+    places = measured_places(preloaded.reduction)
+    weight = preloaded.weights["right"]
     laser = next(
         item.row for item in model.sensors if isinstance(item, Sensor) and item.name == "damper right against blade"
     )

@@ -15,7 +15,7 @@ from reduction.load_cell import along_line, blade_contact, decoupler_contact
 from transient.state import TransientState
 from transient.virtual_bench.campaign import Sweep, with_noise
 from transient.virtual_bench.repeats import repeated_test
-from transient.virtual_bench.sweep import Readings, SweptBench
+from transient.virtual_bench.sweep import Readings, VirtualSweepTest
 
 Row = Float[NDArray[np.float64], " r"]
 Samples = Float[NDArray[np.float64], " t"]
@@ -116,7 +116,7 @@ class Loop:
 @stage("free virtual test")
 def measure_free(specimen: Specimen, points: TestPoints) -> Sweep:
     """The blade without dampers."""
-    bench = SweptBench(specimen.free, specimen.sensors)
+    bench = VirtualSweepTest(specimen.free, specimen.sensors)
     up = [specimen.free_resonance * share for share in points.free_shares]
     readings = bench.sweep([*up, *reversed(up)], points.free_level)
     random = np.random.default_rng([points.seed, 0])
@@ -135,7 +135,7 @@ def measure_repeat(specimen: Specimen, points: TestPoints, repeat: int) -> tuple
         Number of the repeat, from 1 [-].
     """
     histories, noise = (np.random.default_rng([points.seed, repeat, number]) for number in (1, 2))
-    bench = SweptBench(specimen.jointed, specimen.sensors)
+    bench = VirtualSweepTest(specimen.jointed, specimen.sensors)
     resonance = specimen.resonance * (1 + points.frequency_error * noise.standard_normal())
     up = [resonance * share for share in points.shares]
     return tuple(
@@ -150,7 +150,7 @@ def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[Loop, ...]:
     result = []
     lines = _lines(specimen.jointed)
     for level in (points.levels[0], points.levels[-1]):
-        bench = SweptBench(specimen.jointed, specimen.sensors)
+        bench = VirtualSweepTest(specimen.jointed, specimen.sensors)
         up = [specimen.resonance * share for share in points.shares]
         readings = bench.sweep(up, level)
         peak = int(np.argmax(np.abs(readings.motion[:, 0, 0])))
@@ -166,7 +166,7 @@ def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[Loop, ...]:
     return tuple(result)
 
 
-def _search(bench: SweptBench) -> Callable[[Sequence[float], float, TransientState], Readings]:
+def _search(bench: VirtualSweepTest) -> Callable[[Sequence[float], float, TransientState], Readings]:
     """How the bench settles: by the search for steady states, which costs a hundredth of waiting for them."""
 
     def settle(frequencies: Sequence[float], level: float, start: TransientState) -> Readings:

@@ -23,8 +23,8 @@ MOST = 500
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wishes:
-    """What the user says of the tests; None follows from the case.
+class PlanRequest:
+    """Requested tests; None where the value follows from the case.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
     return Model(**{**vars(model), "sensors": tuple(chosen)})
 
 
-def make_tests(read: ReadCase, model: Model, wishes: Wishes) -> list[NextTest]:
+def make_tests(read: ReadCase, model: Model, request: PlanRequest) -> list[NextTest]:
     """Planned tests: of the jointed structure, and of the one without its contacts if that is wanted.
 
     Raises
@@ -90,11 +90,11 @@ def make_tests(read: ReadCase, model: Model, wishes: Wishes) -> list[NextTest]:
     InputError
         Values out of range, or a band that neither the options nor the case give.
     """
-    levels, (first, last) = _choose_levels(read, wishes), _choose_band(read, wishes)
-    for option, value, least in (("frequencies", wishes.n_frequency, 2), ("repeats", wishes.n_repeat, 1)):
+    levels, (first, last) = _choose_levels(read, request), _choose_band(read, request)
+    for option, value, least in (("frequencies", request.n_frequency, 2), ("repeats", request.n_repeat, 1)):
         if not least <= value <= MOST:
             raise InputError(f"--{option} {value}: give a number from {least} to {MOST}")
-    for harmonic in wishes.harmonics:
+    for harmonic in request.harmonics:
         if not 1 <= harmonic < model.n_harmonic:
             raise InputError(
                 f"--harmonics {harmonic}: the model keeps 1 to {model.n_harmonic - 1}: give one of these, or raise "
@@ -102,11 +102,11 @@ def make_tests(read: ReadCase, model: Model, wishes: Wishes) -> list[NextTest]:
             )
     jointed = NextTest(
         name="planned", configuration="jointed", levels=levels,
-        frequencies=tuple(np.linspace(first, last, wishes.n_frequency).tolist()),
-        sensors=tuple(each.name for each in model.sensors), harmonics=wishes.harmonics, sweeps=SWEEPS[wishes.sweep],
-        n_repeat=wishes.n_repeat,
+        frequencies=tuple(np.linspace(first, last, request.n_frequency).tolist()),
+        sensors=tuple(each.name for each in model.sensors), harmonics=request.harmonics, sweeps=SWEEPS[request.sweep],
+        n_repeat=request.n_repeat,
     )  # fmt: skip
-    return [jointed, _make_free(jointed, model)] if wishes.free else [jointed]
+    return [jointed, _make_free(jointed, model)] if request.free else [jointed]
 
 
 def make_noise(text: str, model: Model, largest: dict[str, float]) -> PlannedNoise:
@@ -129,20 +129,20 @@ def make_noise(text: str, model: Model, largest: dict[str, float]) -> PlannedNoi
     return PlannedNoise(usual=next(iter(laws.values())), known=known)
 
 
-def _choose_levels(read: ReadCase, wishes: Wishes) -> tuple[float, ...]:
+def _choose_levels(read: ReadCase, request: PlanRequest) -> tuple[float, ...]:
     sweep = read.opened.case.sweep
-    levels = wishes.levels or tuple(getattr(sweep, "levels", ())) or (1.0,)
+    levels = request.levels or tuple(getattr(sweep, "levels", ())) or (1.0,)
     for level in levels:
         if not (np.isfinite(level) and level > 0):
             raise InputError(f"--levels {level:g}: a level scales the loads of the case: give a positive number")
     return tuple(sorted({float(level) for level in levels}))
 
 
-def _choose_band(read: ReadCase, wishes: Wishes) -> tuple[float, float]:
+def _choose_band(read: ReadCase, request: PlanRequest) -> tuple[float, float]:
     sweep = read.opened.case.sweep
     over_frequency = sweep is not None and sweep.parameter == "frequency"
     ends = []
-    for option, text, key in (("from", wishes.first, "first"), ("to", wishes.last, "last")):
+    for option, text, key in (("from", request.first, "first"), ("to", request.last, "last")):
         if text is not None:
             ends.append(_read(text, FREQUENCY, option))
         elif over_frequency:

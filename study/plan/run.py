@@ -1,4 +1,4 @@
-"""``stickslip plan``: from a case and the wishes of its user to a plan with its files."""
+"""``stickslip plan``: from a case and the requested tests to a plan with its files."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from pipeline.store import stage
 from study.case.setup import ReadCase, read_case, require_loads
 from study.json_value import plain
 from study.plan.drawing import make_plan_drawing
-from study.plan.planned_tests import Wishes, choose_sensors, make_noise, make_tests
+from study.plan.planned_tests import PlanRequest, choose_sensors, make_noise, make_tests
 from study.plan.report import PlanResult
 from study.run_context import RunContext
 
@@ -39,7 +39,7 @@ def compute_plan(
     return plan_tests(tests, model, calibration, budget, make_noise(noise, model, largest), catalogue)
 
 
-def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[str] = ()) -> PlanResult:
+def run_plan(path: Path, request: PlanRequest, run: RunContext, *, without: Sequence[str] = ()) -> PlanResult:
     """Plan tests of a case, and write figure and JSON.
 
     Raises
@@ -50,18 +50,18 @@ def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[s
     assert run.output is not None
     read: ReadCase = require_loads(read_case(path, run=run))
     setup = read.setup
-    model = choose_sensors(read, wishes.sensors)
-    tests = make_tests(read, model, wishes)
-    make_noise(wishes.noise, model, {})  # its mistakes come before what takes long
+    model = choose_sensors(read, request.sensors)
+    tests = make_tests(read, model, request)
+    make_noise(request.noise, model, {})  # its mistakes come before what takes long
     kinds = tuple(sorted({*setup.without, *without}))
     # Models with a finer mesh have no part: sensitivities are those of one mesh.
     budget = replace(setup.budget, refined=())
     step = run.step("sensitivities", expected=20)
     plan = step.run(
-        compute_plan, model, setup.calibration_parameters, budget, tests, wishes.noise, setup.effect_files, kinds
+        compute_plan, model, setup.calibration_parameters, budget, tests, request.noise, setup.effect_files, kinds
     )
     planned = PlanResult(
-        title=setup.title, tests=tuple(tests), plan=plan, noise=wishes.noise,
+        title=setup.title, tests=tuple(tests), plan=plan, noise=request.noise,
         added=tuple(each.effect.name for each in setup.added),
     )  # fmt: skip
     files = run.draw({f"{path.stem}_plan": make_plan_drawing(plan, setup.title, planned.headline)})

@@ -17,7 +17,7 @@ from hbsolve.errors import NoSteadyState
 from pipeline.checkpoint import Checkpoint
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
-from study.solve.held_amplitude import HeldAmplitude
+from study.solve.amplitude_control import AmplitudeControl
 
 Row = Float[NDArray[np.float64], " r"]
 #: Share of the way from which on it tells the time left.
@@ -44,7 +44,7 @@ class Curve:
         Slider positions at its start, shape (s,) [m]; springs without tension by default.
     level_power
         Levels are times Omega^level_power [-].
-    held
+    control
         What the level of each point of a curve over frequency holds; None where the level is given.
     """
 
@@ -56,7 +56,7 @@ class Curve:
     label: str
     slider: Row | None = None
     level_power: int = 0
-    held: HeldAmplitude | None = None
+    control: AmplitudeControl | None = None
 
 
 @stage("response curve", ignore=("checkpoint", "report"))
@@ -99,15 +99,15 @@ def response_curve(
             report(done, way)
 
     try:
-        if curve.held is not None:
+        if curve.control is not None:
             balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
-            return curve.held.follow(
+            return curve.control.compute_curve(
                 balance, curve.first, curve.last, step=curve.step, slider=curve.slider, report=share
             )
         continuation = make_continuation(system, curve, harmonics, n_sample)
         return run(
             continuation, slider=curve.slider, report=share,
-            resumed=checkpoint.load() if checkpoint else None, save=checkpoint.offer if checkpoint else None,
+            resumed=checkpoint.load() if checkpoint else None, save=checkpoint.save_if_due if checkpoint else None,
         )  # fmt: skip
     except NoSteadyState as error:
         raise ComputationFailed(f"{curve.label}: {error}") from error

@@ -17,9 +17,9 @@ from reduction.jointed_system import JointedSystem
 from study.case.setup import ReadCase, require_loads
 from study.case.sweep_table import ControlledSweepTable, FrequencySweepTable, LevelSweepTable
 from study.kind.registry import OpenCase
+from study.solve.amplitude_control import AmplitudeControl
 from study.solve.curve import Curve, Row
 from study.solve.frequency_range import warn_of_high_frequency
-from study.solve.held_amplitude import HeldAmplitude
 
 #: What the amplitude of a sensor is, by its quantity.
 HELD_DIMENSION = {"displacement": LENGTH, "velocity": VELOCITY, "acceleration": ACCELERATION}
@@ -80,7 +80,7 @@ class SolveModel:
         """Rows of the outputs, shape (n, r) [-]."""
         return np.array([output.row for output in self.outputs])
 
-    def carried(self, output: Sensor) -> Complex[NDArray[np.complex128], " n"] | None:
+    def base_acceleration(self, output: Sensor) -> Complex[NDArray[np.complex128], " n"] | None:
         """Acceleration of the base that an output reads in each harmonic at level 1; None if it reads none."""
         return None if self.base is None or output.relative else self.base @ output.row
 
@@ -180,10 +180,10 @@ def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweep
                 raise JointError(f"{output.name} reads {output.quantity}: {error}") from error
             if amplitude <= 0:
                 raise JointError("must be positive: it is what the level of the force holds")
-        carried = None if model.base is None or output.relative else model.base[1]
-        held = HeldAmplitude(
+        base_acceleration = None if model.base is None or output.relative else model.base[1]
+        control = AmplitudeControl(
             sensor=output.name, row=output.row, derivative=DERIVATIVE[output.quantity], amplitude=amplitude,
-            carried=carried, level_power=model.level_power,
+            base_acceleration=base_acceleration, level_power=model.level_power,
         )  # fmt: skip
         curves.append(
             Curve(
@@ -195,7 +195,7 @@ def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweep
                 label=f"{output.name} {text}",
                 slider=model.slider,
                 level_power=model.level_power,
-                held=held,
+                control=control,
             )
         )
     return tuple(curves)

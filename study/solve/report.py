@@ -30,8 +30,8 @@ def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> st
     refined = f", up to {highest} where refined" if highest > model.harmonics else ""
     width = max(len(peak.label) for peak in solved.peaks)
     lines = [extras.text] if extras and extras.text else []
-    held = model.curves[0].held
-    which = f"points of least force that holds {held.sensor}, and" if held else "highest points of"
+    control = model.curves[0].control
+    which = f"points of least force that holds {control.sensor}, and" if control else "highest points of"
     lines += [
         f"{model.system.n_dof} degrees of freedom, {len(model.system.joints)} joints, "
         f"harmonics 0 to {model.harmonics}{refined}; {which} {model.outputs[0].name}:",

@@ -74,10 +74,10 @@ class SolvedCurve:
         """Coefficients of an output at each point, with the motion of the base that it reads, shape (p, n_harmonic)."""
         branch, q = self.branch, self.branch.coefficients @ output.row
         omega = np.array([harmonics(float(item), q.shape[1]) for item in branch.angular_frequency])
-        carried = self.model.carried(output)
-        if carried is not None:
-            n = len(carried)
-            q[:, 1:n] += branch.level[:, None] * carried[1:] / (1j * omega[:, 1:n]) ** 2
+        base_acceleration = self.model.base_acceleration(output)
+        if base_acceleration is not None:
+            n = len(base_acceleration)
+            q[:, 1:n] += branch.level[:, None] * base_acceleration[1:] / (1j * omega[:, 1:n]) ** 2
         return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity] * np.exp(-1j * omega * output.delay))
 
     def half_range(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
@@ -114,18 +114,18 @@ class SolvedCurve:
 
     def peak(self, output: Sensor, harmonic: int) -> int:
         """Point of the largest amplitude of a harmonic of an output; of the least level where an amplitude is held."""
-        if self.curve.held is not None:
+        if self.curve.control is not None:
             return int(np.argmin(self.level))
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
 
 def output_of(model: SolveModel, output: Sensor, state: SteadyState) -> Complex[NDArray[np.complex128], " harmonic"]:
     """Coefficients of an output in a steady state, with the motion of the base that it reads, shape (n_harmonic,)."""
-    q, carried = state.coefficients @ output.row, model.carried(output)
+    q, base_acceleration = state.coefficients @ output.row, model.base_acceleration(output)
     omega = harmonics(state.angular_frequency, len(q))
-    if carried is not None:
-        n = len(carried)
-        q[1:n] += state.level * carried[1:] / (1j * omega[1:n]) ** 2
+    if base_acceleration is not None:
+        n = len(base_acceleration)
+        q[1:n] += state.level * base_acceleration[1:] / (1j * omega[1:n]) ** 2
     return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity] * np.exp(-1j * omega * output.delay))
 
 

@@ -11,7 +11,7 @@ from correlation.model import Sensor
 from figure.contact_states import ContactStates, StatePanel
 from figure.hysteresis_loops import HysteresisLoops, Loop
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
-from figure.style import evenly
+from figure.style import choose_evenly
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.matlab import make_matlab_file
@@ -196,11 +196,11 @@ def _results(
     over_frequency = curves[0].curve.parameter == "frequency"
     label = "frequency [Hz]" if over_frequency else LEVEL_LABEL
     drawn: dict[str, object] = {}
-    held = curves[0].curve.held
-    if held is not None:
+    control = curves[0].curve.control
+    if control is not None:
         drawn["force"] = _force_over_frequency(curves, title)
     for number, output in enumerate(model.outputs, start=1):
-        if held is not None and output.name == held.sensor:
+        if control is not None and output.name == control.sensor:
             continue  # its curves are straight lines
         unit, scale = SURFACE_UNIT[output.quantity]
         family = [
@@ -209,7 +209,7 @@ def _results(
                 parameter=item.parameter,
                 response=scale * item.output(output)[:, harmonic],
                 group=item.curve.fixed,
-                top=None if item.curve.held is None else item.peak(output, harmonic),
+                top=None if item.curve.control is None else item.peak(output, harmonic),
                 unstable=None if item.stability is None else ~item.stability.is_stable,
                 marks=_marks(item, output, scale, harmonic),
             )
@@ -240,7 +240,7 @@ def _results(
     ]
     which_joints = "the contacts do" if len(joints) == len(model.system.joints) else "the busiest contacts do"
     drawn["states"] = ContactStates(panels=panels, title=f"{title}: what {which_joints}", parameter_label=label)
-    which_point = "the point of least force" if chosen[0].curve.held else "the highest point"
+    which_point = "the point of least force" if chosen[0].curve.control else "the highest point"
     which_curves = "each curve" if len(chosen) == len(curves) else f"{len(chosen)} of {len(curves)} curves"
     drawn["loops"] = HysteresisLoops(
         joints=[(model.system.joints[joint].name, _loops(model, balance, chosen, joint)) for joint in joints],
@@ -252,7 +252,9 @@ def _results(
 def _force_over_frequency(curves: Sequence[SolvedCurve], title: str) -> ResponseCurves:
     """What holds the amplitude of each curve, with the phase of the reading after it."""
     model = curves[0].model
-    output = next(item for item in model.outputs if curves[0].curve.held and item.name == curves[0].curve.held.sensor)
+    output = next(
+        item for item in model.outputs if curves[0].curve.control and item.name == curves[0].curve.control.sensor
+    )
     family = [
         DrawnCurve(
             label=item.curve.label,
@@ -292,7 +294,7 @@ def _busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
 
 def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
     """At most `MOST_CURVES` of the curves, the first and the last among them."""
-    return [curves[place] for place in evenly(len(curves), MOST_CURVES)]
+    return [curves[place] for place in choose_evenly(len(curves), MOST_CURVES)]
 
 
 def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int) -> list[Loop]:

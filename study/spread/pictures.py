@@ -5,7 +5,7 @@ from collections.abc import Container
 import numpy as np
 
 from figure.response_spread import ResponseSpread, SpreadBand
-from figure.style import LIMITS, evenly
+from figure.style import LIMITS, choose_evenly
 from figure.variance_shares import SharePanel, VarianceShares
 from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
@@ -47,7 +47,7 @@ def _curve_bands(spread: Spread, title: str) -> ResponseSpread:
     output = model.outputs[0]
     unit, scale = SURFACE_UNIT[output.quantity]
     panels = []
-    for place in evenly(len(model.curves), MOST_PANELS):
+    for place in choose_evenly(len(model.curves), MOST_PANELS):
         band = spread.bands[place]
         nominal, reach = band.nominal[0], NINETY_PERCENT * band.deviation[0]
         panels.append(
@@ -95,7 +95,7 @@ def _limit_bands(spread: Spread, limits: SampledLimits, title: str) -> ResponseS
                 for side in (1, 0)
             ],
         )
-        for level in evenly(len(first.limits.level), MOST_PANELS)
+        for level in choose_evenly(len(first.limits.level), MOST_PANELS)
     ]
     return ResponseSpread(
         panels=panels, along_label="frequency [Hz]", amplitude_label=first.label, title=title,
@@ -107,7 +107,7 @@ def _shares(spread: Spread, title: str, names: Container[str]) -> VarianceShares
     """Shares of the quantities of these names."""
     rows = [item for item in spread.quantities if item.name in names]
     curves = list(dict.fromkeys(item.curve for item in rows))
-    shown = [curves[place] for place in evenly(len(curves), MOST_GROUPS)] if curves else []
+    shown = [curves[place] for place in choose_evenly(len(curves), MOST_GROUPS)] if curves else []
     if not shown:
         return None
     nothing = np.full(len(spread.uncertain.parameters), np.nan)

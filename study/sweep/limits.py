@@ -13,11 +13,11 @@ from pipeline.worker_pool import Workers, worker_pool
 from study.case.setup import read_case
 from study.case.tables import Case
 from study.kind.registry import OpenCase
-from study.limits.curve import found_limits
+from study.limits.curve import search_limits
 from study.limits.model import make_limit_search
 from study.limits.result import LimitCurves, convert_own_limits
 from study.limits.several.quantity import Quantity, own_quantity
-from study.limits.several.search import convert_several_limits, found_several_limits, make_several_search
+from study.limits.several.search import convert_several_limits, make_several_search, search_several_limits
 from study.limits.stored_search import run_search
 from study.limits.table import EVERYTHING
 from study.run_context import RunContext
@@ -63,24 +63,24 @@ def compute_limits(
         executor: Executor | None = None
         n_stored = 0
         for number, point in enumerate(points):
-            within = _Within(report, number - n_stored, len(points) - n_stored)
+            within = _ShareOfProgress(report, number - n_stored, len(points) - n_stored)
             varied = vary(opened, point)
             case = varied.case
             model = make_vibrating_model(read_case(varied, run=replace(run, progress=SilentProgress())))
             with located(case, "limits"):
-                own = _ask(case, model)
-            known = run.store.look_up(own.searched, own.search)
+                own = _make_request(case, model)
+            known = run.store.look_up(own.search_stage, own.search)
             n_stored += known is not None
             if known is None and executor is None and workers != 1:
-                pool = worker_pool([own.searched.compute.__module__], workers)
+                pool = worker_pool([own.search_stage.compute.__module__], workers)
                 executor = closed_in_the_end.enter_context(pool)
             if known is not None:
                 found = known.value
             elif run.output is None:
-                found = run.store.run(own.searched, own.search, executor=executor)
+                found = run.store.run(own.search_stage, own.search, executor=executor)
             else:
                 stem_of_point = f"{stem}_point{number + 1}"
-                found = run_search(own.searched, own.search, stem_of_point, replace(run, progress=within), executor)
+                found = run_search(own.search_stage, own.search, stem_of_point, replace(run, progress=within), executor)
             quantities = own.quantities
             curves.append(own.convert(found, replace(run, progress=SilentProgress())))
     return tuple(
@@ -90,31 +90,31 @@ def compute_limits(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Asked:
-    """What a case asks for: a search as a stage, its quantities, and how their limits follow from what it found."""
+class _LimitRequest:
+    """Request of a case: its search, the stage that runs it, its quantities, and the conversion into their limits."""
 
-    searched: Stage[..., Any]
+    search_stage: Stage[..., Any]
     search: object
     quantities: tuple[Quantity, ...]
     convert: Callable[[Any, RunContext], Sequence[LimitCurves]]
 
 
-def _ask(case: Case[Any], model: SolveModel) -> _Asked:
+def _make_request(case: Case[Any], model: SolveModel) -> _LimitRequest:
     if case.limits.objective == EVERYTHING:
         several, quantities = make_several_search(case, case.limits, case.sweep, model)
-        return _Asked(
-            searched=found_several_limits, search=several, quantities=quantities,
+        return _LimitRequest(
+            search_stage=search_several_limits, search=several, quantities=quantities,
             convert=lambda found, run: convert_several_limits(several, quantities, found, model, run),
         )  # fmt: skip
     search, quantity = make_limit_search(case, case.limits, case.sweep, model), own_quantity(case.limits, model)
-    return _Asked(
-        searched=found_limits, search=search, quantities=(quantity,),
+    return _LimitRequest(
+        search_stage=search_limits, search=search, quantities=(quantity,),
         convert=lambda found, run: (convert_own_limits(search, case.limits, found, model, run),),
     )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=False)
-class _Within:
+class _ShareOfProgress:
     """Progress of one search as a share of that of all."""
 
     report: Report

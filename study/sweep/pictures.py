@@ -10,7 +10,7 @@ from figure.force_limits import ForceLimits, LineForceLimits
 from figure.limit_levels import LimitsByLevel
 from figure.parameter_curves import LINES, ParameterCurve, ParameterCurves
 from figure.parameter_trends import ParameterTrends, TrendLine
-from figure.style import evenly
+from figure.style import choose_evenly
 from reduction.array_type import Real
 from study.limits.several.pictures import name_stems
 from study.solve.result import SURFACE_UNIT
@@ -48,7 +48,7 @@ def _slices(grid: Grid, number: int) -> Iterator[_Slice]:
     """At most as many as there are kinds of lines, the first and the last of all among them."""
     others = [item for item in range(len(grid.shape)) if item != number]
     combinations = list(itertools.product(*(range(grid.shape[item]) for item in others)))
-    for place in evenly(len(combinations), len(LINES)):
+    for place in choose_evenly(len(combinations), len(LINES)):
         at = dict(zip(others, combinations[place], strict=True))
         label = ", ".join(grid.parameters[item].text(grid.values[item][at[item]]) for item in others)
         along = sorted(range(grid.shape[number]), key=lambda value: grid.values[number][value])
@@ -64,7 +64,7 @@ def _curves(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase,
     model = sampled.curves.model
     unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
     panels = []
-    for place in evenly(len(model.curves), MOST_PANELS):
+    for place in choose_evenly(len(model.curves), MOST_PANELS):
         own = [
             (sampled.curves.curves[point][place], float(sampled.values[point, number]), line)
             for line, item in enumerate(slices)
@@ -91,7 +91,7 @@ def _trends(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase,
     assert sampled.curves is not None
     model, quantities = sampled.curves.model, sampled.curve_quantities()[:, :, 0]
     unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
-    trends, shown = [], evenly(len(model.curves), MOST_GROUPS)
+    trends, shown = [], choose_evenly(len(model.curves), MOST_GROUPS)
     for group, place in enumerate(shown):
         for line, item in enumerate(slices):
             own = quantities[list(item.points), place]
@@ -131,7 +131,7 @@ def _all_limits(
     stems = name_stems(item.quantity for item in motions)
     values, label = sampled.values[:, number], grid.parameters[number].label
     drawn: dict[str, object] = {}
-    for count, place in enumerate(evenly(len(cases), max(MOST_FIGURES // max(len(motions), 1), 2))):
+    for count, place in enumerate(choose_evenly(len(cases), max(MOST_FIGURES // max(len(motions), 1), 2))):
         level, item = cases[place]
         points = list(item.points)
         where = f"{title}: limits at {', '.join(filter(None, (f'level {levels[level]:g}', item.label)))}"

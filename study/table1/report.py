@@ -79,35 +79,35 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
 def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
     """Lowest modes of the row that is nearest to the paper among the quadratic ones, else of the first row."""
     assert run.output is not None
-    quadratic = [row for row in study.rows if row.asked.element == "hex20" and row.asked.root == "full"]
+    quadratic = [row for row in study.rows if row.table.element == "hex20" and row.table.root == "full"]
     row = min(quadratic or study.rows, key=lambda item: abs(item.error or 0.0))
-    result: Shapes = run.store.run(compute_blade_shapes, make_row_inputs(study.case, row.asked), N_PICTURED)
+    result: Shapes = run.store.run(compute_blade_shapes, make_row_inputs(study.case, row.table), N_PICTURED)
     files = picture_modes(result, stem, run)
-    return [Picture(file=file, caption=f"{caption} (model {row.asked.model})") for file, caption in files]
+    return [Picture(file=file, caption=f"{caption} (model {row.table.model})") for file, caption in files]
 
 
 def _convergence(study: MeshStudy) -> MeshConvergence:
     """What is drawn of a study."""
     rows = [
         ModelFrequency(
-            element=row.asked.element,
-            through_thickness=row.asked.elements_through_thickness,
+            element=row.table.element,
+            through_thickness=row.table.elements_through_thickness,
             frequency=float(row.result.frequency[0]),
-            reference=row.asked.paper,
-            number=row.asked.model,
-            is_full=row.asked.root == "full",
+            reference=row.table.paper,
+            number=row.table.model,
+            is_full=row.table.root == "full",
         )
         for row in study.rows
     ]
     untuned = [
         ModelFrequency(
-            element=item.asked.element,
-            through_thickness=item.asked.elements_through_thickness,
+            element=item.table.element,
+            through_thickness=item.table.elements_through_thickness,
             frequency=float(item.result.frequency),
             reference=item.theory,
         )
         for item in study.predictions
-        if item.asked.thickness_factor == 1
+        if item.table.thickness_factor == 1
     ]
     title = f"{study.case.title}: first natural frequency"
     return MeshConvergence(rows=rows, untuned=untuned, measured=study.case.measured, title=title)

@@ -51,29 +51,29 @@ ONE_MODE = Cost(seconds=0.5, memory=1.4e4)
 
 @dataclass(frozen=True, kw_only=True)
 class StudyRow:
-    """One row of the table: what was asked, and what came out."""
+    """Row of the table with its result."""
 
-    asked: ModelTable
+    table: ModelTable
     result: RowResult
     calculix: float | None
 
     @property
     def error(self) -> float | None:
         """First full frequency minus the published one [Hz]."""
-        return None if self.asked.paper is None else float(self.result.frequency[0]) - self.asked.paper
+        return None if self.table.paper is None else float(self.result.frequency[0]) - self.table.paper
 
     @property
     def document(self) -> dict[str, Any]:
         """The row for programs; `hb_peak_hz` is the peak with its damping shift taken out."""
         return {
-            "model": self.asked.model,
-            "element": self.asked.element,
-            "elements_through_thickness": self.asked.elements_through_thickness,
-            "root": self.asked.root,
+            "model": self.table.model,
+            "element": self.table.element,
+            "elements_through_thickness": self.table.elements_through_thickness,
+            "root": self.table.root,
             "frequency_hz": float(self.result.frequency[0]),
             "rom_frequency_hz": float(self.result.rom_frequency[0]),
             "hb_peak_hz": self.result.peak_natural,
-            "paper_hz": self.asked.paper,
+            "paper_hz": self.table.paper,
             "calculix_hz": self.calculix,
             "n_dof": self.result.n_dof,
             "seconds": self.result.seconds,
@@ -83,9 +83,9 @@ class StudyRow:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyPrediction:
-    """One untuned row: what was asked, what came out, and what the closed form says [Hz]."""
+    """Untuned row with its result and the closed form [Hz]."""
 
-    asked: PredictionTable
+    table: PredictionTable
     result: Prediction
     theory: float
 
@@ -143,11 +143,11 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
         The blade, its material or its mesh cannot be built as the case says.
     """
     ask_calculix = find_ccx() is not None
-    rows = [make_row_inputs(case, asked) for asked in case.model]
+    rows = [make_row_inputs(case, table) for table in case.model]
     untuned = []
-    for number, asked in enumerate(case.prediction):
+    for number, table in enumerate(case.prediction):
         with located(case, "prediction", number):
-            untuned.append(make_row_inputs(case, asked))
+            untuned.append(make_row_inputs(case, table))
     # Predictions of one thickness share their reference.
     references = list(dict.fromkeys(quadratic(r) for r in untuned))
     seen_by_calculix = [
@@ -158,11 +158,11 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     with located(case, "mesh"):  # tasks know the size of their mesh, so that one that cannot be made is refused here
         tasks = {
             "rows": [
-                _task(row, r, f"model {asked.model}", REDUCTION, run) for asked, r in zip(case.model, rows, strict=True)
+                _task(row, r, f"model {table.model}", REDUCTION, run) for table, r in zip(case.model, rows, strict=True)
             ],
             "predictions": [
-                _task(prediction, r, asked.name, ONE_MODE, run, ask_calculix=ask_calculix)
-                for asked, r in zip(case.prediction, untuned, strict=True)
+                _task(prediction, r, table.name, ONE_MODE, run, ask_calculix=ask_calculix)
+                for table, r in zip(case.prediction, untuned, strict=True)
             ],
             "references": [_task(reference, r, "quadratic model", ONE_MODE, run) for r in references],
             "witness": [_task(witness, rows[n], "CalculiX", ONE_MODE, run) for n in seen_by_calculix],
@@ -177,12 +177,12 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     return MeshStudy(
         case=case,
         rows=tuple(
-            StudyRow(asked=asked, result=result, calculix=calculix.get(number))
-            for number, (asked, result) in enumerate(zip(case.model, outcome["rows"], strict=True))
+            StudyRow(table=table, result=result, calculix=calculix.get(number))
+            for number, (table, result) in enumerate(zip(case.model, outcome["rows"], strict=True))
         ),
         predictions=tuple(
-            StudyPrediction(asked=asked, result=result, theory=result.factor * quadratic_frequency[quadratic(r)])
-            for asked, result, r in zip(case.prediction, outcome["predictions"], untuned, strict=True)
+            StudyPrediction(table=table, result=result, theory=result.factor * quadratic_frequency[quadratic(r)])
+            for table, result, r in zip(case.prediction, outcome["predictions"], untuned, strict=True)
         ),
         nested=tuple(outcome["nested"]),
         limit=limit,
@@ -192,7 +192,7 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     )
 
 
-def make_row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> BladeModel:
+def make_row_inputs(case: Table1Case, table: ModelTable | PredictionTable) -> BladeModel:
     """What a row of the case depends on.
 
     Raises
@@ -200,14 +200,14 @@ def make_row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> Bl
     CaseError
         The blade, its material or its mesh cannot be built as the case says.
     """
-    relaxed = isinstance(asked, ModelTable) and asked.root == "relaxed"
+    relaxed = isinstance(table, ModelTable) and table.root == "relaxed"
     return make_blade_model(
         case,
         case,
-        element=asked.element,
-        through_thickness=asked.elements_through_thickness,
+        element=table.element,
+        through_thickness=table.elements_through_thickness,
         drop_every=case.root.drop_every if relaxed else 0,
-        thickness_factor=asked.thickness_factor if isinstance(asked, PredictionTable) else 1.0,
+        thickness_factor=table.thickness_factor if isinstance(table, PredictionTable) else 1.0,
     )
 
 

@@ -32,7 +32,7 @@ def test_what_time_integration_measures_lies_within_the_limits_of_harmonic_balan
     verdicts = verdicts_of(model, campaign(model, "none"))
     # Fundamentals of the motion and of both forces, and their static parts, at each level.
     assert len(verdicts) == 5 * 2
-    assert not any(item.leaves for item in verdicts)
+    assert not any(item.leaves_band for item in verdicts)
     # One reading of noise in 370 lies outside.
     assert all(item.coverage > 0.95 for item in verdicts)
 
@@ -41,4 +41,4 @@ def test_what_time_integration_measures_lies_within_the_limits_of_harmonic_balan
 def test_a_softer_contact_leaves_the_limits(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     # At one level: it need not leave the limits of all.
     monkeypatch.setattr("benchmarks.family_coverage.LEVELS", LEVELS[:1])
-    assert any(item.leaves for item in verdicts_of(model, campaign(model, "kt")))
+    assert any(item.leaves_band for item in verdicts_of(model, campaign(model, "kt")))

@@ -31,8 +31,8 @@ from diagnosis.localisation import Place
 from tests.slow import slow
 from transient.virtual_bench.beam import BeamParameters
 from transient.virtual_bench.campaign import CampaignPoints
-from transient.virtual_bench.effect import KINDS, PlantedEffect
-from transient.virtual_bench.hidden_effect import PlantedTruth, make_campaign
+from transient.virtual_bench.effect import KINDS, HiddenEffect
+from transient.virtual_bench.hidden_effect import HiddenEffectRecord, make_campaign
 
 NO_GROUPS = Groups(same=0.9, pairs={frozenset(("cubic at tip", "spring at tip")): 0.95})
 
@@ -158,7 +158,7 @@ def test_an_effect_is_left_out_with_the_kinds_of_its_group() -> None:
 
 
 def truth(kind: str, place: str, strength: float = 1.0, parameters: BeamParameters | None = None) -> Any:
-    effect = PlantedEffect(kind=kind, place=place, strength=strength)
+    effect = HiddenEffect(kind=kind, place=place, strength=strength)
     return SimpleNamespace(effect=effect, parameters=parameters or BeamParameters())
 
 
@@ -215,7 +215,7 @@ def test_the_floor_is_the_error_of_the_true_model() -> None:
 POINTS_TO_MEASURE = CampaignPoints(levels=(1.0, 5.0), frequencies=(472.0,), free_frequencies=(90.0,), n_repeat=4)
 
 
-def make(folder: Path, *, seed: int, kind: str) -> PlantedTruth:
+def make(folder: Path, *, seed: int, kind: str) -> HiddenEffectRecord:
     return make_campaign(folder, seed=seed, kind=kind, points=POINTS_TO_MEASURE)
 
 
@@ -268,7 +268,7 @@ def test_a_campaign_is_made_judged_recorded_and_deleted(tmp_path: Path) -> None:
 
 
 def test_a_failure_is_put_on_record_in_a_sentence(tmp_path: Path) -> None:
-    def broken(folder: Path, **_: object) -> PlantedTruth:
+    def broken(folder: Path, **_: object) -> HiddenEffectRecord:
         folder.mkdir()
         raise ValueError("no such beam")
 

@@ -19,7 +19,7 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect import EFFECTS
 from tests.slow import slow
 from transient.virtual_bench.campaign import CampaignPoints
-from transient.virtual_bench.hidden_effect import PlantedTruth, make_campaign
+from transient.virtual_bench.hidden_effect import HiddenEffectRecord, make_campaign
 
 #: Three levels, the middle one held out, and six and four of the frequencies.
 POINTS = CampaignPoints(
@@ -30,7 +30,7 @@ POINTS = CampaignPoints(
 )
 
 
-def make(folder: Path, *, seed: int, kind: str) -> PlantedTruth:
+def make(folder: Path, *, seed: int, kind: str) -> HiddenEffectRecord:
     return make_campaign(folder, seed=seed, kind=kind, points=POINTS)
 
 

@@ -14,7 +14,7 @@ from study.case.setup import read_case
 from study.kind.rig.structure import measured_places
 from study.run_context import silent_run
 from transient.virtual_bench.campaign import PARAMETER_DEVIATION
-from transient.virtual_bench.sweep import Readings, SweptBench
+from transient.virtual_bench.sweep import Readings, VirtualSweepTest
 
 CASE = """\
 schema = 2
@@ -73,7 +73,9 @@ def measured(specimen: Specimen, effect: HiddenEffect) -> Readings:
     jointed, _ = systems(specimen, effect, 1.0)
     sensors = {name: row for name, row in measured_places(specimen.reduction).items() if name in SENSORS}
     # What the contacts carry at rest along their tangents is what the case starts from, too: none.
-    return SweptBench(jointed, sensors, steps_per_period=512).sweep([FREQUENCY], LEVEL, np.zeros(28), tolerance=1e-6)
+    return VirtualSweepTest(jointed, sensors, steps_per_period=512).sweep(
+        [FREQUENCY], LEVEL, np.zeros(28), tolerance=1e-6
+    )
 
 
 def predicted(model: Model) -> tuple[np.ndarray, np.ndarray]:

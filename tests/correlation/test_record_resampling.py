@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from correlation.time_record.prediction import REACH, refine, straighten
+from correlation.time_record.prediction import REACH, compensate_interpolation, refine
 
 
 @pytest.mark.parametrize("factor", [1, 2, 8])
@@ -34,7 +34,7 @@ def test_straight_lines_act_like_the_curve_to_fourth_order() -> None:
     # Their fundamental is sinc^2(angle / 2) of the nodes'.
     left = []
     for angle in (0.2, 0.1):
-        nodes = straighten(np.sin(angle * np.arange(50)))[5:-5] / np.sin(angle * np.arange(50))[5:-5]
+        nodes = compensate_interpolation(np.sin(angle * np.arange(50)))[5:-5] / np.sin(angle * np.arange(50))[5:-5]
         left.append(abs(nodes[1] * np.sinc(angle / (2 * np.pi)) ** 2 - 1))
     # 2^4, but for terms of sixth order.
     assert left[0] / left[1] == pytest.approx(16, rel=0.05)

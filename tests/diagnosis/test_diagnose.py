@@ -145,7 +145,7 @@ def left_of(heavy: Diagnosis) -> str:
 def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     fits = {
         f"fit of {score.effect.name}"
-        for score in shortlist(heavy.scores, heavy.arrangement.effort, is_poor=is_poor_fit(heavy.arrangement))
+        for score in shortlist(heavy.scores, heavy.arrangement.selection, is_poor=is_poor_fit(heavy.arrangement))
     }
     listed = ", ".join(["nothing", *(each.name for each in heavy.refits)])
     wide = f"intervals beside {heavy.verdict.effects[0].name} of {listed}"

@@ -9,10 +9,10 @@ import pytest
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.place import ANGULAR, LINEAR, with_cubic_spring
-from diagnosis.error_share import Weights, list_weights
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.localisation import Place, _fit_force, find_common_phase, localise
+from diagnosis.model_error_share import ProjectedCovariance, list_covariances
 from reduction.jointed_system import along
 
 TIP = along(4, {2: 1.0})
@@ -28,7 +28,7 @@ def located(model: Model, paper: ModuleType, truth: Model, **known: float) -> li
         list_calibration_parameters(model, deviation=deviation),
         Budget(frequency=0.0, compliance=0.0),
     )
-    return localise(arrangement, list_weights(arrangement))
+    return localise(arrangement, list_covariances(arrangement))
 
 
 def spring(model: Model) -> Model:
@@ -118,7 +118,7 @@ def test_a_place_is_found_alike_well_whatever_the_size_of_its_motion() -> None:
     """The change by 1 N/m is smaller than that by 1 N as the motion is."""
     random, levels, amplitude = np.random.default_rng(5), np.array([1.0, 2.0]), np.array([1.0, 2.5])
     changes, force = random.standard_normal((40, 8)), np.array([9.0, 1.0, 20.0, 3.0, -4.0, 0.0, -8.0, 1.0])
-    weights = Weights(np.asarray, np.zeros((40, 0)), changes @ force, 0.0)  # type: ignore[arg-type]
+    weights = ProjectedCovariance(np.asarray, np.zeros((40, 0)), changes @ force, 0.0)  # type: ignore[arg-type]
     large, small = (
         _fit_force("tip", False, levels, size * amplitude, changes * np.array([size] * 4 + [1.0] * 4), weights)
         for size in (1.0, 1e-12)

@@ -10,9 +10,9 @@ from correlation.model import Dof, LineSensor, Model
 from correlation.noise.nuisance import Budget
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.error_share import list_weights
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
+from diagnosis.model_error_share import list_covariances
 from diagnosis.resonator import DAMPING, Resonator, find_resonators, list_tunings
 from diagnosis.unknown_force import compute_excess_gain, find_unknown_forces
 from reduction.jointed_system import along
@@ -55,7 +55,7 @@ def arranged(small: Model, paper: ModuleType, truth: Model) -> Arrangement:
 
 
 def found_in(arrangement: Arrangement) -> list[Resonator]:
-    return find_resonators(arrangement, list_weights(arrangement))
+    return find_resonators(arrangement, list_covariances(arrangement))
 
 
 @pytest.fixture(scope="module")

@@ -66,9 +66,9 @@ def test_a_calibration_parameter_is_absorbed_by_itself(heavy: Arrangement) -> No
 
 
 def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[Score], heavy: Arrangement) -> None:
-    chosen = shortlist(scores, heavy.effort)
+    chosen = shortlist(scores, heavy.selection)
     assert chosen[0] is scores[0]
-    assert len(chosen) <= heavy.effort.most + MOST_RUGGED
+    assert len(chosen) <= heavy.selection.n_shortlisted + MOST_RUGGED
     before, after = baseline_fit(heavy), refit(heavy, chosen[0])
     # Normal: 4 standard deviations.
     assert after.strength == pytest.approx(MASS, abs=4 * after.deviation)

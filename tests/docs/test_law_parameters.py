@@ -36,7 +36,7 @@ def entries() -> dict[tuple[str, str], Entry]:
 
 def expected_value(parameter: LawParameter) -> str:
     least = "> 0" if parameter.positive else f">= {parameter.lower:g}" if parameter.lower > -float("inf") else "any"
-    return least if parameter.plausible is None else f"{least}, at most {parameter.plausible.most:g}"
+    return least if parameter.plausible is None else f"{least}, at most {parameter.plausible.largest:g}"
 
 
 #: Other tests may register laws from outside.

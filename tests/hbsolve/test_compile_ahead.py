@@ -9,12 +9,12 @@ import numpy as np
 from correlation.model import Model, Sensor
 from correlation.prediction import Points, Predictor
 from hbsolve import aft, newton, state_sequence
-from hbsolve import compile_ahead as warm
+from hbsolve import compile_ahead
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.response import frequency_response
 from reduction.jointed_system import ElasticStop, Friction, FrictionContact, JointedSystem
 
-warm.warm()
+compile_ahead.compile_kernels()
 functions = (aft.joint_forces, newton.newton, newton.bordered_step, newton.apply_receptance,
              state_sequence.follow)
 before = [len(each.signatures) for each in functions]

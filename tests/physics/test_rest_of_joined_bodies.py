@@ -13,7 +13,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.steady_state import steady_state
 from reduction.assembly import ReducedAssembly
-from reduction.joined import Joined, LinePair, joined, vibrating
+from reduction.joined_bodies import JoinedBodies, LinePair, join_bodies, make_jointed_system
 from reduction.line_contact import LineStiffness, Tangents
 from reduction.rom import ReducedModel
 from reduction.static_contact import StaticState
@@ -48,7 +48,7 @@ def truss() -> Array:
     return found
 
 
-def bodies(tangents: Tangents) -> tuple[Joined, StaticState]:
+def bodies(tangents: Tangents) -> tuple[JoinedBodies, StaticState]:
     sets = {"front": [0, 1], "back": [2, 3]}
     assembly = ReducedAssembly(
         bodies={
@@ -67,9 +67,9 @@ def bodies(tangents: Tangents) -> tuple[Joined, StaticState]:
         )
         for name, nodes in sets.items()
     ]  # fmt: skip
-    made = joined(assembly, pairs, tangents=tangents)
+    made = join_bodies(assembly, pairs, tangents=tangents)
     mesh = Mesh(points=CUBE, cells={})
-    return made, made.rest(assembly.load("cube", distribute_load(mesh, np.arange(4, 8), WEIGHT, PLACE)))
+    return made, made.static_state(assembly.load("cube", distribute_load(mesh, np.arange(4, 8), WEIGHT, PLACE)))
 
 
 def sliders(rest: StaticState) -> Array:
@@ -79,24 +79,24 @@ def sliders(rest: StaticState) -> Array:
 
 
 @pytest.fixture(scope="module", params=Tangents, ids=lambda tangents: str(tangents.value))
-def loaded(request: pytest.FixtureRequest) -> tuple[Joined, StaticState]:
+def loaded(request: pytest.FixtureRequest) -> tuple[JoinedBodies, StaticState]:
     return bodies(request.param)
 
 
-def balance_at(loaded: tuple[Joined, StaticState], level: float) -> HarmonicBalance:
+def balance_at(loaded: tuple[JoinedBodies, StaticState], level: float) -> HarmonicBalance:
     made, rest = loaded
     force = np.zeros((2, len(made.mass)), dtype=np.complex128)
     force[1] = np.random.default_rng(2).standard_normal(len(made.mass))
-    return HarmonicBalance(system=vibrating(made, rest, 0.01, force), n_harmonic=3, level=level)
+    return HarmonicBalance(system=make_jointed_system(made, rest, 0.01, force), n_harmonic=3, level=level)
 
 
-def test_the_weight_opens_one_corner_and_slides_none(loaded: tuple[Joined, StaticState]) -> None:
+def test_the_weight_opens_one_corner_and_slides_none(loaded: tuple[JoinedBodies, StaticState]) -> None:
     _, rest = loaded
     assert (rest.normal > 0).tolist() == [False, True, True, True]
     assert 0.01 < rest.ratio.max() < 0.9
 
 
-def test_rest_is_rest(loaded: tuple[Joined, StaticState]) -> None:
+def test_rest_is_rest(loaded: tuple[JoinedBodies, StaticState]) -> None:
     _, rest = loaded
     balance = balance_at(loaded, 0.0)
     state = steady_state(balance, OMEGA, slider=sliders(rest))
@@ -108,7 +108,7 @@ def test_rest_is_rest(loaded: tuple[Joined, StaticState]) -> None:
         np.testing.assert_allclose(motion.force, expected, atol=1e-6 * np.abs(WEIGHT).max())
 
 
-def test_a_small_force_moves_it_as_if_stuck_where_it_is_closed(loaded: tuple[Joined, StaticState]) -> None:
+def test_a_small_force_moves_it_as_if_stuck_where_it_is_closed(loaded: tuple[JoinedBodies, StaticState]) -> None:
     made, rest = loaded
     level = 1e-3
     balance = balance_at(loaded, level)

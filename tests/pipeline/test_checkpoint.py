@@ -41,7 +41,7 @@ def test_offers_are_saved_once_the_time_has_passed(tmp_path: Path) -> None:
     saved = []
     for tenth in range(25):
         now = tenth / 10
-        checkpoint.offer(tenth)
+        checkpoint.save_if_due(tenth)
         saved.append(checkpoint.load())
     assert saved[9] is None
     assert saved[10] == saved[19] == 10

@@ -166,7 +166,7 @@ def test_without_compliance_nothing_changes_and_without_springs_the_bar_is_free(
 def test_a_body_among_others_keeps_its_matrices(bar: Bar) -> None:
     body = ElasticBody(mass=bar.rom.mass, stiffness=bar.rom.stiffness, support=bar.support, compliance=1e-8)
     n, columns = bar.rom.n_dof + 5, slice(2, 2 + bar.rom.n_dof)
-    for wide, own in zip(body.within(n, columns).matrices, body.matrices, strict=True):
+    for wide, own in zip(body.embed(n, columns).matrices, body.matrices, strict=True):
         np.testing.assert_allclose(wide[columns, columns], own, rtol=ROUND_OFF, atol=ROUND_OFF * np.abs(own).max())
         assert np.abs(wide).sum() == pytest.approx(np.abs(own).sum(), rel=ROUND_OFF)
 

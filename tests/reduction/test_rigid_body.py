@@ -17,7 +17,7 @@ from fe.mesher.block import Block, Lattice, mesh_blocks
 from fe.system import LinearSystem
 from reduction.assembly import ReducedAssembly, reduce_bodies
 from reduction.errors import RomError
-from reduction.rigid_body import MOTIONS, RigidBody, check_held, rigid_body
+from reduction.rigid_body import MOTIONS, RigidBody, check_supported, rigid_body
 
 Array = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ def test_a_brick_on_springs_is_the_six_equations_of_a_brick(held: Held, seed: in
     np.testing.assert_allclose(found.shape.T @ inertia @ found.shape, np.eye(6), atol=1e-8)
     np.testing.assert_allclose(found.shape.T @ six @ found.shape, np.diag(lambda_), atol=1e-8 * lambda_[-1])
     assert found.free == ()
-    check_held([found])
+    check_supported([found])
 
 
 def test_springs_at_the_corners_resist_as_a_table_does(held: Held) -> None:
@@ -140,7 +140,7 @@ def test_stations_on_one_line_leave_the_rotation_about_it(held: Held) -> None:
     with pytest.raises(
         RomError, match=r"nothing holds brick: rotation about z \(about the centre of mass\): give that line contact"
     ):
-        check_held([found])
+        check_supported([found])
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -151,7 +151,7 @@ def test_a_direction_without_springs_is_named(held: Held, axis: int) -> None:
     found = held.body(springs)
     assert found.free == (MOTIONS[axis],)
     with pytest.raises(RomError, match=rf"nothing holds brick: {MOTIONS[axis]} \(about"):
-        check_held([found])
+        check_supported([found])
 
 
 def test_one_spring_leaves_five_motions_and_none_leaves_six(held: Held) -> None:
@@ -172,10 +172,10 @@ def test_each_free_motion_has_a_name_of_its_own(held: Held) -> None:
 def test_every_loose_body_is_in_the_message(held: Held) -> None:
     whole = held.body(held.springs([(n, d, 1e6) for n in range(10) for d in (X, Y, Z)])[0])
     loose = held.body(held.springs([(n, d, 1e6) for n in range(10) for d in (X, Z)])[0])
-    check_held([])
-    check_held([whole, whole])
+    check_supported([])
+    check_supported([whole, whole])
     with pytest.raises(RomError, match=r"^nothing holds brick: y; brick: y \(about the centre of mass\): give"):
-        check_held([loose, whole, loose])
+        check_supported([loose, whole, loose])
 
 
 def test_a_supported_body_is_refused(held: Held) -> None:

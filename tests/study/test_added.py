@@ -141,15 +141,15 @@ def test_every_command_sees_the_model_that_add_has_mended_and_undo_gives_the_ear
     assert drawn.mass[1, 1] == 0.5
     assert cli.main(["add", "mass at tip", "--value", "5 g", "--quiet"]) == 0
     read = read_case(case)
-    mended = make_solve_model(read)
-    np.testing.assert_allclose(mended.system.mass - drawn.mass, np.diag([0, 5e-3]), atol=1e-15)
+    corrected = make_solve_model(read)
+    np.testing.assert_allclose(corrected.system.mass - drawn.mass, np.diag([0, 5e-3]), atol=1e-15)
     # What is drawn stays to be seen, and all else is the same.
     assert read.setup.model.system.mass[1, 1] == 0.5
-    np.testing.assert_array_equal(mended.system.stiffness, drawn.stiffness)
+    np.testing.assert_array_equal(corrected.system.stiffness, drawn.stiffness)
     case.write_text(case.read_text(encoding="utf-8") + "[calibrated]\nzeta = 1.2\n", encoding="utf-8")
     calibrated = make_solve_model(read_case(case)).system
     np.testing.assert_allclose(calibrated.damping, 1.2 * drawn.damping, rtol=1e-12)
-    assert calibrated.mass[1, 1] == mended.system.mass[1, 1]
+    assert calibrated.mass[1, 1] == corrected.system.mass[1, 1]
     # An edit elsewhere survives the step back.
     assert cli.main(["undo", "--quiet"]) == 0
     left = case.read_text(encoding="utf-8").replace("[calibrated]\nzeta = 1.2\n", "")

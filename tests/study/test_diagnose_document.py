@@ -58,7 +58,7 @@ def test_an_effect_of_ones_own_is_found_added_and_compared(two_masses: TwoMasses
     two_masses({name: 0.05}, case=read_text(case))
     done = diagnose_file(case, read_campaign(folder), folder, without=["spring", "dashpot", "cubic"], auto=True)
     assert [each.diagnosis.verdict.finding.value for each in done.rounds] == ["missing", "nothing"]
-    assert [step.effect for step in done.history.standing] == [name]
+    assert [step.effect for step in done.history.active_steps] == [name]
     (added,) = read_case(case).setup.added
     assert added.values[0] == pytest.approx(0.05, rel=0.02)
     assert cli.main(["compare", "chain.toml", "campaign", "--quiet"]) == 0

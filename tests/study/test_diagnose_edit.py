@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from casefile.errors import CaseError
-from study.diagnose.edit import Written, edit_case, list_changes, taken_back
+from study.diagnose.edit import Written, edit_case, list_changes, revert_change
 from study.shipped_cases import BEAM
 
 BEAM_TEXT = BEAM.read_text(encoding="utf-8")
@@ -50,8 +50,8 @@ def test_a_value_without_an_interval_takes_away_that_of_the_value_before() -> No
 def test_a_step_back_restores_every_byte(text: str) -> None:
     once = edit_case(text, MASS, FACTORS)
     twice = edit_case(once, {"cubic at tip": {"stiffness": Written(value="3 N/mm^3")}}, FACTORS)
-    assert taken_back(once, twice, twice) == once
-    assert taken_back(text, once, once) == text
+    assert revert_change(once, twice, twice) == once
+    assert revert_change(text, once, once) == text
     assert ("\r\n" in text) == ("\r\n" in once)
 
 
@@ -63,15 +63,15 @@ def test_what_was_edited_elsewhere_survives_a_step_back(line: int, note: str) ->
         lines = text.splitlines(keepends=True)
         return "".join([*lines[:line], note, *lines[line:]])
 
-    assert taken_back(BEAM_TEXT, added, with_note(added)) == with_note(BEAM_TEXT)
+    assert revert_change(BEAM_TEXT, added, with_note(added)) == with_note(BEAM_TEXT)
 
 
 def test_lines_that_were_edited_are_not_taken_back() -> None:
     once = edit_case(BEAM_TEXT, MASS, FACTORS)
-    assert taken_back(BEAM_TEXT, once, once.replace("52.4", "53")) is None
+    assert revert_change(BEAM_TEXT, once, once.replace("52.4", "53")) is None
     twice = edit_case(once, {"mass at tip": {"mass": Written(value="60 mg")}}, {})
-    assert taken_back(once, twice, twice.replace("60 mg", "61 mg")) is None
-    assert taken_back(once, twice, f"{twice}# the end\n") == f"{once}# the end\n"
+    assert revert_change(once, twice, twice.replace("60 mg", "61 mg")) is None
+    assert revert_change(once, twice, f"{twice}# the end\n") == f"{once}# the end\n"
 
 
 def test_a_layout_that_cannot_be_edited_is_refused() -> None:

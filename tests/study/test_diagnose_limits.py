@@ -19,7 +19,7 @@ from study.diagnose import round as diagnose_round
 from study.diagnose import thresholds as diagnose_limits
 from study.diagnose.null_campaign import null_campaign
 from study.diagnose.round import diagnose_case, simulate_thresholds
-from study.diagnose.ship_thresholds import ship
+from study.diagnose.ship_thresholds import write_shipped_thresholds
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
 from study.shipped_cases import BEAM
 from tests.slow import slow
@@ -64,7 +64,7 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     monkeypatch.setattr("pipeline.pool.worker_pool", lambda *_: pytest.fail("a trial is made again"))
     # What is shipped is the same, and is found.
     shipped = Path("thresholds.json")
-    assert ship(case, folder, 2, store, SilentProgress(), shipped) == first
+    assert write_shipped_thresholds(case, folder, 2, store, SilentProgress(), shipped) == first
     with monkeypatch.context() as patched:
         patched.setattr(diagnose_limits, "SHIPPED", shipped)
         campaign = read_campaign(folder)

@@ -57,7 +57,7 @@ def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses,
     assert undo(case).effect == "mass at tip"
     assert read_text(case) == drawn
     assert [each.what for each in history_of(case).steps] == ["diagnosis", "add", "undo"]
-    assert history_of(case).standing == ()
+    assert history_of(case).active_steps == ()
 
 
 def _plain(text: str):  # type: ignore[no-untyped-def]
@@ -141,7 +141,7 @@ def test_a_given_value_needs_no_diagnosis(two_masses: TwoMasses, capsys: pytest.
     assert 'mass = "5 g"' in read_text(case)
     assert read_text(case).startswith(drawn)
     assert cli.main(["add", "spring at base", "--case", "chain.toml", "--value", "-3 N/mm"]) == 0
-    assert [each.effect for each in history_of(case).standing] == ["mass at tip", "spring at base"]
+    assert [each.effect for each in history_of(case).active_steps] == ["mass at tip", "spring at base"]
     case.write_text(read_text(case).replace("as drawn.", "as drawn by me."), encoding="utf-8")
     assert cli.main(["undo"]) == 0
     assert cli.main(["undo"]) == 0

@@ -30,7 +30,7 @@ from study.diagnose.page import make_files
 from study.diagnose.report import LAW_FILE
 from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.diagnose.stages import make_waterfall
-from study.page.html import content_policy, set_in_type
+from study.page.html import content_policy, typeset_text
 from study.run_context import silent_run
 from tests.diagnosis.missing_law.chain import SECOND, arranged, play
 
@@ -107,7 +107,7 @@ def test_the_page_heads_and_advises_as_the_terminal_does(diagnosed: DiagnosisRes
         page = References()
         page.feed(make_files(result, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode())
         assert tag in page.words
-        assert set_in_type(f"Next: {choose_advice(result)}.") in " ".join(page.words)
+        assert typeset_text(f"Next: {choose_advice(result)}.") in " ".join(page.words)
 
 
 def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:

@@ -24,7 +24,7 @@ def without_a_library(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def test_preflight_names_the_library_and_the_line_that_installs_it(without_a_library: None) -> None:
     with pytest.raises(MissingSoftware, match=r"libNowhere\.so\.7: install with `.*apt-get install .* libnowhere7`"):
-        system_library.preflight("cad", "pictures")
+        system_library.require_system_libraries("cad", "pictures")
 
 
 def test_of_several_that_serve_one_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -39,7 +39,7 @@ def test_what_is_missing_is_told_and_prescribed(without_a_library: None, tmp_pat
     missing = {finding.subject: finding.detail for finding in findings if finding.verdict == "missing"}
     assert missing["system libraries"] == "libNowhere.so.7 for off-screen pictures (pyvista)"
     assert missing["off-screen picture"] == "not tried, since its libraries are missing"
-    assert "libnowhere7" in doctor.prescription(findings)
+    assert "libnowhere7" in doctor.make_install_command(findings)
 
 
 def test_a_crash_while_drawing_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,9 +83,10 @@ def test_it_needs_nothing_but_the_standard_library() -> None:
     assert (done.returncode, done.stdout) == (0, "()\n"), done.stderr
 
 
-def test_preflight_imports_nothing_heavy() -> None:
+def test_the_check_of_libraries_imports_nothing_heavy() -> None:
     script = (
-        "import sys; from geometry.system_library import preflight; preflight('cad', 'pictures'); "
+        "import sys; from geometry.system_library import require_system_libraries; "
+        "require_system_libraries('cad', 'pictures'); "
         "print([m for m in ('numpy', 'vtkmodules', 'cadquery', 'pyvista') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

@@ -68,7 +68,7 @@ def test_curves_and_limits_tell_it_before_they_begin(
         raise ComputationFailed("stopped here")
 
     monkeypatch.setattr("study.kind.rig.structure.reduce_rig", lambda *_: REDUCTION)
-    monkeypatch.setattr("study.kind.rig.structure.resting_rig", stop)
+    monkeypatch.setattr("study.kind.rig.structure.make_preloaded_rig", stop)
     (at_home / "rig.toml").write_text(short_rig.replace("modes = 40", f"modes = {asked}") + SWEEP, encoding="utf-8")
     assert cli.main([command, "rig.toml", "--out", "out"]) == 1
     said = capsys.readouterr().err

@@ -351,7 +351,7 @@ def test_the_normal_force_of_a_rigs_line_at_rest_lies_between_the_limits_of_its_
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)["levels"][0]
     read = read_case(tmp_path / "rig.toml", run=replace(silent_run(), store=Store(tmp_path / "cache")))
-    rest = read.structure.details.rest
+    rest = read.structure.details.static_state
     names = [contact.name for contact in rest.contacts]
     at_rest = sum(rest.normal[names.index(name)] for name in read.model.lines["left_decoupler"])
     # Rest is the centre of the box; a damper that was dragged by a few um lies otherwise in its groove.

@@ -153,11 +153,11 @@ def test_one_case_goes_through_every_command(
     assert loaded["peak_frequency_hz"] < 0.99 * light["peak_frequency_hz"]
     np.testing.assert_allclose(complete(at_home).system.mass, heavy.system.mass, rtol=1e-12)
     moved = command("limits", "rig.toml")
-    mended = command("compare", "rig.toml", "campaign")
+    corrected = command("compare", "rig.toml", "campaign")
     # Far above the resonance of the heavier blade.
     assert upper(moved) < 0.1 * upper(bounds)
     # Noise, and next to nothing else, is left.
-    assert deviations(mended) < 1.5 < 5 < deviations(misfit)
+    assert deviations(corrected) < 1.5 < 5 < deviations(misfit)
 
     assert cli.main(["undo", "--case", "rig.toml", "--quiet"]) == 0
     assert case.read_bytes() == before

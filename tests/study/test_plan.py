@@ -12,13 +12,13 @@ from diagnosis.next_test.next_test import NextTest
 from pipeline.store import Store
 from study.case.setup import read_case
 from study.diagnose.screen import screen_case
-from study.plan.planned_tests import Wishes
+from study.plan.planned_tests import PlanRequest
 from study.plan.run import run_plan
 from study.run_context import RunContext, silent_run
 
 TwoMasses = Callable[..., Path]
 #: The band of the campaign of two masses, whose first resonance lies at 20.3 Hz, with its noise.
-WISHES = Wishes(
+REQUEST = PlanRequest(
     levels=(1.0, 10.0), first="20.1 Hz", last="20.51 Hz", n_frequency=6, n_repeat=5, harmonics=(1, 3), noise="0.2 %"
 )
 
@@ -29,7 +29,7 @@ def make_run(folder: Path) -> RunContext:
 
 def test_a_plan_sees_what_a_diagnosis_of_such_tests_sees(two_masses: TwoMasses, tmp_path: Path) -> None:
     case = two_masses({})
-    planned = run_plan(case, WISHES, make_run(tmp_path))
+    planned = run_plan(case, REQUEST, make_run(tmp_path))
     found = screen_case(read_case(case, read_campaign(Path("campaign"))).setup, read_campaign(Path("campaign")))
     sizes = {score.effect.name: score.size for score in found.scores if score.size}
     plan = {score.effect.name: score.size for score in planned.plan.scores if score.size}
@@ -49,7 +49,7 @@ def test_noisier_tests_see_less_and_more_repeats_see_more(two_masses: TwoMasses,
     case = two_masses({})
     sizes = []
     for change in ({}, {"noise": "2 %"}, {"n_repeat": 40}):
-        plan = run_plan(case, Wishes(**{**vars(WISHES), **change}), make_run(tmp_path)).plan
+        plan = run_plan(case, PlanRequest(**{**vars(REQUEST), **change}), make_run(tmp_path)).plan
         sizes.append(next(score.size for score in plan.scores if score.effect.name == "cubic at tip"))
     assert sizes[1] < sizes[0] < sizes[2]
 
@@ -72,7 +72,7 @@ def test_what_cannot_be_planned_is_refused_with_its_value(
 ) -> None:
     case = two_masses({})
     with pytest.raises(ValueError, match=value):
-        run_plan(case, Wishes(**{**vars(WISHES), **change}), make_run(tmp_path))  # type: ignore[arg-type]
+        run_plan(case, PlanRequest(**{**vars(REQUEST), **change}), make_run(tmp_path))  # type: ignore[arg-type]
 
 
 def test_a_test_takes_its_states_and_its_preparation() -> None:

@@ -16,7 +16,7 @@ from hbsolve.steady_state import steady_state
 from reduction.load_cell import decoupler_contact
 from study.case.setup import ReadCase
 from study.kind.rig.forces import RigForces, compute_rig_forces
-from study.kind.rig.structure import LOAD_CELLS, RestingRig
+from study.kind.rig.structure import LOAD_CELLS, PreloadedRig
 
 ReadRig = Callable[[str], ReadCase]
 CELLS = "".join(f'[[sensor]]\nname = "push {name}"\ncell = "{name}"\n' for name in LOAD_CELLS)
@@ -28,7 +28,7 @@ ROUND_OFF = 1e-6
 @dataclass(frozen=True)
 class Read:
     model: Model
-    resting: RestingRig
+    preloaded: PreloadedRig
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def state_of(rig: Read, frequency: float) -> tuple[np.ndarray, RigForces]:
     assert state is not None
     names = np.array([f"push {name}" for name in LOAD_CELLS])
     readings = [solver.read(state, names, np.full(4, harmonic)) for harmonic in (0, 1)]
-    return np.array(readings), compute_rig_forces(rig.resting, solver.balance.at_level(2.0), state)
+    return np.array(readings), compute_rig_forces(rig.preloaded, solver.balance.at_level(2.0), state)
 
 
 @pytest.mark.parametrize("frequency", [0.5, 120.0])
@@ -70,11 +70,11 @@ def test_a_prediction_of_a_campaign_reads_them_too(rig: Read) -> None:
 
 
 def test_at_rest_cells_and_blade_carry_the_dead_weights(rig: Read) -> None:
-    rest, line = rig.resting.rest, {}
-    for name, members in rig.resting.joined.lines.items():
+    rest, line = rig.preloaded.static_state, {}
+    for name, members in rig.preloaded.joined.lines.items():
         own = [each for each in rest.contacts if each.name in members]
         rows = [rest.contacts.index(each) for each in own]
-        theta = rig.resting.model.rig.damper.cone_half_angle
+        theta = rig.preloaded.model.rig.damper.cone_half_angle
         # T of a contact is reckoned along its tangent, away from the damper's middle on both lines.
         line[name] = sum(rest.normal[row] for row in rows) * np.cos(theta)
     cells = {name: rig.model.load_cells[name].at_rest for name in LOAD_CELLS}
@@ -89,7 +89,7 @@ def test_at_rest_cells_and_blade_carry_the_dead_weights(rig: Read) -> None:
 
 def test_equations_1_and_2_hold_to_a_few_percent(rig: Read) -> None:
     readings, forces = state_of(rig, 120.0)
-    rig_, error = rig.resting.model.rig, {}
+    rig_, error = rig.preloaded.model.rig, {}
     theta, alpha = rig_.damper.cone_half_angle, rig_.decoupler.arm_angle
     for side, upper, lower in (("left", 0, 1), ("right", 2, 3)):
         told = decoupler_contact(readings[:, upper], readings[:, lower], theta, alpha)
@@ -123,7 +123,7 @@ def test_a_cell_that_the_rig_has_not_is_refused(read_rig: ReadRig) -> None:
 
 def test_rest_is_reckoned_in(rig: Read) -> None:
     balance = HarmonicBalance(system=rig.model.system, n_harmonic=2, n_sample=64, level=1e-9)
-    slider = np.concatenate(rig.resting.rest.slider.reshape(-1, 1))
+    slider = np.concatenate(rig.preloaded.static_state.slider.reshape(-1, 1))
     state = steady_state(balance, 2 * np.pi * 150.0, slider=slider)
     for cell in rig.model.load_cells.values():
         moved = float(cell.row @ state.coefficients[0].real)

@@ -61,9 +61,9 @@ def test_a_wire_that_is_moved_presses_as_the_case_that_says_so(
 ) -> None:
     said = read_rig(MORE + f"[structure.dead_weight.left]\n{table}\n")
     changed = listed.effect(name).apply(plain.model, [strength])
-    at_rest = plain.structure.details.rest
+    at_rest = plain.structure.details.static_state
     found, before = (mean_forces(model, at_rest) for model in (changed, plain.model))
-    expected = mean_forces(said.model, said.structure.details.rest)
+    expected = mean_forces(said.model, said.structure.details.static_state)
     own, other = changed.dead_weights["left dead weight"].row, said.model.dead_weights["left dead weight"].row
     np.testing.assert_allclose(own, other, atol=1e-9 * np.abs(other).max())
     assert np.abs(expected - before).max() > 0.5
@@ -76,7 +76,7 @@ def test_the_width_of_a_wire_changes_its_load_and_hardly_the_contacts(read_rig: 
     thin = read_rig(MORE + '[structure.dead_weight]\nwidth = "1 mm"\n')
     own, other = (each.model.dead_weights["left dead weight"].row for each in (plain, thin))
     assert np.abs(own - other).max() > 1e-3 * np.abs(own).max()
-    found, expected = (mean_forces(each.model, each.structure.details.rest)[0] for each in (thin, plain))
+    found, expected = (mean_forces(each.model, each.structure.details.static_state)[0] for each in (thin, plain))
     # A damper is nearly rigid beside its contacts.
     np.testing.assert_allclose(found, expected, rtol=0.01)
 
@@ -85,7 +85,7 @@ def test_normal_forces_follow_the_lever_of_the_wire(plain: ReadCase, listed: Cat
     damper = plain.structure.details.model.rig.damper
     shift = 1e-3
     moved = listed.effect("shift of right dead weight").apply(plain.model, [shift])
-    at_rest = plain.structure.details.rest
+    at_rest = plain.structure.details.static_state
     change = (mean_forces(moved, at_rest) - mean_forces(plain.model, at_rest))[0]
     theta = damper.cone_half_angle
     # A damper on two supports in the middles of its lines: the far line gains F s / span upwards.
@@ -217,7 +217,7 @@ def test_derivatives_of_forces_and_motion_are_those_of_differences(plain: ReadCa
     points = Points(
         free=np.zeros(n, dtype=bool), level=np.ones(n), frequency=np.full(n, 150.0), sensor=sensor, harmonic=harmonic
     )
-    rest = plain.structure.details.rest
+    rest = plain.structure.details.static_state
     predictor = Predictor(points=points, slider=lambda _: rest.slider)
     values = unknowns.vanishing + 0.3 * unknowns.size
     model = unknowns.compose(values)

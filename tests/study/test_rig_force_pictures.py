@@ -7,7 +7,7 @@ import numpy as np
 
 from fe.element import HEX8
 from fe.mesher.block import Block, mesh_blocks
-from figure.response_curves import DrawnCurve, _looks
+from figure.response_curves import DrawnCurve, _choose_line_styles
 from study.kind.rig.force_pictures import MOST_CURVES, choose_most_loaded
 from study.kind.rig.pictures import AMPLITUDE, SHARE, _amplitude
 
@@ -29,12 +29,12 @@ def test_curves_of_one_level_have_one_colour_and_their_own_lines() -> None:
     def curve(group: float | None) -> DrawnCurve:
         return DrawnCurve(label="", parameter=np.ones(2), response=np.ones(2, dtype=np.complex128), group=group)
 
-    looks = _looks([curve(group) for group in (1.0, 1.0, 5.0, 5.0)])
+    looks = _choose_line_styles([curve(group) for group in (1.0, 1.0, 5.0, 5.0)])
     colours, lines = zip(*looks, strict=True)
     assert colours[0] == colours[1] != colours[2] == colours[3]
     assert lines[0] == lines[2] != lines[1] == lines[3]
     # Without groups each has its colour, and no line is broken.
-    colours, lines = zip(*_looks([curve(None)] * 3), strict=True)
+    colours, lines = zip(*_choose_line_styles([curve(None)] * 3), strict=True)
     assert len(set(colours)) == 3
     assert set(lines) == {"-"}
 

@@ -11,15 +11,15 @@ from correlation.model import LineSensor, Sensor
 from correlation.model_solver import ModelSolver
 from fe.dense_modes import compute_dense_modes
 from study.case.setup import ReadCase
-from study.kind.rig.structure import RestingRig
+from study.kind.rig.structure import PreloadedRig
 
 ReadRig = Callable[[str], ReadCase]
 MORE = "[harmonics]\nhighest = 3\nsamples = 64\n"
 
 
 def blade_frequency(read: ReadCase) -> float:
-    resting: RestingRig = read.structure.details
-    return float(resting.reduction.assembly.bodies["blade"].modes(1).frequency[0])
+    preloaded: PreloadedRig = read.structure.details
+    return float(preloaded.reduction.assembly.bodies["blade"].modes(1).frequency[0])
 
 
 @pytest.mark.parametrize(

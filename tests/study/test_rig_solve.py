@@ -22,7 +22,7 @@ from pipeline import parallel
 from pipeline.store import Store
 from study.case.setup import read_case
 from study.kind.rig.forces import compute_rig_forces
-from study.kind.rig.structure import RestingRig
+from study.kind.rig.structure import PreloadedRig
 from study.run_context import silent_run
 from study.solve.model import SolveModel, make_solve_model
 from tests.slow import slow
@@ -45,7 +45,7 @@ ROUND_OFF = 1e-6
 
 @dataclass(frozen=True)
 class Solved:
-    resting: RestingRig
+    preloaded: PreloadedRig
     model: SolveModel
 
 
@@ -70,17 +70,17 @@ def plain(store: Path, short_rig: str) -> Solved:
 
 def resultants(found: Solved) -> dict[str, np.ndarray]:
     """Force of each line on its damper at rest, by pair [N]: what pushes and drags is not the damper but the other."""
-    rest, pairs, force = found.resting.rest, mating_pairs(found.resting.model.rig), {}
+    rest, pairs, force = found.preloaded.static_state, mating_pairs(found.preloaded.model.rig), {}
     names = [contact.name for contact in rest.contacts]
     for name, pair in pairs.items():
         total, line = np.zeros(3), pair.damper_line
         q = rest.displacement
-        for station, member in enumerate(found.resting.joined.lines[name]):
+        for station, member in enumerate(found.preloaded.joined.lines[name]):
             row = names.index(member)
             total -= rest.normal[row] * line.normal[station] + rest.tangential[row][0] * line.tangents[station, 0]
             if len(rest.tangential[row]) == 1:
                 # The second tangent is a spring: along x.
-                across = found.resting.reduction.assembly
+                across = found.preloaded.reduction.assembly
                 own = across.rows(pair.damper, line.name).reshape(-1, 3)[station]
                 other = across.rows(pair.other, pair.other_line.name).reshape(-1, 3)[station]
                 k_t = rest.contacts[row].tangential_stiffness
@@ -116,7 +116,7 @@ def test_rest_is_a_steady_state_of_the_solver(plain: Solved) -> None:
     model = plain.model
     balance = HarmonicBalance(system=model.system, n_harmonic=2, n_sample=64, level=1e-9)
     state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
-    assert np.abs(state.coefficients[0]).max() < ROUND_OFF * np.abs(plain.resting.rest.displacement).max()
+    assert np.abs(state.coefficients[0]).max() < ROUND_OFF * np.abs(plain.preloaded.static_state.displacement).max()
 
 
 def test_load_cells_feel_the_contact_forces(plain: Solved) -> None:
@@ -124,19 +124,19 @@ def test_load_cells_feel_the_contact_forces(plain: Solved) -> None:
     balance = HarmonicBalance(system=model.system, n_harmonic=4, n_sample=64, level=2.0)
     # So slow that nothing has inertia: then eqs 1 and 2 are the balance of forces.
     state = steady_state(balance, 2 * np.pi * 0.5, slider=model.curves[0].slider)
-    found = compute_rig_forces(plain.resting, balance, state)
+    found = compute_rig_forces(plain.preloaded, balance, state)
     # Rows of reactions and contacts go through different products of the same reduced matrices.
     assert max(found.inertia_error.values()) < 1e-4
     # The axes of the arms meet on the contact line, so that they carry all but 1.5 % along themselves, coarse or fine.
     assert max(found.bending_error.values()) < 0.03
     state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
-    fast = compute_rig_forces(plain.resting, balance, state)
+    fast = compute_rig_forces(plain.preloaded, balance, state)
     assert max(fast.inertia_error.values()) > 10 * max(found.inertia_error.values())
 
 
 def test_histories_leave_each_line_a_share_of_its_limit(plain: Solved) -> None:
     first, second = (curve.slider for curve in plain.model.curves)
-    rest = plain.resting.rest
+    rest = plain.preloaded.static_state
     k_t = np.array([contact.tangential_stiffness for contact in rest.contacts])
     assert -k_t * first == pytest.approx(np.concatenate(rest.tangential), abs=1e-12)
     share = -k_t * second / (0.8 * rest.normal)
@@ -148,7 +148,7 @@ def test_histories_leave_each_line_a_share_of_its_limit(plain: Solved) -> None:
 
 def test_crowned_lines_press_in_the_middle(store: Path, short_rig: str, plain: Solved) -> None:
     crowned = solved(store, short_rig.replace("mu = 0.8", 'mu = 0.8\ncrowning = "2.5 um"') + SWEEP)
-    normal, even = (np.split(each.resting.rest.normal, 4)[0] for each in (crowned, plain))
+    normal, even = (np.split(each.preloaded.static_state.normal, 4)[0] for each in (crowned, plain))
     per_length = np.array([2, 1, 1, 1, 1, 1, 2])  # the end stations stand for half as much
     assert (normal * per_length)[3] > 2 * (normal * per_length)[[0, 6]].max()
     assert normal.sum() == pytest.approx(even.sum(), rel=0.02)
@@ -184,25 +184,31 @@ def test_gaps_that_a_rigid_motion_of_the_damper_absorbs_change_no_limit(store: P
     crowned, absorbed, tilted = (
         solved(store, short_rig + gaps + SWEEP) for gaps in ('crowning = "2.5 um"\n', ABSORBED, TILTED)
     )
-    for one, other in zip(crowned.resting.rest.contacts, absorbed.resting.rest.contacts, strict=True):
+    for one, other in zip(
+        crowned.preloaded.static_state.contacts, absorbed.preloaded.static_state.contacts, strict=True
+    ):
         assert (other.preload, other.gap) == pytest.approx((one.preload, one.gap), rel=ROUND_OFF, abs=1e-11)
-    np.testing.assert_allclose(absorbed.resting.rest.slider, crowned.resting.rest.slider, atol=1e-11)
+    np.testing.assert_allclose(
+        absorbed.preloaded.static_state.slider, crowned.preloaded.static_state.slider, atol=1e-11
+    )
     limits = [normal_force_limits(each) for each in (crowned, absorbed)]
     # Both searches take the same steps but for round-off, and stop at 1e-4.
     assert limits[1] == pytest.approx(limits[0], rel=1e-4)
     # What the damper cannot absorb presses other stations.
     moved = [
         abs(one.preload - other.preload)
-        for one, other in zip(crowned.resting.rest.contacts, tilted.resting.rest.contacts, strict=True)
+        for one, other in zip(
+            crowned.preloaded.static_state.contacts, tilted.preloaded.static_state.contacts, strict=True
+        )
     ]
-    assert max(moved) > 0.1 * max(each.preload for each in crowned.resting.rest.contacts)
+    assert max(moved) > 0.1 * max(each.preload for each in crowned.preloaded.static_state.contacts)
 
 
 def normal_force_limits(found: Solved) -> np.ndarray:
     """Of the mean normal force on the left line of the blade, above the resonance, with one harmonic [N]."""
     balance = HarmonicBalance(system=found.model.system, n_harmonic=2, n_sample=32)
-    force = ContactForceHarmonic(joints=found.resting.joined.lines["left_blade"], direction=-1)
-    problem = limit_problem(balance, force, nominal=found.resting.rest.slider, reach=2e-6)
+    force = ContactForceHarmonic(joints=found.preloaded.joined.lines["left_blade"], direction=-1)
+    problem = limit_problem(balance, force, nominal=found.preloaded.static_state.slider, reach=2e-6)
     limits = response_limits(problem, [2 * np.pi * 260], [0.1], settings=LimitSettings(population=2, sample=0))
     return limits.value.ravel()
 
@@ -280,5 +286,5 @@ def test_after_a_mistake_is_mended_nothing_that_was_finished_is_computed_again(
         raise AssertionError("something was computed again")
 
     monkeypatch.setattr(parallel, "_start", refuse)
-    mended = solved(store, short + '[structure.dead_weight.right]\ninclination = "8 deg"\n' + SWEEP)
-    assert (mended.resting.rest.normal > 0).all()
+    corrected = solved(store, short + '[structure.dead_weight.right]\ninclination = "8 deg"\n' + SWEEP)
+    assert (corrected.preloaded.static_state.normal > 0).all()

@@ -23,7 +23,7 @@ from reduction.jointed_system import (
 )
 from tests.hbsolve import test_laws
 from transient.integrate import Motion, integrate
-from transient.joint_law.registry import WITNESSES
+from transient.joint_law.registry import TRANSIENT_LAWS
 from transient.state import TransientState
 from transient.steady import steady_motion
 
@@ -81,7 +81,7 @@ def forces_of(joint: Joint, steps: int) -> Vector:
     return np.asarray(motion.force[0, :: steps // 128])
 
 
-@pytest.mark.parametrize("law", [item.name for item in WITNESSES if item.instant is not None] + ["from outside"])
+@pytest.mark.parametrize("law", [item.name for item in TRANSIENT_LAWS if item.instant is not None] + ["from outside"])
 def test_histories_of_forces_that_depend_on_the_velocity_converge_with_order_two(law: str) -> None:
     if law == "from outside":
         file = Path(__file__).parents[1] / "extension" / "polynomial_damper.py"
@@ -100,7 +100,7 @@ def test_histories_of_forces_that_depend_on_the_velocity_converge_with_order_two
 
 
 def test_every_law_that_reads_the_velocity_has_its_force_at_an_instant() -> None:
-    at_instants = {item.name for item in WITNESSES if item.instant is not None}
+    at_instants = {item.name for item in TRANSIENT_LAWS if item.instant is not None}
     assert at_instants == {item.name for item in FORCES if item.uses_velocity}
 
 

@@ -3,7 +3,7 @@
 from fe.compiled import compiled
 from reduction.array_type import Vector
 from transient.joint_law.rate_equation import follow as follow_rate
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 
 @compiled
@@ -32,4 +32,4 @@ def force(
     mean[0] = 0.5 * slip * (before[0] + after[0]) + yielding * sign * reach * average
 
 
-WITNESSES.register(Witness(name="bouc_wen", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="bouc_wen", force=force))

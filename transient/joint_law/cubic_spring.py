@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 
 @compiled
@@ -15,4 +15,4 @@ def force(
     mean[0] = 0.25 * value[0] * (a + b) * (a * a + b * b)
 
 
-WITNESSES.register(Witness(name="cubic", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="cubic", force=force))

@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 
 @compiled
@@ -67,8 +67,8 @@ def force_of_both(
     mean[0] -= average
 
 
-WITNESSES.register(
-    Witness(
+TRANSIENT_LAWS.register(
+    TransientLaw(
         name="damped_stop",
         force=force,
         instant=instant,
@@ -76,8 +76,8 @@ WITNESSES.register(
         normal_terms=lambda joint: abs(joint.stiffness * joint.gap),
     )
 )
-WITNESSES.register(
-    Witness(
+TRANSIENT_LAWS.register(
+    TransientLaw(
         name="damped_play",
         force=force_of_both,
         instant=instant_of_both,

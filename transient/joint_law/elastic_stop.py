@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 from transient.joint_law.straight_path import closed_part
 
 
@@ -17,8 +17,8 @@ def force(
     mean[0] = 0.5 * (max(a, 0.0) + end[0]) * (last - first)
 
 
-WITNESSES.register(
-    Witness(
+TRANSIENT_LAWS.register(
+    TransientLaw(
         name="stop",
         force=force,
         stuck_stiffness=lambda joint: [joint.stiffness],

@@ -4,7 +4,7 @@ from typing import Any
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 from transient.joint_law.straight_path import closed_part, slide, slide_coupled
 
 
@@ -61,9 +61,9 @@ def coupled_force(
 
 
 def normal_terms(joint: Any) -> float:
-    """See `transient.joint_law.registry.Witness`."""
+    """See `transient.joint_law.registry.TransientLaw`."""
     return float(abs(joint.preload) + abs(joint.normal_stiffness * joint.gap))
 
 
-WITNESSES.register(Witness(name="friction", force=force, normal_terms=normal_terms))
-WITNESSES.register(Witness(name="coulomb", force=coupled_force, normal_terms=normal_terms))
+TRANSIENT_LAWS.register(TransientLaw(name="friction", force=force, normal_terms=normal_terms))
+TRANSIENT_LAWS.register(TransientLaw(name="coulomb", force=coupled_force, normal_terms=normal_terms))

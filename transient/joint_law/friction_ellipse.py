@@ -3,7 +3,7 @@
 from fe.compiled import compiled
 from reduction.array_type import Vector
 from transient.joint_law.friction_contact import normal, normal_terms
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 from transient.joint_law.straight_path import slide_coupled
 
 
@@ -33,4 +33,4 @@ def force(
         moved[i] = after[i] - end[i] / stiffness[i]
 
 
-WITNESSES.register(Witness(name="friction_ellipse", force=force, normal_terms=normal_terms))
+TRANSIENT_LAWS.register(TransientLaw(name="friction_ellipse", force=force, normal_terms=normal_terms))

@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 from transient.joint_law.straight_path import slide
 
 #: The grid of the law: cells, and the displacement at which the first of them ends, over that of macro-slip [-].
@@ -36,4 +36,4 @@ def force(
         moved[i] = after[0] - last / spring if spring > 0.0 else after[0]
 
 
-WITNESSES.register(Witness(name="iwan4", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="iwan4", force=force))

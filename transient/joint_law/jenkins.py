@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 from transient.joint_law.straight_path import slide
 
 
@@ -16,4 +16,4 @@ def force(
     moved[0] = after[0] - end[0] / stiffness
 
 
-WITNESSES.register(Witness(name="jenkins", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="jenkins", force=force))

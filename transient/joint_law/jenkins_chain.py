@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 from transient.joint_law.straight_path import slide
 
 
@@ -23,4 +23,4 @@ def force(
         moved[i] = after[0] - last / stiffness
 
 
-WITNESSES.register(Witness(name="jenkins_chain", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="jenkins_chain", force=force))

@@ -4,7 +4,7 @@ from math import exp
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 
 @compiled
@@ -41,4 +41,4 @@ def force(
     end[0] = instant(value, after[0], velocity, moved)
 
 
-WITNESSES.register(Witness(name="lugre", force=force, instant=instant))
+TRANSIENT_LAWS.register(TransientLaw(name="lugre", force=force, instant=instant))

@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 
 @compiled
@@ -22,4 +22,4 @@ def force(
     mean[0] = end[0] = instant(value, after[0], (after[0] - before[0]) / step, slider)
 
 
-WITNESSES.register(Witness(name="piecewise_damper", force=force, instant=instant))
+TRANSIENT_LAWS.register(TransientLaw(name="piecewise_damper", force=force, instant=instant))

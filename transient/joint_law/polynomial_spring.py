@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 
 @compiled
@@ -23,4 +23,4 @@ def force(
         mean[0] += value[power - 2] * total / (power + 1)
 
 
-WITNESSES.register(Witness(name="polynomial", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="polynomial", force=force))

@@ -2,7 +2,7 @@
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 #: Steps that are shorter than this share of the displacement are integrated by Simpson's rule [-].
 NEAR = 1e-3
@@ -26,4 +26,4 @@ def force(
         mean[0] = (first + 4.0 * stiffness * middle * abs(middle / reference) ** (exponent - 1.0) + end[0]) / 6.0
 
 
-WITNESSES.register(Witness(name="power", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="power", force=force))

@@ -1,4 +1,4 @@
-"""What the integration in time asks of a joint's law, and the registry of all laws.
+"""Joint laws of the time integration: the data that it requires of each, and the registry of all laws.
 
 Each law gives the force at the end of a step and its *mean over the path*. Along a straight path
 u(s) = u_a + s (u_b - u_a) the touch-down, the lift-off and the onset of slip are found exactly, and so is the mean
@@ -40,8 +40,8 @@ def _stuck(joint: Any) -> Sequence[float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Witness:
-    """A law as the integration needs it."""
+class TransientLaw:
+    """Force of a joint law over a time step, and what the integration needs to know of it."""
 
     name: str
     """`Joint.force_law`."""
@@ -57,8 +57,8 @@ class Witness:
     ``instant(value, u, velocity, slider)`` [N], for histories: a step knows its mean velocity alone."""
 
 
-WITNESSES: Registry[Witness] = Registry(
-    "witness of a joint law",
+TRANSIENT_LAWS: Registry[TransientLaw] = Registry(
+    "joint law of the time integration",
     package="transient.joint_law",
     group=None,
     facts={"force": "the compiled force over a step"},

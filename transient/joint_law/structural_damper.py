@@ -4,7 +4,7 @@ from math import pi, tanh
 
 from fe.compiled import compiled
 from reduction.array_type import Vector
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 #: Steps that are shorter than this share of the displacement are integrated by Simpson's rule [-].
 NEAR = 1e-3
@@ -36,4 +36,4 @@ def force(
         mean[0] = (instant(value, a, velocity, slider) + 4.0 * middle + end[0]) / 6.0
 
 
-WITNESSES.register(Witness(name="structural_damper", force=force, instant=instant))
+TRANSIENT_LAWS.register(TransientLaw(name="structural_damper", force=force, instant=instant))

@@ -3,7 +3,7 @@
 from fe.compiled import compiled
 from reduction.array_type import Vector
 from transient.joint_law.rate_equation import follow as follow_rate
-from transient.joint_law.registry import WITNESSES, Witness
+from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 
 @compiled
@@ -32,4 +32,4 @@ def force(
     mean[0] = 0.5 * E_t * (before[0] + after[0]) + E_0 / factor * sign * average
 
 
-WITNESSES.register(Witness(name="valanis", force=force))
+TRANSIENT_LAWS.register(TransientLaw(name="valanis", force=force))

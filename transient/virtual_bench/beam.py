@@ -46,7 +46,7 @@ N_MODE = 6
 
 @dataclass(frozen=True, kw_only=True)
 class BeamParameters:
-    """What of the beam and its contacts may differ from its drawing."""
+    """Parameters of the beam and its contacts."""
 
     youngs_modulus: float = YOUNGS_MODULUS
     """[Pa]."""

@@ -19,8 +19,8 @@ from jaxtyping import Float
 
 from reduction.array_type import Array, Real
 from transient.virtual_bench.beam import Beam, BeamParameters
-from transient.virtual_bench.effect import PlantedEffect, plant
-from transient.virtual_bench.sweep import TOLERANCE, Readings, SweptBench
+from transient.virtual_bench.effect import HiddenEffect, insert_effect
+from transient.virtual_bench.sweep import TOLERANCE, Readings, VirtualSweepTest
 
 #: Standard deviations of the specimen's parameters, relative to its drawing [-].
 PARAMETER_DEVIATION: Mapping[str, float] = {
@@ -63,7 +63,7 @@ TESTS: Mapping[str, str] = {"jointed": "stepped", "free": "free"}
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignLayout:
-    """What a campaign's files call its sensors."""
+    """Names of sensors and lines in the files of a campaign."""
 
     title: str = "Beam with two contact lines"
     """Of the campaign."""
@@ -130,7 +130,7 @@ def random_parameters(random: np.random.Generator) -> BeamParameters:
 def sweeps(
     beam: Beam,
     parameters: BeamParameters,
-    effect: PlantedEffect,
+    effect: HiddenEffect,
     points: CampaignPoints,
     random: np.random.Generator,
     *,
@@ -160,13 +160,13 @@ def sweeps(
         ]
         left, right = parameters.preload
         set_up = replace(parameters, preload=(left * load, right * load))
-        jointed, free = plant(beam, set_up, effect)
+        jointed, free = insert_effect(beam, set_up, effect)
         sensors = {name: beam.places[name] for name in SENSORS}
         for configuration, system, frequencies, factor in (
             ("jointed", jointed, points.frequencies, shift),
             ("free", free, points.free_frequencies, shift_free),
         ):
-            bench = SweptBench(system, sensors)
+            bench = VirtualSweepTest(system, sensors)
             up = [float(item * factor) for item in frequencies]
             for level in points.levels:
                 multipliers = random.uniform(-HISTORY, HISTORY, 2 * len(beam.station))
@@ -176,7 +176,7 @@ def sweeps(
 
 
 def with_noise(readings: Readings, random: np.random.Generator) -> Readings:
-    """What the sensors say of it."""
+    """Readings with noise."""
     return replace(
         readings,
         motion=readings.motion * (1 + NOISE * _complex_normal(random, readings.motion.shape))

@@ -1,4 +1,4 @@
-"""What the virtual test bench can hide in its specimen: one effect of a kind, at a place, with a strength."""
+"""Effects that the virtual test bench can hide in its specimen: each of a kind, at a place, with a strength."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -40,7 +40,7 @@ STOP_GAP = 20e-6
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlantedEffect:
+class HiddenEffect:
     """One hidden effect.
 
     Raises
@@ -69,8 +69,8 @@ class PlantedEffect:
             raise TransientError(f'the strength {self.strength} of "{self.kind}" must be finite and not negative')
 
 
-def plant(beam: Beam, parameters: BeamParameters, effect: PlantedEffect) -> tuple[JointedSystem, JointedSystem]:
-    """The jointed and the free specimen with the effect in them.
+def insert_effect(beam: Beam, parameters: BeamParameters, effect: HiddenEffect) -> tuple[JointedSystem, JointedSystem]:
+    """Insert an effect into the jointed and the free specimen.
 
     The stop belongs to the rig of the contacts and is taken away with it.
     """
@@ -87,7 +87,7 @@ def plant(beam: Beam, parameters: BeamParameters, effect: PlantedEffect) -> tupl
     return _on_structure(jointed, effect, row), _on_structure(free, effect, row)
 
 
-def _on_structure(system: JointedSystem, effect: PlantedEffect, row: Row) -> JointedSystem:
+def _on_structure(system: JointedSystem, effect: HiddenEffect, row: Row) -> JointedSystem:
     square = effect.strength * np.outer(row, row)
     match effect.kind:
         case "mass":
@@ -102,7 +102,7 @@ def _on_structure(system: JointedSystem, effect: PlantedEffect, row: Row) -> Joi
             return replace(system, joints=[*system.joints, damper])
 
 
-def _line_parameters(parameters: BeamParameters, effect: PlantedEffect) -> BeamParameters:
+def _line_parameters(parameters: BeamParameters, effect: HiddenEffect) -> BeamParameters:
     def changed(line: tuple[float, float]) -> tuple[float, float]:
         added = (effect.strength, 0.0) if effect.place == "left" else (0.0, effect.strength)
         return line[0] + added[0], line[1] + added[1]

@@ -1,4 +1,4 @@
-"""The virtual test bench: a campaign of measurements on a beam in which one effect is hidden, and the truth apart.
+"""The virtual test bench: a campaign of measurements on a beam with one hidden effect, and the truth separately.
 
 The bench has its own model of the beam, integrates it in time and writes its files itself; it shares no model, solver
 or reader with what is tested on its data.
@@ -13,7 +13,7 @@ import numpy as np
 from transient.errors import TransientError
 from transient.virtual_bench.beam import BeamParameters, random_stations, reduced_beam
 from transient.virtual_bench.campaign import CampaignPoints, random_parameters, sweeps, with_noise, write_campaign
-from transient.virtual_bench.effect import KINDS, NOTHING, SIGNED, UNITS, PlantedEffect
+from transient.virtual_bench.effect import KINDS, NOTHING, SIGNED, UNITS, HiddenEffect
 
 STRENGTHS = Path(__file__).with_name("strength.toml")
 #: Strengths are drawn between 1 and so many times the unit strength.
@@ -21,12 +21,12 @@ STRONGEST = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlantedTruth:
-    """What a campaign hides, and how it went."""
+class HiddenEffectRecord:
+    """Hidden effect and true parameters of a campaign, and statistics of its simulation."""
 
     seed: int
     """Of everything random."""
-    effect: PlantedEffect
+    effect: HiddenEffect
     """What is hidden."""
     unit: str
     """Of its strength."""
@@ -59,13 +59,13 @@ def unit_strengths() -> dict[str, dict[str, float]]:
 
 def random_effect(
     random: np.random.Generator, kind: str | None = None, place: str | None = None, strength: float | None = None
-) -> PlantedEffect:
+) -> HiddenEffect:
     """An effect, with what is not given drawn: kinds and places alike often, strength log-uniform in 1 to 4 units."""
     # As many numbers whatever is given, so that a seed always means the same.
     which, where, size, sign = random.uniform(size=4)
     kind = [*KINDS][int(which * len(KINDS))] if kind is None else kind
     if kind == NOTHING:
-        return PlantedEffect(kind=NOTHING)
+        return HiddenEffect(kind=NOTHING)
     if kind not in KINDS:
         raise TransientError(f'the effect "{kind}" is none of {", ".join([*KINDS, NOTHING])}')
     place = KINDS[kind][int(where * len(KINDS[kind]))] if place is None else place
@@ -73,7 +73,7 @@ def random_effect(
         strength = unit_strengths()[kind][place] * float(STRONGEST**size)
         if kind in SIGNED and sign < 0.5:
             strength = -strength
-    return PlantedEffect(kind=kind, place=place, strength=float(strength))
+    return HiddenEffect(kind=kind, place=place, strength=float(strength))
 
 
 def make_campaign(
@@ -84,7 +84,7 @@ def make_campaign(
     place: str | None = None,
     strength: float | None = None,
     points: CampaignPoints | None = None,
-) -> PlantedTruth:
+) -> HiddenEffectRecord:
     """Measure a specimen with a hidden effect and write the campaign folder; the truth is returned, not written.
 
     Parameters
@@ -115,7 +115,7 @@ def make_campaign(
     measured = [replace(sweep, readings=with_noise(sweep.readings, streams[3])) for sweep in clean]
     write_campaign(Path(folder), measured, points)
     periodic = np.concatenate([sweep.readings.periodic for sweep in clean])
-    return PlantedTruth(
+    return HiddenEffectRecord(
         seed=seed,
         effect=effect,
         unit=UNITS[effect.kind],

@@ -20,7 +20,7 @@ from reduction.jointed_system import JointedSystem
 from transient.equilibrium import quasi_static
 from transient.state import TransientState
 from transient.virtual_bench.campaign import Sweep
-from transient.virtual_bench.sweep import Readings, SweptBench
+from transient.virtual_bench.sweep import Readings, VirtualSweepTest
 
 #: Shares of the preload that it shoots over and under to, at most so many times.
 OVER, UNDER, SHOTS = (1.0, 1.6), (0.5, 1.0), 3
@@ -34,7 +34,7 @@ CHANCE, OVERSHOOT = 0.5, (1.2, 2.2)
 
 @dataclass(frozen=True, kw_only=True)
 class LoadingHistory:
-    """What happens before a level is measured."""
+    """Loading history before a level is measured."""
 
     loads: tuple[float, ...]
     """Shares of the static load in their order, the last one 1; none if it is left alone [-]."""
@@ -87,7 +87,7 @@ def repeated_tests(
         No equilibrium on the way of the preload.
     """
     random = np.random.default_rng(seed)
-    bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
+    bench = VirtualSweepTest(system, sensors, steps_per_period=steps_per_period)
 
     def settle(points: Sequence[float], level: float, start: TransientState) -> Readings:
         return sweep_settled(bench, points, level, start, tolerance)
@@ -97,7 +97,7 @@ def repeated_tests(
 
 
 def repeated_test(
-    bench: SweptBench,
+    bench: VirtualSweepTest,
     frequencies: Sequence[float],
     levels: Sequence[float],
     *,
@@ -140,7 +140,7 @@ def repeated_test(
 
 
 def sweep_settled(
-    bench: SweptBench, frequencies: Sequence[float], level: float, start: TransientState, tolerance: float
+    bench: VirtualSweepTest, frequencies: Sequence[float], level: float, start: TransientState, tolerance: float
 ) -> Readings:
     """Steady states at one frequency [Hz] after the other, integrated until the motion repeats: it alone drags sliders.
 

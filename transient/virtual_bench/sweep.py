@@ -6,14 +6,15 @@ structure is approached by Broyden's method, which starts from the exact monodro
 .. math:: z \leftarrow z + s, \quad J s = -(P(z) - z), \quad J_0 = \mathrm{diag}(e^{A T} - 1, -1), \quad
           J \leftarrow J + \frac{(y - J s) s^T}{s^T s}
 
-y being the change of P(z) - z by s. A step of the method is no motion of the bench, and no contact may remember one: in
-place of the part of P(z) that belongs to w stands where the motion of this period drags the sliders that the *point
-before* has left (`transient.joint_forces.drag`). At the end P(z) = z, because with one tangent a second period drags no
-further, and friction remembers periodic motions alone: what grows gently to its level at each frequency leaves the
-same.
+y being the change of P(z) - z by s. The iterates are no physical motion, so they must not enter the friction history:
+the part of P(z) that belongs to w is replaced by the positions to which the motion of this period moves the sliders of
+the *previous point* (`transient.joint_forces.move_sliders`). At the end P(z) = z, because with one tangent a second
+period moves them no further, and friction remembers periodic motions alone: an amplitude that grows slowly to its level
+at each frequency leaves the same sliders.
 
-Where the search finds no steady state, it goes there from the last point in smaller and smaller steps of frequency and
-level; where that does not help, as beyond a fold, the bench goes there slowly and waits until the motion repeats.
+Where the search does not converge, it approaches the point from the last one in smaller and smaller steps of frequency
+and level. Where that fails too, as beyond a fold, frequency and level are changed slowly and the motion is integrated
+until it repeats.
 
 References
 ----------
@@ -33,7 +34,7 @@ from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
 from transient.joint_arrays import joint_table
-from transient.joint_forces import drag
+from transient.joint_forces import move_sliders
 from transient.rank_one_update import UpdatedFactor
 from transient.state import TransientState
 from transient.state_transition import ModalStructure, decompose
@@ -42,15 +43,15 @@ from transient.stepper import Record, Stepper
 STEPS_PER_PERIOD = 128
 #: Distance to the steady state, relative to the motion, at which a point is taken: a tenth of what noise leaves.
 TOLERANCE = 1e-4
-#: Periods of a search for a point, and of waiting for it.
+#: Periods of a search for a steady state, and of an integration until the motion repeats.
 MAX_PERIOD, MAX_WAIT = 80, 2000
-#: Steps from the last point to one that was not found at once, and the periods that each of the smallest takes of a
-#: bench that goes slowly: a transient of 0.15 % damping falls to a third, so that it drags sliders hardly further.
-STEPS, SLOWLY = (2, 4, 8), 100
+#: Numbers of intermediate steps to a point that was not found at once, and periods integrated at each of the smallest
+#: steps: a transient of 0.15 % damping decays to a third, so that it hardly moves the sliders.
+STEPS, PERIODS_PER_STEP = (2, 4, 8), 100
 #: Longest step towards the steady state but the first, as a share of the motion.
 LONGEST = 0.5
-#: A push of a motion, as a share of it, and how much further from the motion it ends if the motion does not last.
-PUSH, GROWN = 1e-3, 10.0
+#: Perturbation of a steady state, as a share of it, and its growth from which on the state is unstable.
+PERTURBATION, GROWTH = 1e-3, 10.0
 
 #: Harmonics of motions, of forces, share of slip, periods, whether periodic, sliders: what is known of a point.
 Point = tuple[Array, Array, float, int, bool, Vector]
@@ -58,7 +59,7 @@ Point = tuple[Array, Array, float, int, bool, Vector]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Readings:
-    """What the sensors saw along a sweep."""
+    """Sensor readings along a sweep."""
 
     motion: Complex[Array, "p s 2"]
     """Harmonics 1 and 3 of each motion sensor, shape (point, sensor, 2) [m]."""
@@ -72,7 +73,7 @@ class Readings:
     periodic: NDArray[np.bool_]
     """Whether the motion repeated at each point, shape (point,); where it did not, the others hold its last period."""
     slider: Matrix
-    """Where the sliders were at the phase 0 of each point, shape (point, slider) [m]."""
+    """Sliders at phase 0 of each point, shape (point, slider) [m]."""
     final: TransientState
     """The state in which the sweep ended."""
 
@@ -87,8 +88,8 @@ class Readings:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Approach:
-    """What a point starts from: the last one's weighted state, Broyden's correction of J_0, sliders left, motion."""
+class _InitialGuess:
+    """Initial guess of a point: weighted state of the last one, Broyden's correction of J_0, sliders, amplitude."""
 
     frequency: float
     level: float
@@ -98,8 +99,8 @@ class _Approach:
     motion: float
 
 
-class SweptBench:
-    """One specimen on the bench with its motion sensors; steps of time are prepared once a frequency.
+class VirtualSweepTest:
+    """Stepped-sine test of one specimen with its motion sensors; time steps are prepared once per frequency.
 
     Parameters
     ----------
@@ -153,7 +154,7 @@ class SweptBench:
         *,
         start: TransientState | None = None,
         tolerance: float = TOLERANCE,
-        n_push: int = 0,
+        n_stability_period: int = 0,
     ) -> Readings:
         """Steady states at one frequency after the other, the first one from rest.
 
@@ -170,28 +171,28 @@ class SweptBench:
             State at rest that an earlier load has left, in place of both.
         tolerance
             Tolerance of a steady state, see `TOLERANCE` [-].
-        n_push
-            Periods after a small push in which a motion must not grow away from its steady state to count as periodic;
-            0 for no such test: a steady state that no bench could hold is then one as well [-].
+        n_stability_period
+            Periods after a small perturbation in which a motion must stay near its steady state to count as periodic; 0
+            for no such test: unstable steady states then count as well [-].
         """
         stepper = self.stepper(frequencies[0])
         rest = self._rest if multipliers is None else self.random_start(multipliers)
         stepper.place(start or rest)
         n = len(self.weight)
-        approach = _Approach(
+        guess = _InitialGuess(
             frequency=frequencies[0], level=0.0, state=stepper.vector * self.weight, correction=np.zeros((n, n)),
             slider=stepper.state.slider, motion=0.0,
         )  # fmt: skip
         points = []
         for frequency, force in zip(frequencies, np.broadcast_to(level, len(frequencies)).tolist(), strict=True):
-            point, approach = self._reach(frequency, force, approach, tolerance)
-            if n_push and point[4] and not self._lasts(approach, n_push):
+            point, guess = self._find_steady_state(frequency, force, guess, tolerance)
+            if n_stability_period and point[4] and not self._is_stable(guess, n_stability_period):
                 point = (*point[:4], False, point[5])
             points.append(point)
         return Readings.of(points, self.stepper(frequencies[-1]).state)
 
     def stepper(self, frequency: float) -> Stepper:
-        """Steps at a frequency [Hz]: the one object, whoever asks."""
+        """Time stepper of a frequency [Hz]; every call returns the same object."""
         return self._stepper(frequency)[0]
 
     def _stepper(self, frequency: float) -> tuple[Stepper, Matrix]:
@@ -203,35 +204,37 @@ class SweptBench:
             self._steppers[frequency] = stepper, slope
         return self._steppers[frequency]
 
-    def _reach(self, frequency: float, level: float, last: _Approach, tolerance: float) -> tuple[Point, _Approach]:
-        """The steady state at a frequency and a level, and what the next point starts from."""
+    def _find_steady_state(
+        self, frequency: float, level: float, last: _InitialGuess, tolerance: float
+    ) -> tuple[Point, _InitialGuess]:
+        """The steady state at a frequency and a level, and the initial guess of the next point."""
         point, result = self._settle(frequency, level, last, tolerance)
         spent = point[3]
         for n_step in STEPS:
             if result is not None:
                 break
             result = last
-            for between, grown in _way(last, frequency, level, n_step):
+            for between, grown in _intermediate_points(last, frequency, level, n_step):
                 point, result = self._settle(between, grown, result, tolerance)
                 spent += point[3]
                 if result is None:
                     break
         if result is None:
-            point, result = self._wait(frequency, level, last, tolerance)
+            point, result = self._integrate_until_settled(frequency, level, last, tolerance)
             spent += point[3]
         motion, force, slip, _, periodic, slider = point
         return (motion, force, slip, spent, periodic, slider), result or last
 
     def _settle(
-        self, frequency: float, level: float, approach: _Approach, tolerance: float
-    ) -> tuple[Point, _Approach | None]:
-        """What the search for a steady state comes to, and what the next point starts from if it is one."""
+        self, frequency: float, level: float, guess: _InitialGuess, tolerance: float
+    ) -> tuple[Point, _InitialGuess | None]:
+        """Result of a search for a steady state, and the initial guess of the next point if it converged."""
         stepper, slope = self._stepper(frequency)
         stepper.level = level
         weight, n = self.weight, 2 * self.system.n_dof
-        z, longest = approach.state, np.inf
+        z, longest = guess.state, np.inf
         last_step, last_change = np.zeros(len(z)), np.zeros(len(z))
-        correction = approach.correction.copy()
+        correction = guess.correction.copy()
         jacobian = UpdatedFactor(slope + correction)
         n_period = 0
         while True:
@@ -241,7 +244,7 @@ class SweptBench:
             z = stepper.vector * weight
             record = stepper.record()
             change = stepper.vector * weight - z
-            slider = self._dragged(stepper, record, approach.slider)
+            slider = self._move_sliders(stepper, record, guess.slider)
             change[n:] = slider * weight[n:] - z[n:]
             motion = record.amplitude
             if last_step.any():
@@ -256,31 +259,31 @@ class SweptBench:
             if length > longest:
                 step *= longest / length
             # The first step is that of the structure as it was: what follows corrects it.
-            longest = LONGEST * max(motion, approach.motion)
+            longest = LONGEST * max(motion, guess.motion)
             last_step, last_change = step, change
             z = z + step
         settled = distance <= tolerance
         point = (*self.read(record), n_period, settled, record.slider[:, 0])
         if not settled:
             return point, None
-        return point, _Approach(
+        return point, _InitialGuess(
             frequency=frequency, level=level, state=z, correction=correction, slider=slider, motion=motion
         )
 
-    def _wait(
-        self, frequency: float, level: float, last: _Approach, tolerance: float
-    ) -> tuple[Point, _Approach | None]:
-        """The motion that a slow change of frequency and level ends in, and what the next point starts from."""
+    def _integrate_until_settled(
+        self, frequency: float, level: float, last: _InitialGuess, tolerance: float
+    ) -> tuple[Point, _InitialGuess | None]:
+        """The motion after a slow change of frequency and level, and the initial guess of the next point."""
         reached = last.state / self.weight
-        for between, grown in _way(last, frequency, level, STEPS[-1]):
+        for between, grown in _intermediate_points(last, frequency, level, STEPS[-1]):
             stepper, _ = self._stepper(between)
             stepper.level, stepper.vector = grown, reached
-            for _ in range(SLOWLY):
+            for _ in range(PERIODS_PER_STEP):
                 stepper.advance()
             reached = stepper.vector
         # A transient decays at least as fast as the structure alone; what is left of it is the sum of all changes.
         decay = -float(np.expm1(self._rate.real.max() / frequency))
-        n_period = STEPS[-1] * SLOWLY
+        n_period = STEPS[-1] * PERIODS_PER_STEP
         while True:
             n_period += 1
             z = stepper.vector * self.weight
@@ -296,34 +299,34 @@ class SweptBench:
             last, frequency=frequency, level=level, state=z, slider=record.slider[:, 0], motion=motion
         )
 
-    def _lasts(self, reached: _Approach, n_period: int) -> bool:
-        """Whether a steady state is stable: a small push does not grow over some periods."""
+    def _is_stable(self, reached: _InitialGuess, n_period: int) -> bool:
+        """Whether a steady state is stable: a small perturbation does not grow over some periods."""
         stepper, _ = self._stepper(reached.frequency)
         stepper.level = reached.level
         n = 2 * self.system.n_dof
         push = np.zeros(len(reached.state))
         push[:n] = np.random.default_rng(0).standard_normal(n)
-        push *= PUSH * reached.motion / np.linalg.norm(push)
+        push *= PERTURBATION * reached.motion / np.linalg.norm(push)
         stepper.vector = (reached.state + push) / self.weight
         for _ in range(n_period):
             stepper.advance()
             away = (stepper.vector * self.weight - reached.state)[:n]
-            if np.linalg.norm(away) > GROWN * PUSH * reached.motion:
+            if np.linalg.norm(away) > GROWTH * PERTURBATION * reached.motion:
                 return False
         return True
 
-    def _dragged(self, stepper: Stepper, record: Record, left: Vector) -> Vector:
-        """Where a period of this motion drags the sliders that the point before has left."""
+    def _move_sliders(self, stepper: Stepper, record: Record, left: Vector) -> Vector:
+        """Sliders of the previous point after a period of this motion."""
         end = self.structure.rows @ stepper.vector[: self.system.n_dof]
         position = np.concatenate([record.displacement.T, end[None]])
-        return drag(self.structure.table.packed, position, left, stepper.step)
+        return move_sliders(self.structure.table.packed, position, left, stepper.step)
 
     def waveforms(self, record: Record) -> tuple[Matrix, Matrix]:
         """Motion of each sensor [m] and T and N of each line [N] over a period, shapes (s, t) and (l, t)."""
         return self._rows @ record.modal_displacement.T, self._lines @ record.force
 
     def read(self, record: Record) -> tuple[Array, Array, float]:
-        """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
+        """Sensor readings of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
         n = self.steps_per_period
         motion, force = (np.fft.rfft(item, axis=1) * (2 / n) for item in self.waveforms(record))
         force[:, 0] /= 2
@@ -351,8 +354,8 @@ class SweptBench:
         return TransientState(displacement=self._rest.displacement, velocity=self._rest.velocity, slider=sliders)
 
 
-def _way(last: _Approach, frequency: float, level: float, n_step: int) -> list[tuple[float, float]]:
-    """Frequencies [Hz] and levels [N] on the way to a point, the point included."""
+def _intermediate_points(last: _InitialGuess, frequency: float, level: float, n_step: int) -> list[tuple[float, float]]:
+    """Frequencies [Hz] and levels [N] from the last point to this one, included."""
     way = np.linspace((last.frequency, last.level), (frequency, level), n_step + 1)[1:]
     return [(float(between), float(grown)) for between, grown in way]
 

@@ -12,7 +12,7 @@ __all__ = ["FORMATS", "CampaignFormat"]
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignFormat:
-    """How a campaign stands in files.
+    """Format of the files of a campaign.
 
     Parameters
     ----------

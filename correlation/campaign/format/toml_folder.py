@@ -21,12 +21,12 @@ from correlation.campaign.stepped_sine import find_same, read_csv, sorting
 from correlation.campaign.time_record import TIME, TimeRecord, record_of_columns
 from correlation.campaign.toml_table import TomlTable
 from correlation.campaign.write_campaign import write_campaign
-from correlation.data_type.registry import DATA_TYPES, Analyse, DataContext, DataType, Datum, analyse_anew
+from correlation.data_type.registry import DATA_TYPES, Analyse, DataContext, DataType, Datum, analyse_uncached
 from correlation.errors import CampaignError, Mistakes
 from correlation.row_group import group_rows
 
 
-def read_folder(folder: Path, analyse: Analyse = analyse_anew) -> Campaign:
+def read_folder(folder: Path, analyse: Analyse = analyse_uncached) -> Campaign:
     """Read the files that ``docs/campaign.md`` describes.
 
     Parameters
@@ -44,7 +44,7 @@ def read_folder(folder: Path, analyse: Analyse = analyse_anew) -> Campaign:
     return _read(MeasuredFiles(folder=folder), lambda kind: kind.read, analyse)
 
 
-def check_folder(files: MeasuredFiles, analyse: Analyse = analyse_anew) -> Campaign:
+def check_folder(files: MeasuredFiles, analyse: Analyse = analyse_uncached) -> Campaign:
     """The same without the analyses of data that take long and tell nothing of whether the data can be read.
 
     Parameters

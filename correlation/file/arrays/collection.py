@@ -1,4 +1,4 @@
-"""What is gathered from a file of nested arrays: numbers become columns, texts become facts."""
+"""Content of a file of nested arrays: numbers become columns, texts become facts."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from fe.file.hdf5_file import find_hdf5_trap
+from fe.file.hdf5_file import find_unsafe_hdf5_content
 
 #: Compression cannot reach a higher ratio; a larger array is damage.
 HIGHEST_RATIO = 1100
@@ -33,7 +33,7 @@ class Hdf5Tree:
     def __enter__(self) -> "Hdf5Tree":
         import h5py
 
-        if trap := find_hdf5_trap(self.path):
+        if trap := find_unsafe_hdf5_content(self.path):
             raise CampaignError(f"{self.path.name}: is damaged or cut, it {trap}; copy or export it again")
         try:
             self.root: Any = h5py.File(self.path, "r")

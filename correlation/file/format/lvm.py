@@ -98,7 +98,7 @@ def _row(file: str, line: Line, width: int, *, comma: bool) -> list[float]:
 
 
 def _said(names: Sequence[str], header: Mapping[str, Sequence[str]], key: str, column: int) -> str:
-    """What a header says of the channel in a column: above it, or, of other programs, in the order of the channels."""
+    """Header entry of the channel in a column: above it, or, from other programs, in the order of the channels."""
     texts = [text.strip() for text in header.get(key, [])]
     above = names[0] == X and not any(text for name, text in zip(names[1:], texts, strict=False) if name == X)
     place = column - 1 if above else column - names[:column].count(X)

@@ -83,7 +83,7 @@ def _add_fields(collection: Collection, tree: Hdf5Tree, group: Any, name: str, d
 def _add_references(
     collection: Collection, tree: Hdf5Tree, node: Any, name: str, brackets: str, suffix: str, depth: int
 ) -> None:
-    """What an array of references points to."""
+    """Add the targets of an array of references."""
     references = np.asarray(node[()]).T
     for index, reference in zip(element_indices(references.shape), references.reshape(-1, order="F"), strict=True):
         whole = f"{name}{brackets[0]}{index}{brackets[1]}{suffix}"

@@ -12,7 +12,7 @@ from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
 from correlation.file.unit_label import split_label, unit_text
-from geometry.rehearsal import rehearse
+from geometry.trial_process import read_in_trial_process
 
 #: What is read of a file in a second on any machine [byte/s], and memory for each of its bytes [-]: its numbers are
 #: read twice, and may be widened from one byte to eight.
@@ -28,7 +28,7 @@ def read(path: Path) -> MeasuredFile:
     """Channels as columns ``group/channel``; channels with equal sampling share a column of time."""
     from nptdms import TdmsFile
 
-    if trap := rehearse(lambda: TdmsFile.read(path), path, speed=SPEED, memory=MEMORY):
+    if trap := read_in_trial_process(lambda: TdmsFile.read(path), path, speed=SPEED, memory=MEMORY):
         raise _damaged(path, f"it {trap}")
     warned = _Warnings(logging.WARNING)
     loggers = [logging.getLogger(f"nptdms.{module}") for module in ("reader", "tdms_segment", "types", "tdms")]

@@ -8,7 +8,7 @@ import numpy as np
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
-from geometry.rehearsal import rehearse
+from geometry.trial_process import read_in_trial_process
 
 #: What is read of a file in a second on any machine [byte/s], and memory for each of its bytes [-].
 SPEED, MEMORY = 5e6, 20
@@ -26,7 +26,7 @@ def read(path: Path) -> MeasuredFile:
     from scipy.io import wavfile
 
     # SciPy takes memory for all samples that the header announces, and reads those that there are.
-    if trap := rehearse(lambda: wavfile.read(path), path, speed=SPEED, memory=MEMORY):
+    if trap := read_in_trial_process(lambda: wavfile.read(path), path, speed=SPEED, memory=MEMORY):
         raise CampaignError(f"{path.name}: is a damaged or cut WAV file (it {trap}); copy it again")
     try:
         with warnings.catch_warnings():

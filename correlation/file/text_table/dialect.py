@@ -1,4 +1,4 @@
-"""How a table of text is written, judged from its first lines: separator, decimal sign, columns, header."""
+"""Dialect of a text table, detected from its first lines: separator, decimal sign, columns, header."""
 
 import csv
 import re
@@ -26,7 +26,7 @@ Row = tuple[int, list[str]]
 
 @dataclass(frozen=True, kw_only=True)
 class Dialect:
-    """How the rows are written.
+    """Format of the rows.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def split_fields(text: str, separator: str) -> list[str]:
 
 
 def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
-    """Dialect of a table, and the rows of its header.
+    """Detect the dialect of a table, and the rows of its header.
 
     Parameters
     ----------

@@ -14,8 +14,8 @@ from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
 from correlation.file.number import is_written_number, may_part_thousands, read_number
 from correlation.file.quantity import OF_UNIT
-from correlation.file.text_table.closing import until_closing
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
+from correlation.file.text_table.footer import skip_footer
 from correlation.file.text_table.open_text import clean, open_text
 from correlation.file.unit_label import split_label, split_unit_cell, unit_text
 
@@ -64,7 +64,7 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
             first = sample[len(preamble) - 1][0] if preamble else 0
         body: Iterator[Line] = itertools.chain((line for line in sample if line[0] > first), lines)
         below: dict[str, str] = {}
-        body = until_closing(path.name, body, dialect, below)
+        body = skip_footer(path.name, body, dialect, below)
         blocks = _Blocks(path.name, dialect)
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)
@@ -181,7 +181,7 @@ class _Blocks:
         return np.array(numbers)
 
     def _mistake(self, text: str) -> str:
-        """What is wrong with a field that is no number, and the remedy."""
+        """Error about a field that is no number, with the remedy."""
         sign, other = (",", ".") if self.dialect.decimal_comma else (".", ",")
         if other in text and is_written_number(text):
             word = {",": "comma", ".": "point"}
@@ -200,7 +200,7 @@ class _Blocks:
 
 
 def _doubt_decimals(sample: Sequence[Line], first: int, dialect: Dialect) -> str:
-    """Why what was read as decimals may be thousands; empty if it may not."""
+    """Reason why numbers read as decimals may be thousands; empty if they may not."""
     rows = [dialect.fields(text) for number, text in sample if number > first]
     rows = [fields for fields in rows if len(fields) == len(dialect.numeric)]
     if not may_part_thousands(rows, decimal_comma=dialect.decimal_comma):
@@ -283,7 +283,7 @@ def _is_unit_row(row: Sequence[str]) -> bool:
 
 
 def _facts(texts: Sequence[str]) -> dict[str, str]:
-    """What comments and preamble say as "key: value"."""
+    """Facts that comments and preamble state as "key: value"."""
     facts: dict[str, str] = {}
     for text in texts:
         match = KEY_VALUE.match(text)

@@ -97,7 +97,7 @@ def read_binary_values(
 
 
 def _layouts(kind: int, even: bool, order: str) -> list[np.dtype[Any]]:
-    """How one value may be stored, the most usual first."""
+    """Possible storage formats of a value, the most usual first."""
     parts = 2 if kind in COMPLEX else 1
     single, double = f"{order}f4", f"{order}f8"
     # pyuff writes single precision as double.

@@ -60,7 +60,7 @@ class Dataset:
         return f"dataset {self.number} at byte {self.byte}"
 
     def error(self, row: int, text: str) -> CampaignError:
-        """What is wrong in one of its lines."""
+        """Error about one of its lines."""
         return CampaignError(f"{self.file}, {self.where(row)}: {text}")
 
     def text(self, row: int) -> str:

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from fe.errors import MatrixFileError
 from fe.file.dof_table import LARGEST_LABEL
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, refuse_cut_number, refuse_size
+from fe.file.matrix_content import FileMatrix, both_triangles, refuse_size, refuse_truncated_number
 from fe.file.registry import FileFormat
 
 
@@ -22,7 +22,7 @@ def read_calculix(path: Path) -> Mapping[str, FileMatrix]:
     MatrixFileError
         A line that is none, or an empty file.
     """
-    refuse_cut_number(path)
+    refuse_truncated_number(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of NumPy, of an empty file, which is refused below

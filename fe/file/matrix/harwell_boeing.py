@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals, refuse_cut_number, refuse_size
+from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals, refuse_size, refuse_truncated_number
 from fe.file.registry import FileFormat
 
 _FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*\d*\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
@@ -67,7 +67,7 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
             f'"{path}" holds {len(starts)} column starts, {len(rows)} rows and {len(values)} values, but its heading '
             f"announces {expected[0]}, {n_entry} and {n_entry}: it is cut short, write it again"
         )
-    refuse_cut_number(path)
+    refuse_truncated_number(path)
     inside = starts[0] == 0 and starts[-1] == n_entry and not (np.diff(starts) < 0).any()
     if not inside or (n_entry and not 0 <= rows.min() <= rows.max() < n_row):
         raise MatrixFileError(f'"{path}" has column starts or rows outside its {n_row} x {n_column} matrix')

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, refuse_cut_number, refuse_size
+from fe.file.matrix_content import FileMatrix, both_triangles, refuse_size, refuse_truncated_number
 from fe.file.registry import FileFormat
 
 _BANNER = b"%%matrixmarket"
@@ -47,7 +47,7 @@ def read_matrix_market(path: Path) -> Mapping[str, FileMatrix]:
         A complex matrix, places without values, or a file that is damaged or of another kind.
     """
     try:
-        refuse_cut_number(path)
+        refuse_truncated_number(path)
         with path.open("rb") as stream:
             layout, symmetry = _heading(path, stream)
             sizes = _sizes(path, stream, 3 if layout == "coordinate" else 2)

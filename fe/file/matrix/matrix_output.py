@@ -22,7 +22,7 @@ import scipy.sparse as sp
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, DofLabels
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, refuse_cut_number
+from fe.file.matrix_content import FileMatrix, refuse_truncated_number
 from fe.file.registry import FileFormat
 
 #: Abaqus holds what ``*BOUNDARY`` fixes by 1e36 on the diagonal; no stiffness of a structure is as large as this.
@@ -39,7 +39,7 @@ def read_matrix_output(path: Path) -> Mapping[str, FileMatrix]:
         A line that is none, an entry that is there twice, other degrees of freedom than displacements and rotations, or
         one that a boundary condition holds.
     """
-    refuse_cut_number(path)
+    refuse_truncated_number(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of NumPy, of an empty file, which is refused below

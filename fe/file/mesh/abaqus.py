@@ -66,14 +66,14 @@ class _Sets:
     faces: SetParts = field(default_factory=dict)
 
     def of(self, kind: str) -> SetParts:
-        """Those of "nodes", "cells" or "faces"."""
+        """Sets of "nodes", "cells" or "faces"."""
         found: SetParts = getattr(self, kind)
         return found
 
 
 @dataclass(kw_only=True)
 class _Deck:
-    """What has been read so far."""
+    """Content of the deck read so far."""
 
     path: Path
     points: list[NDArray[np.float64]] = field(default_factory=list)

@@ -20,7 +20,7 @@ from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
 from fe.file.registry import FileFormat
 from fe.mesh import Mesh
-from geometry.rehearsal import rehearse
+from geometry.trial_process import read_in_trial_process
 
 #: Gmsh's triangle or quadrangle by its number of nodes, and its point.
 GMSH_FACES = {3: 2, 4: 3, 6: 9, 8: 16}
@@ -45,8 +45,8 @@ def read_msh(path: Path) -> FileMesh:
         The file cannot be read.
     """
     _refuse_version(path)
-    _refuse_double_names(path)
-    _refuse_wild_number(path)
+    _refuse_duplicate_names(path)
+    _refuse_nonfinite_number(path)
     with _meshio_as_gmsh_writes():
         found = read_with_meshio(path, "gmsh")
     blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells)
@@ -170,12 +170,12 @@ def _refuse_version(path: Path) -> None:
         raise MeshError(f"mesh file {path} is of MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
 
 
-def _refuse_wild_number(path: Path) -> None:
+def _refuse_nonfinite_number(path: Path) -> None:
     """Meshio takes memory for the largest label, and looks for as many blocks as are announced."""
     with path.open("rb") as file:
         is_binary = file.readline(100) and file.readline(100).split()[1:2] == [b"1"]
     if is_binary:
-        trap = rehearse(lambda: read_with_meshio(path, "gmsh"), path, speed=SPEED, memory=MEMORY)
+        trap = read_in_trial_process(lambda: read_with_meshio(path, "gmsh"), path, speed=SPEED, memory=MEMORY)
         if trap:
             raise MeshError(f"mesh file {path} is damaged, it {trap}: write it again")
         return
@@ -189,7 +189,7 @@ def _refuse_wild_number(path: Path) -> None:
         )
 
 
-def _refuse_double_names(path: Path) -> None:
+def _refuse_duplicate_names(path: Path) -> None:
     """Of two groups of one name meshio keeps the last and says nothing."""
     text = path.read_bytes()
     block = text.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]

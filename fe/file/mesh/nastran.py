@@ -66,7 +66,7 @@ class _Cells:
 
 @dataclass(kw_only=True)
 class _Model:
-    """What has been read so far."""
+    """Content of the model read so far."""
 
     points: dict[int, list[float]] = field(default_factory=dict)
     cells: dict[str, _Cells] = field(default_factory=dict)

@@ -8,10 +8,10 @@ from study.diagnose.stages import list_known_errors
 
 
 def show_history(history: History) -> list[dict[str, Any]]:
-    """Steps, oldest first; `back` is how many times `undo` takes a standing step back, zero of all others."""
-    standing = history.standing
-    # A standing step is one of the steps themselves, and no copy.
-    back = {id(step): len(standing) - place for place, step in enumerate(standing)}
+    """Steps, oldest first; `back` is the number of `undo` calls that take back an active step, zero for all others."""
+    active_steps = history.active_steps
+    # An active step is one of the steps themselves, and no copy.
+    back = {id(step): len(active_steps) - place for place, step in enumerate(active_steps)}
     return [
         {
             "what": step.what,

@@ -28,7 +28,7 @@ def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, Panel
     """
     document = family_document(comparison)
     compared = [item for item in comparison.verdicts if item.n_compared]
-    leaving = sum(item.leaves for item in compared)
+    leaving = sum(item.leaves_band for item in compared)
     headline = f"{leaving} of {len(compared)} measured families leave them." if leaving else (
         "All measured families lie within." if compared else "None were found."
     )  # fmt: skip
@@ -46,7 +46,7 @@ def count_limits(comparison: FamilyComparison) -> dict[str, float]:
     inside = sum(item.coverage * item.n_compared for item in compared)
     numbers = {
         "families [-]": float(len(compared)),
-        "families that leave their limits [-]": float(sum(item.leaves for item in compared)),
+        "families that leave their limits [-]": float(sum(item.leaves_band for item in compared)),
     }
     return numbers | ({"readings within limits [%]": 100 * inside / count} if count else {})
 

@@ -86,7 +86,7 @@ def _range(parameter: EffectParameter, value: float, prior: float) -> tuple[floa
 def _noted(history: History) -> dict[str, str]:
     """Half the 95 % interval of each value as the last fit wrote it, by name."""
     result: dict[str, str] = {}
-    for step in history.standing:
+    for step in history.active_steps:
         result |= {name: _note(pair) for name, pair in step.calibrated.items()}
         for key, pair in step.values.items():
             result |= {step.effect: _note(pair), f"{step.effect}, {key}": _note(pair)}

@@ -180,7 +180,7 @@ def _list_marks(model: Model) -> list[tuple[str, Body]]:
 def _find_mark(
     model: Model, row: Float[NDArray[np.float64], " r"]
 ) -> tuple[Place, Float[NDArray[np.float64], "3 r"]] | None:
-    """Where a row acts and how that moves: the mean of its nodes, weighted by its size; None if it acts nowhere."""
+    """Position and motion of a row: the mean of its nodes, weighted by its size; None for an empty row."""
     weights: dict[tuple[str, int], float] = {}
     places: dict[tuple[str, int], Place] = {}
     for dof, value in zip(model.dofs, row, strict=False):

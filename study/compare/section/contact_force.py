@@ -19,7 +19,7 @@ TEXT = (
 
 
 def contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
-    """One section, if a line's force was measured."""
+    """Section on contact forces, if a line's force was measured."""
     del compared
     rows = [
         [

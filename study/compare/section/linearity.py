@@ -20,7 +20,7 @@ TEXT = (
 
 
 def linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
-    """One section if motions were measured at two levels or more at the same frequencies."""
+    """Section on linearity, if motions were measured at two levels or more at the same frequencies."""
     del compared
     sentences, rows = [], []
     for free, misfit in drawing.misfit.items():

@@ -22,7 +22,7 @@ TEXT = (
 
 
 def misfit_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
-    """One section with a map per configuration."""
+    """Section with a misfit map per configuration."""
     del compared
     maps = [map_misfit(misfit, free, drawing.unit) for free, misfit in drawing.misfit.items()]
     data = {"maps": maps, "steps": list(STEPS), "colours": list(COLOURS)}

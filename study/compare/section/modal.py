@@ -113,7 +113,7 @@ def _percent(value: float) -> str:
 
 
 def _judge_shapes(own: ModalSet) -> Iterator[str]:
-    """What sensors say of the model, and how much the criterion can say with so few of them."""
+    """Verdict of the assurance criteria, and their limits with few sensors."""
     if len(own.sensors) < FEW_SENSORS:
         yield (
             f"With {len(own.sensors)} sensors unlike shapes of the {own.configuration} structure may score high: "
@@ -128,5 +128,5 @@ def _judge_shapes(own: ModalSet) -> Iterator[str]:
 
 
 def _agreement(response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"]) -> NDArray[np.float64]:
-    there = response.told
+    there = response.coherent_lines
     return np.asarray(response_assurance(response.value[:, there], predicted[:, there]))

@@ -1,4 +1,4 @@
-"""What was compared, and what could not be."""
+"""Overview of the compared data, and of data that could not be compared."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ import numpy as np
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.feature.observation import arrange_campaign
 from correlation.feature.settling import find_unsettled
-from geometry.some_names import name_some
+from geometry.name_list import join_first_names
 from study.compare.curve import Drawing
 from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
@@ -43,7 +43,7 @@ def describe_runs(campaign: Campaign) -> str:
 
 
 def left_out(compared: ComparisonResult) -> list[str]:
-    """What could not be compared, one sentence each."""
+    """Sentences on the data that could not be compared."""
     sentences = []
     sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
     missing = sum(int((~np.isfinite(side.predicted)).sum()) for side in sides)
@@ -86,7 +86,7 @@ def _left_out_states(compared: ComparisonResult) -> list[str]:
 
 def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
     """The states of lowest levels by level and frequency, and how many more there are."""
-    return name_some([f"{level:g} {unit} at {at:g} Hz" + " (free)" * free for free, level, at in sorted(states)])
+    return join_first_names([f"{level:g} {unit} at {at:g} Hz" + " (free)" * free for free, level, at in sorted(states)])
 
 
 def _settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:

@@ -36,7 +36,7 @@ HEAD = (
 
 
 def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
-    """One section, if the bands hold a resonance."""
+    """Section on resonances, if the bands contain one."""
     remarks = [f"Not read: {reason}." for reason in compared.unread]
     jumps = [describe_jump(jump, drawing.unit) for jump in compared.jumps]
     if jumps:

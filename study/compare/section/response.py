@@ -30,7 +30,7 @@ TEXT = (
 
 
 def response_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
-    """One section for all sensors."""
+    """Section on the responses of all sensors."""
     runs = _Runs(compared.campaign)
     levels = drawing.levels
     drawn = [(free, panel) for free, listed in drawing.panels.items() for panel in listed if panel.curves]
@@ -157,7 +157,7 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Number
 
 
 def _feature(panel: Panel) -> str:
-    """What the standard deviations are of."""
+    """Name of the feature whose standard deviations are drawn."""
     return "F / X" if panel.per_level else "the static part" if panel.is_static else "the ratio to the largest motion"
 
 

@@ -1,4 +1,4 @@
-"""What a section of the page of a comparison is."""
+"""Section of the page of a comparison."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -28,7 +28,7 @@ from geometry.blade import Blade
 from geometry.blade_solid import blade_part
 from geometry.plain_blade import PlainBlade, plain_blade_part
 from geometry.step_io import write_step
-from geometry.system_library import preflight
+from geometry.system_library import require_system_libraries
 from hbsolve.continuation.peak import ResonancePeak, resonance_peak, undamped_from_peak
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import HarmonicForce, forced_response
@@ -194,7 +194,7 @@ class SolidCheck:
 @stage("CAD solid")
 def solid_check(inputs: BladeModel) -> SolidCheck:
     """Build the solid, write it as STEP and compare volumes."""
-    preflight("cad")
+    require_system_libraries("cad")
     part = blade_part(inputs.blade) if isinstance(inputs.blade, Blade) else plain_blade_part(inputs.blade)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "blade.step"

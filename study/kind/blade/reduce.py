@@ -114,7 +114,7 @@ def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
 
 
 def model_of_case(opened: OpenCase, run: RunContext) -> BladeModel:
-    """What is reduced, its mesh tried."""
+    """Blade model of a case, checked by meshing it."""
     table: BladeStructureTable = opened.case.structure
     mesh = table.mesh
     model = make_blade_model(

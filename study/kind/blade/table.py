@@ -124,7 +124,7 @@ class MeshTable(MeshSizeTable):
 
 
 class RootTable(CaseModel):
-    """How the relaxed clamp thins its nodes: every `drop_every`-th vertex node is left free."""
+    """Relaxed clamp: every `drop_every`-th vertex node is left free."""
 
     drop_every: Annotated[int, Field(ge=2, strict=True)]
 
@@ -165,7 +165,7 @@ class ReducedDampingTable(DampingTable):
 
 
 class BladeTables(CaseModel):
-    """What every case of a blade holds."""
+    """Tables of every case of a blade."""
 
     blade: BladeTable
     material: MaterialTable

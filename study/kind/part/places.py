@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from casefile.table import Mistakes, at_key
 from fe.boundary import Support
-from fe.errors import BesideMesh, MeshError
+from fe.errors import MeshError, PointOffSurface
 from fe.face_integral import find_outer_faces
 from fe.file.dof_table import N_TRANSLATION
 from fe.host_face import find_named_faces, find_station_normals
@@ -202,7 +202,7 @@ def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -
     at = np.array([place])
     try:
         normal = find_station_normals(mesh, name, find_named_faces(mesh, name, on), at)
-    except BesideMesh as error:
+    except PointOffSurface as error:
         # To a nanometre, whose rounding no tolerance sees.
         x, y, z = (f"{round(1e3 * item, 6) + 0.0:.12g} mm" for item in error.nearest)
         raise MeshError(
@@ -223,7 +223,7 @@ def _line(mesh: Mesh, table: LineTable) -> ContactLine:
     assert table.end is not None
     try:
         return line_between(mesh, table.name, table.on, (start, np.array(table.end)), table.stations)
-    except BesideMesh as error:
+    except PointOffSurface as error:
         raise MeshError(
             f"station {error.number} of 0 to {table.stations - 1} lies {error.distance * 1e3:.4g} mm beside the face, "
             "though both ends lie on it: give two points whose straight line stays on the face, or an edge"

@@ -26,7 +26,7 @@ from figure.scene.named_faces import named_faces_picture
 from geometry.face_selector import FaceSelector
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
-from geometry.system_library import preflight
+from geometry.system_library import require_system_libraries
 from pipeline.store import stage
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
@@ -44,7 +44,7 @@ VIEWS = {"faces.png": (0.80, -0.62, 0.36), "faces_behind.png": (-0.80, 0.62, -0.
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolidSummary:
-    """What a STEP file holds.
+    """Summary of the solid in a STEP file.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class PartReduction:
 @stage("solid of a STEP file")
 def solid_summary(file: Path) -> SolidSummary:
     """Read and check the solid."""
-    preflight("cad")
+    require_system_libraries("cad")
     body = read_body(file)
     box = body.solid.BoundingBox()
     return SolidSummary(
@@ -109,8 +109,8 @@ def solid_summary(file: Path) -> SolidSummary:
 
 @stage("named faces of a STEP file")
 def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, NamedFaces]:
-    """What each name has got."""
-    preflight("cad")
+    """Faces found for each name."""
+    require_system_libraries("cad")
     return {
         name: NamedFaces(n_face=len(region.faces), area=region.area, centre=region.centre)
         for name, region in step_part(file, faces).faces.items()
@@ -120,7 +120,7 @@ def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict
 @stage("tetrahedra of a STEP file")
 def step_mesh(file: Path, faces: Mapping[str, Sequence[FaceSelector]], rule: TetRule) -> Mesh:
     """Mesh the solid; no two runs give the same mesh, so that the stored one is used from then on."""
-    preflight("cad")
+    require_system_libraries("cad")
     return mesh_solid(step_part(file, faces), rule)
 
 

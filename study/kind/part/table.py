@@ -52,7 +52,7 @@ class FaceTable(CaseModel):
     area: Annotated[tuple[Area, Area] | None, Field(examples=[["70 mm^2", "71 mm^2"]])] = None
 
     def selector(self) -> FaceSelector:
-        """What it looks for; the name itself, if nothing else is given."""
+        """Selector of the face: the name itself, if nothing else is given."""
         given = {"colour": self.colour, "at": self.at, "normal": self.normal, "area": self.area}
         by_name = self.step_name
         if by_name is None and not any(value is not None for value in given.values()):
@@ -112,7 +112,7 @@ class WholeSetTable(CaseModel):
 
 
 class TetMeshTable(CaseModel):
-    """How large the tetrahedra are, and at named faces."""
+    """Sizes of the tetrahedra, in general and at named faces."""
 
     element: Literal["tet10"] = "tet10"
     size: Length

@@ -1,4 +1,4 @@
-"""What the file of a plain structure says: matrices, named parts, degrees of freedom and rows; and its damping."""
+"""Plain structure from its file: matrices, named parts, degrees of freedom and rows; and its damping."""
 
 import re
 from collections.abc import Mapping, Sequence

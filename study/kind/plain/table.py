@@ -13,7 +13,7 @@ Rate = Annotated[float, BeforeValidator(RATE.read), Field(examples=[RATE.example
 
 
 class DofTable(CaseModel):
-    """What one degree of freedom is; as many tables as the matrices have rows, in their order."""
+    """Degree of freedom; one table for each row of the matrices, in their order."""
 
     body: str = "structure"
     node: Annotated[int, Field(strict=True)] = 0

@@ -1,4 +1,4 @@
-"""What a rig's case says of its contacts and dead weights, as the numerical packages take it."""
+"""Contacts and dead weights of a rig's case, in the form of the numerical packages."""
 
 from dataclasses import dataclass
 from math import degrees, tan
@@ -9,7 +9,7 @@ from casefile.table import located
 from geometry.interface import ContactLine
 from geometry.rig import SIDES, Rig, mating_pairs
 from reduction.errors import JointError
-from reduction.joined import LinePair
+from reduction.joined_bodies import LinePair
 from reduction.line_contact import LineStiffness
 from study.case.tables import Case
 from study.kind.rig.table import WIDEST_GAP, PairTable, RigTable, SideWeightTable
@@ -31,7 +31,7 @@ class WirePull:
 
 
 def make_line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
-    """The four pairs of lines with their stiffness, friction and gaps, as `reduction.joined.joined` takes them."""
+    """The four pairs of lines with their stiffness, friction and gaps, for `reduction.joined_bodies.join_bodies`."""
     result, common = [], case.structure.contact
     for name, pair in mating_pairs(rig).items():
         own: PairTable = getattr(common, name)

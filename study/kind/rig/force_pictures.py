@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from figure.line_forces import LineForce, LineForces
 from figure.line_states import LineStates, StateHistories
 from figure.reactions import Reaction, Reactions
-from figure.style import evenly
+from figure.style import choose_evenly
 from geometry.errors import MissingSoftware
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.fourier import samples_from_coefficients
@@ -28,9 +28,9 @@ STATION_LABEL = "station, from the damper's end [-]"
 
 
 def choose_most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
-    """Of each level, or some of them with the highest, the curve whose contacts come nearest to slipping as a whole."""
+    """Choose, for some levels with the highest, the curve whose contacts are closest to gross slip."""
     distinct = np.unique(levels)
-    drawn = distinct[evenly(len(distinct), MOST_CURVES)]
+    drawn = distinct[choose_evenly(len(distinct), MOST_CURVES)]
     ratio = [max(line.ratio for line in peak.lines.values()) for peak in peaks]
     return [max(np.flatnonzero(np.equal(levels, level)).tolist(), key=lambda one: ratio[one]) for level in drawn]
 

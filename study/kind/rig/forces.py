@@ -14,14 +14,14 @@ from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
 from reduction.load_cell import LineReaction, along_line, blade_contact, decoupler_contact
-from study.kind.rig.structure import ARMS, RestingRig, arm_direction
+from study.kind.rig.structure import ARMS, PreloadedRig, arm_direction
 
 Samples = Float[NDArray[np.float64], " n"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineMotion:
-    """What happens on one contact line over a period of n instants.
+    """Forces and states of one contact line over a period of n instants.
 
     Parameters
     ----------
@@ -68,12 +68,12 @@ class RigForces:
 
     @property
     def inertia_error(self) -> dict[str, float]:
-        """What eqs 1 and 2 lose with the inertia of de-coupler and damper, by pair, see `_apart` [-]."""
+        """Error of eqs 1 and 2 by the neglected inertia of de-coupler and damper, by pair, see `_apart` [-]."""
         return {name: _apart(self.balanced[name], line.force) for name, line in self.lines.items()}
 
     @property
     def bending_error(self) -> dict[str, float]:
-        """What they lose with the forces across the arms, which bend instead of being hinged, by pair [-]."""
+        """Error by the neglected forces across the arms, which bend instead of being hinged, by pair [-]."""
         return {name: _apart(self.measured[name], self.balanced[name]) for name in self.lines}
 
 
@@ -83,28 +83,28 @@ def _apart(result: LineReaction, true: LineReaction) -> float:
     return max(float(np.abs(a - b).max()) for a, b in zip(result, true, strict=True)) / size
 
 
-def compute_rig_forces(resting: RestingRig, balance: HarmonicBalance, state: SteadyState) -> RigForces:
+def compute_rig_forces(preloaded: PreloadedRig, balance: HarmonicBalance, state: SteadyState) -> RigForces:
     """Forces of all lines and load cells in a steady state.
 
     Parameters
     ----------
-    resting
+    preloaded
         The rig under its dead weights.
     balance, state
         The balance at the level of the state.
     """
-    rig, weights = resting.model.rig, resting.weights
+    rig, weights = preloaded.model.rig, preloaded.weights
     motions = {motion.name: motion for motion in contact_motion(balance, state)}
     lines, cells = {}, {}
     measured: dict[str, LineReaction] = {}
     balanced: dict[str, LineReaction] = {}
     for name, pair in mating_pairs(rig).items():
         sign = float(np.sign(pair.damper_line.tangents[0, 0] @ _away(name)))
-        lines[name] = _line([motions[item] for item in resting.joined.lines[name]], sign)
+        lines[name] = _line([motions[item] for item in preloaded.joined.lines[name]], sign)
     theta, alpha = rig.damper.cone_half_angle, rig.decoupler.arm_angle
     for side, (sign, _) in SIDES.items():
         body = f"decoupler_{side}"
-        push = {cell: -_reaction(resting, body, cell, balance, state) for cell in ARMS}
+        push = {cell: -_reaction(preloaded, body, cell, balance, state) for cell in ARMS}
         cells[body] = np.array([arm_direction(side, cell, alpha) @ push[cell] for cell in ARMS])
         whole = np.sum(list(push.values()), axis=0)
         weight = weights[side].force * cos(weights[side].inclination)
@@ -134,12 +134,12 @@ def _line(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
 
 
 def _reaction(
-    resting: RestingRig, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
+    preloaded: PreloadedRig, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
 ) -> Float[NDArray[np.float64], "3 n"]:
     """Force of a fixed face on a body over the period, with that at rest, shape (3, n) [N]."""
-    rows = resting.reduction.reactions[body][cell]
+    rows = preloaded.reduction.reactions[body][cell]
     omega = harmonics(state.angular_frequency, len(state.coefficients))
     q = state.coefficients
     moving = q @ rows.stiffness.T - omega[:, None] ** 2 * (q @ rows.mass.T)
-    at_rest = rows.stiffness @ resting.rest.displacement
+    at_rest = rows.stiffness @ preloaded.static_state.displacement
     return np.asarray(samples_from_coefficients(moving, balance.n_sample).T + at_rest[:, None])

@@ -19,7 +19,7 @@ from fe.station_coordinates import (
     make_station_coordinates,
 )
 from geometry.rig import Rig, named_points, placements, rig_parts
-from geometry.system_library import preflight
+from geometry.system_library import require_system_libraries
 from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress
 from pipeline.store import Store, stage
@@ -106,7 +106,7 @@ class RigModel:
 
     @property
     def cells(self) -> RigMesh:
-        """How the bodies are meshed."""
+        """Mesh parameters of the bodies."""
         return choose_rig_mesh(self.rig, REGISTRY[self.element], self.size)
 
     def meshed(self) -> MeshedRig:
@@ -120,7 +120,7 @@ class RigModel:
         return MeshedRig(meshes={body: result[body] for body in BODIES}, coordinates={"blade": pushed})
 
     def meshes(self) -> dict[str, Mesh]:
-        """Their meshes alone."""
+        """Meshes of the bodies."""
         return dict(self.meshed().meshes)
 
     def modes_of(self, body: str) -> int:
@@ -165,7 +165,7 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
     size
         Edge length of the cells [m].
     """
-    preflight("cad")
+    require_system_libraries("cad")
     part, kind = rig_parts(rig)[body], body.partition("_")[0]
     near = {name: share * size for name, share in FINER.items() if name in part.faces}
     for face in LINES[kind].values():

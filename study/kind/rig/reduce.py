@@ -19,14 +19,14 @@ from geometry.errors import GeometryError, MissingSoftware
 from geometry.interference import check_no_overlap
 from geometry.rig import Rig, rig_parts
 from geometry.step_io import write_assembly_step
-from geometry.system_library import preflight
+from geometry.system_library import require_system_libraries
 from pipeline.output import replace_file
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import stage
 from reduction.assembly import ReducedAssembly
 from reduction.available_memory import available_memory
 from reduction.file.rom_hdf5 import save_assembly
-from reduction.joined import LinePair, joined
+from reduction.joined_bodies import LinePair, join_bodies
 from reduction.line_contact import Tangents
 from study.case.tables import Case
 from study.kind.registry import OpenCase
@@ -138,7 +138,7 @@ def stuck_modes(
     assembly: ReducedAssembly, pairs: Sequence[LinePair], tangents: Tangents
 ) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], "r r"]]:
     """Frequencies of the rig with all contacts closed and stuck [Hz], and mass-normalised shapes [kg^-1/2]."""
-    modes = compute_dense_modes(assembly.mass, joined(assembly, pairs, tangents=tangents).stuck)
+    modes = compute_dense_modes(assembly.mass, join_bodies(assembly, pairs, tangents=tangents).stuck)
     return modes.frequency, modes.mode_shapes
 
 
@@ -202,7 +202,7 @@ def _drawn(
 @stage("CAD solids of a rig")
 def rig_solid(rig: Rig) -> str:
     """Build the five solids, refuse those that overlap, and return the text of their STEP file."""
-    preflight("cad")
+    require_system_libraries("cad")
     parts = rig_parts(rig)
     check_no_overlap(parts)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:

@@ -213,14 +213,14 @@ def checks(
 
 
 def by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> dict[str, ReducedBody]:
-    """What the tasks of `list_reduction_tasks` found."""
+    """Results of the tasks of `list_reduction_tasks`, by body."""
     return {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
 
 
 def together(
     model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
-    """What the tasks of `list_reduction_tasks` found, with the mirror images, and with as many modes as were asked.
+    """Reduction of the rig from the results of `list_reduction_tasks`, with the mirror images and the requested modes.
 
     The blade has its own material, and its clamp is on the springs of the model.
     """
@@ -326,7 +326,7 @@ def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
 
 
 def _signs(rom: ReducedModel) -> Float[NDArray[np.float64], " r"]:
-    """What a reflection at y = 0 multiplies the reduced coordinates by [-]."""
+    """Signs of the reduced coordinates under a reflection at y = 0 [-]."""
     result = np.ones(rom.n_dof)
     result[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
     return result

@@ -11,7 +11,7 @@ from study.case.setup import ReadCase
 from study.kind.registry import Extras
 from study.kind.rig.force_pictures import choose_most_loaded, draw_film, draw_forces
 from study.kind.rig.forces import compute_rig_forces
-from study.kind.rig.structure import RestingRig
+from study.kind.rig.structure import PreloadedRig
 from study.run_context import RunContext
 from study.solve.result import find_main_harmonic
 from study.solve.run import SolveResult
@@ -29,25 +29,25 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
     run
         Output folder, store and progress of the run.
     """
-    resting: RestingRig = read.structure.details
+    preloaded: PreloadedRig = read.structure.details
     model, curves, stem, title = solved.model, solved.curves, read.opened.path.stem, read.opened.title
     harmonic, balance = find_main_harmonic(model.system), solved.balance
     highest = [item.peak(model.outputs[0], harmonic) for item in curves]
     states = [item.branch.state(balance, point) for item, point in zip(curves, highest, strict=True)]
     peaks = [
-        compute_rig_forces(resting, item.branch.balance_at(balance, point), state)
+        compute_rig_forces(preloaded, item.branch.balance_at(balance, point), state)
         for item, point, state in zip(curves, highest, states, strict=True)
     ]
-    contacts = {item.name: item for item in resting.rest.contacts}
-    friction = {line: contacts[names[0]].friction_coefficient for line, names in resting.joined.lines.items()}
+    contacts = {item.name: item for item in preloaded.static_state.contacts}
+    friction = {line: contacts[names[0]].friction_coefficient for line, names in preloaded.joined.lines.items()}
     labels = [item.curve.label for item in curves]
     chosen = choose_most_loaded([item.curve.fixed for item in curves], peaks)
     files = draw_forces(stem, title, friction, labels, peaks, chosen, run)
     # At the highest level the film shows most.
     last = chosen[-1]
-    motion = resting.reduction.assembly.on_whole_mesh(states[last].coefficients.T)
+    motion = preloaded.reduction.assembly.on_whole_mesh(states[last].coefficients.T)
     files += draw_film(
-        stem, title, resting.model, labels[last], states[last].angular_frequency, motion, peaks[last], run
+        stem, title, preloaded.model, labels[last], states[last].angular_frequency, motion, peaks[last], run
     )
     document = {
         "curves": [
@@ -58,23 +58,23 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
             }
             for forces in peaks
         ],
-        "rest": _at_rest(resting),
+        "rest": _at_rest(preloaded),
         "dampers": {
             item.body: {
                 "mass_kg": item.mass,
                 "stiffness": dict(zip(MOTIONS, map(float, item.stiffness), strict=True)),
                 "frequency_hz": list(map(float, item.frequency)),
             }
-            for item in resting.dampers
+            for item in preloaded.dampers
         },
     }
     return Extras(files=tuple(files), document=document, text=_text(document, labels))
 
 
-def _at_rest(system: RestingRig) -> dict[str, dict[str, float]]:
+def _at_rest(system: PreloadedRig) -> dict[str, dict[str, float]]:
     """Each contact line under the dead weights: forces [N], pressed stations, largest |T| / (mu N) of one [-]."""
     names = [contact.name for contact in system.joined.contacts]
-    rest, result = system.rest, {}
+    rest, result = system.static_state, {}
     for line, members in system.joined.lines.items():
         rows = [names.index(name) for name in members]
         result[line] = {

@@ -17,9 +17,9 @@ from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
 from reduction.elastic_support import ElasticBody
 from reduction.file.structure_file import StructureMatrices
-from reduction.joined import Joined, joined, vibrating
-from reduction.rigid_body import RigidBody, check_held, rigid_body, rigid_motions
-from reduction.seat import seated
+from reduction.joined_bodies import JoinedBodies, join_bodies, make_jointed_system
+from reduction.rigid_body import RigidBody, check_supported, rigid_body, rigid_motions
+from reduction.settled_gaps import settle_bodies
 from reduction.static_contact import StaticState
 from study.case.structure import Structure
 from study.case.surface import BodySurface, make_surface
@@ -51,8 +51,8 @@ SUSPENSION = 20.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RestingRig:
-    """A rig under its dead weights.
+class PreloadedRig:
+    """A rig in static equilibrium under its dead weights.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class RestingRig:
         Bodies and contacts, unloaded.
     wires
         Wire of the dead weight of each side, over all coordinates.
-    rest
+    static_state
         Static state of the contacts under the dead weights.
     dampers
         Dampers as rigid bodies on their contacts.
@@ -73,39 +73,45 @@ class RestingRig:
     model: RigModel
     reduction: RigReduction
     weights: Mapping[str, WirePull]
-    joined: Joined
+    joined: JoinedBodies
     wires: Mapping[str, Wire]
-    rest: StaticState
+    static_state: StaticState
     dampers: tuple[RigidBody, ...]
 
 
-def resting_rig(case: Case[RigTable], model: RigModel, reduction: RigReduction) -> RestingRig:
-    """The rig of a case under its dead weights.
+def make_preloaded_rig(case: Case[RigTable], model: RigModel, reduction: RigReduction) -> PreloadedRig:
+    """Join the bodies of a rig and compute its static equilibrium under the dead weights.
 
     Raises
     ------
     CaseError
-        A damper that nothing holds, leaves its groove or finds no rest.
+        A damper that is unsupported, leaves its groove or has no equilibrium.
     """
     assembly, table, rig = reduction.assembly, case.structure, model.rig
     weights = dead_weights(case)
     with located(case, "structure", "contact"):
-        bodies = joined(assembly, make_line_pairs(case, rig), tangents=table.contact.sliding)
+        bodies = join_bodies(assembly, make_line_pairs(case, rig), tangents=table.contact.sliding)
     dampers = tuple(
         rigid_body(assembly, f"damper_{side}", reduction.places(f"damper_{side}"), bodies.springs) for side in SIDES
     )
     with located(case, "structure", "contact"):
-        check_held(dampers)
+        check_supported(dampers)
     if any(getattr(table.contact, name).uneven for name in bodies.lines):
-        bodies = seated(bodies, _dampers(reduction))
+        bodies = settle_bodies(bodies, _dampers(reduction))
     wires = {side: _wire(side, pull, rig, reduction) for side, pull in weights.items()}
     try:
-        rest = bodies.rest(np.sum([wire.load for wire in wires.values()], axis=0))
+        rest = bodies.static_state(np.sum([wire.load for wire in wires.values()], axis=0))
     except InputError as error:
         with located(case, "structure", "dead_weight", *_side_at_fault(case, str(error))):
             raise error
-    return RestingRig(
-        model=model, reduction=reduction, weights=weights, joined=bodies, wires=wires, rest=rest, dampers=dampers
+    return PreloadedRig(
+        model=model,
+        reduction=reduction,
+        weights=weights,
+        joined=bodies,
+        wires=wires,
+        static_state=rest,
+        dampers=dampers,
     )
 
 
@@ -116,7 +122,7 @@ def _side_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
 
 
 def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:
-    """Their rigid motions: contact alone holds them."""
+    """Rigid motions of the dampers, which contact alone supports."""
     return {
         body: rigid_motions(reduction.assembly, body, reduction.places(body), np.zeros(3))
         for body in (f"damper_{side}" for side in SIDES)
@@ -174,32 +180,32 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         reduction = reduce_rig(model, run.store, run.progress)
     for sentence in report_fewer_rig_modes(reduction.assembly, model.n_mode):
         run.note(sentence)
-    resting = resting_rig(case, model, reduction)
+    preloaded = make_preloaded_rig(case, model, reduction)
     force = excitation(reduction)
-    system = vibrating(resting.joined, resting.rest, case.structure.damping.ratio, force)
+    system = make_jointed_system(preloaded.joined, preloaded.static_state, case.structure.damping.ratio, force)
     return Structure(
         matrices=StructureMatrices(mass=system.mass, damping=system.damping, stiffness=system.stiffness),
         dofs=_dofs(reduction),
-        parts=_parts(resting),
+        parts=_parts(preloaded),
         places=measured_places(reduction),
         joints=tuple(system.joints),
-        lines=resting.joined.lines,
-        static_load=resting.rest.load,
+        lines=preloaded.joined.lines,
+        static_load=preloaded.static_state.load,
         harmonic_force=force,
         sensors=_sensors(reduction, case.structure.laser),
         dead_weights={
             f"{side} dead weight": DeadWeight.on_wire(
-                wire, tuple(name for name in resting.joined.lines if name.startswith(side))
+                wire, tuple(name for name in preloaded.joined.lines if name.startswith(side))
             )
-            for side, wire in resting.wires.items()
+            for side, wire in preloaded.wires.items()
         },
         elastic_bodies=_elastic_bodies(reduction),
-        load_cells=find_load_cells(resting),
+        load_cells=find_load_cells(preloaded),
         suspension=suspension(reduction),
         loss_factor=case.structure.damping.loss_factor,
-        histories=partial(friction_histories, resting.rest, resting.joined),
+        histories=partial(friction_histories, preloaded.static_state, preloaded.joined),
         surfaces=partial(_surfaces, reduction),
-        details=resting,
+        details=preloaded,
     )
 
 
@@ -213,17 +219,17 @@ def measured_places(reduction: RigReduction) -> dict[str, Row]:
     return result | {f"damper_{side}": _row(reduction, f"damper_{side}", "laser_blade") for side in SIDES}
 
 
-def find_load_cells(resting: RestingRig) -> dict[str, LoadCell]:
+def find_load_cells(preloaded: PreloadedRig) -> dict[str, LoadCell]:
     """The load cells by name: each reads the push of its arm, along the arm.
 
     The reaction of the fixed end follows from the stiffness alone: what the mass between the end and the nodes beside
     it adds is left out, as it moves far less than the contact.
     """
-    alpha, result = resting.model.rig.decoupler.arm_angle, {}
+    alpha, result = preloaded.model.rig.decoupler.arm_angle, {}
     for name, (side, cell) in LOAD_CELLS.items():
         arm = arm_direction(side, cell, alpha)
-        row = -arm @ resting.reduction.reactions[f"decoupler_{side}"][cell].stiffness
-        result[name] = LoadCell(name=name, row=row, at_rest=float(row @ resting.rest.displacement))
+        row = -arm @ preloaded.reduction.reactions[f"decoupler_{side}"][cell].stiffness
+        result[name] = LoadCell(name=name, row=row, at_rest=float(row @ preloaded.static_state.displacement))
     return result
 
 
@@ -242,7 +248,7 @@ def suspension(reduction: RigReduction) -> Matrix:
     return result
 
 
-def friction_histories(rest: StaticState, bodies: Joined, n: int, seed: int) -> list[Row]:
+def friction_histories(rest: StaticState, bodies: JoinedBodies, n: int, seed: int) -> list[Row]:
     """Slider positions at which curves begin [m].
 
     Parameters
@@ -302,15 +308,15 @@ def _sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ...]:
     return tuple(result)
 
 
-def _parts(resting: RestingRig) -> tuple[Part, ...]:
+def _parts(preloaded: PreloadedRig) -> tuple[Part, ...]:
     """Mass and stiffness of each body, and of the springs that fix the second tangents."""
-    assembly, n = resting.reduction.assembly, resting.reduction.assembly.n_dof
+    assembly, n = preloaded.reduction.assembly, preloaded.reduction.assembly.n_dof
     result = []
     for body in assembly.bodies:
         mass, stiffness, own = np.zeros((n, n)), np.zeros((n, n)), assembly.columns(body)
         mass[own, own], stiffness[own, own] = assembly.mass[own, own], assembly.stiffness[own, own]
         result.append(Part(name=body, mass=mass, stiffness=stiffness))
-    fixed = resting.joined.stiffness - resting.joined.bodies
+    fixed = preloaded.joined.stiffness - preloaded.joined.bodies
     if fixed.any():
         result.append(Part(name="second_tangents", mass=np.zeros((n, n)), stiffness=fixed))
     return tuple(result)
@@ -321,7 +327,7 @@ def _elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
     if reduction.root is None:
         return {}
     assembly = reduction.assembly
-    return {"blade": reduction.root.within(assembly.n_dof, assembly.columns("blade"))}
+    return {"blade": reduction.root.embed(assembly.n_dof, assembly.columns("blade"))}
 
 
 def _dofs(reduction: RigReduction) -> tuple[Dof, ...]:

@@ -45,7 +45,7 @@ class BladeDimensions(CaseModel):
 
 @with_dimensions(Damper)
 class DamperDimensions(CaseModel):
-    """Both dampers."""
+    """Dimensions of both dampers."""
 
     def damper(self) -> Damper:
         """Their dimensions, checked as a whole."""
@@ -54,7 +54,7 @@ class DamperDimensions(CaseModel):
 
 @with_dimensions(Decoupler)
 class DecouplerDimensions(CaseModel):
-    """Both de-couplers."""
+    """Dimensions of both de-couplers."""
 
     def decoupler(self) -> Decoupler:
         """Their dimensions, checked as a whole."""
@@ -131,7 +131,7 @@ class RigReductionTable(CaseModel):
 
 
 class PairTable(CaseModel):
-    """What one contact line has of its own; a gap grows evenly from the damper's end to its shoulder.
+    """Parameters of one contact line; a gap grows linearly from the damper's end to its shoulder.
 
     It is given at both, or at the end and by the angle between the lines.
     """
@@ -176,7 +176,7 @@ class ContactTable(CaseModel):
 
 
 class SideWeightTable(CaseModel):
-    """What the dead weight of one side has of its own."""
+    """Parameters of the dead weight of one side."""
 
     force: Pull | None = None
     width: Width | None = None
@@ -185,7 +185,7 @@ class SideWeightTable(CaseModel):
 
 
 class BladeMaterialTable(CaseModel):
-    """What the blade has of its own; its Poisson's ratio is that of all bodies."""
+    """Material of the blade; its Poisson's ratio is that of all bodies."""
 
     young: YoungsModulus | None = None
     density: MaterialDensity | None = None
@@ -246,7 +246,7 @@ class RigTable(StructureTable):
 
 
 def make_rig_model(case: Case[RigTable]) -> RigModel:
-    """What is reduced, checked.
+    """Rig model of a case, checked.
 
     Raises
     ------

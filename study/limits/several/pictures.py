@@ -13,7 +13,7 @@ from study.limits.several.quantity import Quantity
 def draw_several_limits(
     quantities: Sequence[Quantity], curves: Sequence[LimitCurves], title: str, *, in_newtons: bool
 ) -> dict[str, object]:
-    """What is drawn, by name.
+    """Figures by name.
 
     Parameters
     ----------

@@ -109,7 +109,7 @@ def list_quantities(table: LimitsTable, model: SolveModel) -> tuple[Quantity, ..
 
 
 def _forces(table: LimitsTable, model: SolveModel) -> Iterator[LimitsTable]:
-    """What to ask for each force of each line; a contact of no line counts as one."""
+    """Quantities of each force of each line; a contact without a line counts as one."""
     normal = {joint.name: joint.normal_direction for joint in model.system.joints}
     if table.contact is not None:
         chosen = {table.contact: find_contacts(table.contact, model)}

@@ -1,4 +1,4 @@
-"""What ``stickslip limits`` says of all quantities: a table for people, a document for programs."""
+"""Report of ``stickslip limits`` on all quantities: a table for people, a document for programs."""
 
 from typing import Any
 

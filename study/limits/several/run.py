@@ -13,7 +13,7 @@ from study.limits.run import read_limited_case, warn_of_narrow_resonance, write_
 from study.limits.several.pictures import draw_several_limits
 from study.limits.several.quantity import Quantity
 from study.limits.several.result import format_several_csv
-from study.limits.several.search import convert_several_limits, found_several_limits, make_several_search
+from study.limits.several.search import convert_several_limits, make_several_search, search_several_limits
 from study.limits.stored_search import run_search
 from study.limits.table import EVERYTHING
 from study.run_context import RunContext
@@ -21,7 +21,7 @@ from study.run_context import RunContext
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeveralLimitsResult:
-    """What the command reports.
+    """Result of the command.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class SeveralLimitsResult:
     files: tuple[Path, ...]
 
 
-def asks_for_everything(path: Path) -> bool:
+def searches_all_quantities(path: Path) -> bool:
     """Whether [limits] of a case has objective = "all".
 
     Raises
@@ -70,7 +70,7 @@ def run_several_limits(path: Path, run: RunContext, executor: Executor | None = 
     opened, model = read_limited_case(path, run)
     search, quantities = make_several_search(opened.case, opened.case.limits, opened.case.sweep, model)
     warn_of_narrow_resonance(search.first, opened.case.limits, run)
-    searched = run_search(found_several_limits, search, path.stem, run, executor)
+    searched = run_search(search_several_limits, search, path.stem, run, executor)
     curves = convert_several_limits(search, quantities, searched, model, run)
     found = {item.name: own.limits for item, own in zip(quantities, curves, strict=True)}
     units = {item.name: "N" if item.output is None else "m" for item in quantities}

@@ -12,7 +12,7 @@ from hbsolve.limits.objective import Objective
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.several_limits import several_limits
 from pipeline.store import stage
-from study.limits.curve import FoundLimits, explained_failures
+from study.limits.curve import LimitSearchResult, explained_failures
 from study.limits.model import LimitSearch, Sweep, make_limit_search, make_objective
 from study.limits.refinement import refine_to_tolerance
 from study.limits.result import LimitCurves, convert_limits
@@ -83,7 +83,7 @@ def make_several_search(
 
 
 @stage("response limits of all quantities", ignore=("tasks", "executor", "report"))
-def found_several_limits(
+def search_several_limits(
     search: SeveralSearch,
     tasks: MutableMapping[str, Any] | None = None,
     executor: Executor | None = None,
@@ -123,7 +123,7 @@ def convert_several_limits(
     model: SolveModel,
     run: RunContext,
 ) -> tuple[LimitCurves, ...]:
-    """What a search found of each quantity, refined to the tolerance of the case, in the unit of its surface.
+    """Convert the result of a search for each quantity, refined to the tolerance of the case, into its unit.
 
     Parameters
     ----------
@@ -141,6 +141,6 @@ def convert_several_limits(
         refined = refine_to_tolerance(
             search.of(item.name, item.output), found[item.name], model.tolerance, run, item.name
         )
-        own = FoundLimits(limits=refined, amplitude=None)
+        own = LimitSearchResult(limits=refined, amplitude=None)
         curves.append(convert_limits(item.table, item.output, item.harmonic, own, model.motion_of(item.output)))
     return tuple(curves)

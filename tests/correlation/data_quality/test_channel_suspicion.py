@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.data_quality import draw_campaign, is_found, plant, score
+from benchmarks.data_quality import draw_campaign, insert_mistake, is_found, score
 from correlation.campaign.measurement import Campaign, Measurement, Test
 from correlation.data_quality.channel import find_channel_suspicions
 from correlation.feature.observation import arrange_campaign
@@ -37,7 +37,7 @@ def test_repeats_without_an_order_seldom_look_ordered(n_repeat: int) -> None:
 
 def settling_campaign() -> Campaign:
     seed = next(each for each in range(100) if draw_campaign(each).measurement.repeat.max() == 6)
-    campaign = plant(draw_campaign(seed), "settling")
+    campaign = insert_mistake(draw_campaign(seed), "settling")
     assert campaign is not None
     return campaign
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.campaign.read_campaign import read_campaign
 from correlation.data_quality.response import find_response_suspicions
 from correlation.data_type.mode import MeasuredMode, linear_modes
-from correlation.data_type.mode_set import mend_modes
+from correlation.data_type.mode_set import correct_modes
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
 from reduction.jointed_system import JointedSystem
@@ -67,9 +67,9 @@ def test_swapped_and_reversed_sensors_are_named_and_do_not_turn_the_pairs(seed: 
         wrong = changed(modes, change)
         (found,) = find_response_suspicions(chain(), wrong)
         assert {name for name in NAMES if f'"{name}"' in found.where} == names
-        mended = mend_modes(chain(), wrong)
+        corrected = correct_modes(chain(), wrong)
         # A reversed sensor is told up to the sign of the whole shape.
-        for one, right in zip(mended, modes, strict=True):
+        for one, right in zip(corrected, modes, strict=True):
             np.testing.assert_allclose(one.shape, right.shape)
 
 

@@ -47,7 +47,7 @@ def test_one_sentence_says_that_no_band_is_left() -> None:
 
 def test_a_coherent_response_loses_no_line() -> None:
     response, _ = measured(FREQUENCY < 0)
-    assert response.told.all()
+    assert response.coherent_lines.all()
 
 
 @pytest.mark.parametrize("averages", [12, 40])

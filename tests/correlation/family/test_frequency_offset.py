@@ -54,7 +54,7 @@ def test_curves_of_a_shifted_model_are_covered_and_those_of_a_narrower_one_are_n
     # Twice as wide a resonance leaves at both flanks by more than any common frequency explains.
     wide = family(0.5 * resonance(POINTS, 2 * DAMPING) * np.array(2.0))
     (result,) = judged(wide)
-    assert result.leaves
+    assert result.leaves_band
     # A tolerance of each reading by itself holds most of it.
     alone = judge_family(wide, BAND, NOISE, shift=float(np.hypot(SET_UP, MODEL)), n_reading=wide.n_point)
     assert result.coverage < alone.coverage
@@ -65,7 +65,7 @@ def test_offsets_are_no_further_than_three_deviations() -> None:
     found = estimate_frequency_offsets([far], [BAND], [NOISE], set_up=SET_UP, model=MODEL)
     assert 0 <= found["t", 1] <= (3 + 1e-9) * (SET_UP + MODEL)
     (result,) = judged(far)
-    assert result.leaves
+    assert result.leaves_band
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -80,7 +80,7 @@ def test_set_ups_within_their_scatter_are_no_failure(seed: int) -> None:
     (result,) = judged(family(*values))
     # One of 370 readings of noise is beyond three deviations, and there are 100.
     assert result.coverage > 0.97
-    assert not result.leaves
+    assert not result.leaves_band
 
 
 def test_a_change_that_is_a_shift_is_told_from_one_that_is_not() -> None:
@@ -120,4 +120,4 @@ def test_a_reading_is_uncertain_by_as_much_as_it_was_scaled(scaled: float, leave
     value[5] *= 1.1
     curve = FamilyCurve(test="t", repeat=1, sweep=1, frequency=POINTS, value=value, scaled=np.full(len(value), scaled))
     (result,) = judged(Family(sensor="tip", harmonic=1, level=1.0, curves=(curve,)))
-    assert result.leaves == leaves
+    assert result.leaves_band == leaves

@@ -12,7 +12,7 @@ from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.slider_bounds import slider_box
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import FrictionContact, JointedSystem
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 EXACT = Budget(frequency=0.0, compliance=0.0, shares=0.0)
 SPAN = 0.03
@@ -102,7 +102,7 @@ def test_a_static_force_in_full_slip_at_another_force_is_that_of_integration_in_
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     (readings,) = read_limits(curve, model, EXACT, [states], force_span=span)
     assert readings.by_force is not None
-    bench = SweptBench(model.system, {"near": near.row}, 2 * STEPS_PER_PERIOD)
+    bench = VirtualSweepTest(model.system, {"near": near.row}, 2 * STEPS_PER_PERIOD)
     for number, sign in ((0, -1), (-1, 1)):
         # The bench's usual tolerance leaves several per cent of a static force.
         force = bench.sweep(frequency.tolist(), level * float(np.exp(sign * span)), tolerance=1e-6).force[0, 0, 0].real

@@ -10,7 +10,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.steady_state import steady_state
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_a_static_force_in_full_slip_is_read_as_integration_in_time_finds_it(
     )
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
-    bench = SweptBench(model.system, {"near": np.eye(model.system.n_dof)[0]}, 4 * STEPS_PER_PERIOD)
+    bench = VirtualSweepTest(model.system, {"near": np.eye(model.system.n_dof)[0]}, 4 * STEPS_PER_PERIOD)
     # The bench's usual tolerance leaves as much as three deviations.
     force = bench.sweep(list(frequency), level, tolerance=1e-6).force[:, 0]
     # The samples of the search are up to 30 % off. Three deviations hold the error of what is read, which stays below a
@@ -63,7 +63,7 @@ def test_harmonics_that_ring_in_a_stiff_contact_are_part_of_the_error() -> None:
     )
     curve = LimitCurve(problem=problem, level=1.0, angular_frequency=omega)
     (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
-    bench = SweptBench(model.system, {near.name: near.row}, STEPS_PER_PERIOD)
+    bench = VirtualSweepTest(model.system, {near.name: near.row}, STEPS_PER_PERIOD)
     motion = np.abs(bench.sweep(list(frequency), 1.0).motion[:, 0, 0])
     assert (np.abs(readings.value[0] - motion) < 3 * readings.deviation[0]).all()
     assert (readings.deviation[0] < 0.02 * motion).all()
@@ -87,7 +87,7 @@ def test_readings_at_another_force_are_those_of_integration_in_time() -> None:
         curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states], force_span=np.log(1.1)
     )
     assert readings.by_force is not None
-    bench = SweptBench(model.system, {near.name: near.row}, STEPS_PER_PERIOD)
+    bench = VirtualSweepTest(model.system, {near.name: near.row}, STEPS_PER_PERIOD)
     for number, factor in ((0, 1 / 1.1), (-1, 1.1)):
         motion = np.abs(bench.sweep(list(frequency), factor * level).motion[:, 0, 0]) / factor
         assert (np.abs(motion / readings.value[0] - 1) > 0.01).all()

@@ -75,7 +75,7 @@ def test_noise_that_was_estimated_is_no_failure(estimates: list[tuple[list[Famil
                 frequency=FREQUENCY, value=np.tile(item.level * RESONANCE, (2, 1)), deviation=np.zeros((2, 6)),
                 jump=np.zeros((2, 6), dtype=bool),
             )  # fmt: skip
-            leaves += judge_family(item, closed, noise, shift=0.0, n_reading=count).leaves
+            leaves += judge_family(item, closed, noise, shift=0.0, n_reading=count).leaves_band
     # A reading and the number of readings each have a chance of one in a hundred campaigns: a mean of 2, and no more
     # than 6 in 99 of a hundred cases.
     assert leaves <= 6
@@ -103,7 +103,7 @@ def test_noise_that_few_readings_of_another_level_tell_claims_no_failure() -> No
                 deviation=np.tile(0.1 * NOISE * item.level * RESONANCE, (2, 1)), jump=np.zeros((2, 6), dtype=bool),
             )  # fmt: skip
             # A small error that is known makes a noise that is not no more certain.
-            leaves += judge_family(item, closed, noise, shift=0.0, n_reading=count).leaves
+            leaves += judge_family(item, closed, noise, shift=0.0, n_reading=count).leaves_band
     # One in a hundred by each of two criteria: a mean of 1, and no more than 4 in 99 of a hundred cases.
     assert leaves <= 4
 
@@ -126,7 +126,9 @@ def test_scatter_of_curves_that_are_too_short_for_a_roughness_claims_no_failure(
                 frequency=FREQUENCY, value=np.tile(item.level * RESONANCE, (2, 1)), deviation=np.zeros((2, 6)),
                 jump=np.zeros((2, 6), dtype=bool),
             )  # fmt: skip
-            leaves += judge_family(item, closed, noise, shift=0.0, n_reading=sum(each.n_point for each in short)).leaves
+            leaves += judge_family(
+                item, closed, noise, shift=0.0, n_reading=sum(each.n_point for each in short)
+            ).leaves_band
     # Without histories scatter is noise: 18 degrees of freedom each, a standard error of 0.033 of the mean of 100. The
     # absolute part, which is never negative, takes some of the variance where there is none, as above.
     assert 0.85 < np.mean(ratio) < 1.05

@@ -47,7 +47,7 @@ def leaves(preloads: list[np.ndarray], corrected: bool) -> bool:
     own = family(preloads)
     if corrected:
         own = correct_family(own, BAND, estimate_preload_offsets([own], [BAND], [NOISE], set_up=0.0, model=0.0))
-    return judge_family(own, BAND, NOISE, shift=0.0, n_reading=own.n_point).leaves
+    return judge_family(own, BAND, NOISE, shift=0.0, n_reading=own.n_point).leaves_band
 
 
 def test_preloads_of_set_ups_are_told_by_where_readings_leave_the_limits() -> None:

@@ -38,7 +38,7 @@ def test_curves_inside_are_covered_and_the_tightness_is_width_over_spread() -> N
     quarter = (UPPER - LOWER) / 4
     result = verdict(family(middle - quarter, middle + quarter))
     assert result.coverage == 1.0
-    assert not result.leaves
+    assert not result.leaves_band
     assert result.departures == ()
     # Curves a half of the band apart.
     assert result.tightness == pytest.approx(2.0, rel=1e-9)
@@ -52,7 +52,7 @@ def test_noise_about_a_closed_band_is_no_failure(seed: int) -> None:
     result = verdict(family(*curves), closed)
     # One of 370 readings of noise is beyond three deviations.
     assert result.coverage > 0.97
-    assert not result.leaves
+    assert not result.leaves_band
 
 
 def test_a_departure_has_its_side_size_and_curve() -> None:
@@ -60,7 +60,7 @@ def test_a_departure_has_its_side_size_and_curve() -> None:
     values[3] = values[3].copy()
     values[3][5] = 0.7 * LOWER[5]
     result = verdict(family(*values))
-    assert result.leaves
+    assert result.leaves_band
     (worst,) = result.departures
     assert (worst.side, worst.repeat, worst.sweep, worst.frequency) == ("lower", 2, -1, FREQUENCY[5])
     assert worst.limit == pytest.approx(LOWER[5])
@@ -74,8 +74,8 @@ def test_an_error_of_the_frequency_widens_what_counts_as_outside() -> None:
     steep = 1 / np.hypot(1 - (FREQUENCY / 100) ** 2, 0.01)
     closed = band(value=np.array([steep, steep]))
     shifted = np.interp(FREQUENCY + 0.2, FREQUENCY, steep)
-    assert verdict(family(shifted), closed).leaves
-    assert not verdict(family(shifted), closed, shift=2e-3).leaves
+    assert verdict(family(shifted), closed).leaves_band
+    assert not verdict(family(shifted), closed, shift=2e-3).leaves_band
 
 
 def test_readings_beyond_the_band_and_without_a_limit_are_not_compared() -> None:

@@ -55,7 +55,7 @@ def test_density_is_that_of_the_normal_distribution(
     wide = patterns.widen(whitening, size)
     assert wide.log_determinant == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-9)
     assert wide(difference) @ wide(difference) == pytest.approx(difference @ np.linalg.solve(dense, difference))
-    np.testing.assert_allclose(wide.undo(wide(difference)), difference, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(wide.unwhiten(wide(difference)), difference, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(

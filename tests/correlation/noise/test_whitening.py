@@ -73,7 +73,7 @@ def test_errors_of_parts_are_modes_that_are_sparse(modes: np.ndarray | None) -> 
     whole, difference = np.diag(DEVIATION**2) + dense @ dense.T, DRAW.standard_normal((M, 3))
     # Round-off of a condition number of some 1e5, as above.
     np.testing.assert_allclose(whiten(np.eye(M)).T @ whiten(np.eye(M)) @ whole, np.eye(M), rtol=0, atol=1e-9)
-    np.testing.assert_allclose(whiten.undo(whiten(difference)), difference, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(whiten.unwhiten(whiten(difference)), difference, rtol=0, atol=1e-10)
     exact = dense @ dense.T @ np.linalg.solve(whole, difference)
     np.testing.assert_allclose(whiten.explained(difference), exact, rtol=0, atol=1e-9 * np.abs(exact).max())
     assert whiten.log_determinant == pytest.approx(np.linalg.slogdet(whole)[1], rel=1e-9)

@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.decay_flow import fit_flows
 from correlation.signal.decay_misfit import DecayMisfit, find_fault, measure_misfit
-from correlation.signal.release import find_decay, first_guess
+from correlation.signal.free_decay import find_decay, guess_modes
 from correlation.signal.ring_down import analyse_ring_down
+from correlation.signal.slow_flow import fit_slow_flows
 from tests.slow import slow
 
 Array = NDArray[np.float64]
@@ -128,7 +128,7 @@ def test_what_a_fit_leaves_is_seen_at_the_phase_of_its_mode() -> None:
     own = 2 * np.pi * FREQUENCY
     wave = np.exp(-DAMPING * own * TIME + 1j * own * np.sqrt(1 - DAMPING**2) * TIME)
     decay = find_decay(TIME, wave.real, 1 / 3200, 0.0, None, [FREQUENCY])
-    fit = fit_flows(decay.values, decay.step, first_guess(decay, (), 0))
+    fit = fit_slow_flows(decay.values, decay.step, guess_modes(decay, (), 0))
     noise = 1e-3 * np.random.default_rng(0).standard_normal(len(decay.values))
     quiet = measure_misfit(decay, replace(fit, residual=noise), 0)
     assert not quiet.share.any()
@@ -164,6 +164,6 @@ def test_a_mode_of_one_reading_has_splines() -> None:
     decay = find_decay(
         TIME[:64], np.exp(-40 * TIME[:64]) * np.cos(2 * np.pi * 90 * TIME[:64]), 1 / 3200, 0.0, None, [90]
     )
-    flow = first_guess(decay, (), 3)[0]
+    flow = guess_modes(decay, (), 3)[0]
     assert np.isfinite(flow.coefficients).all()
     assert (np.diff(flow.breaks) > 0).all()

@@ -14,7 +14,6 @@ from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
 from diagnosis.decision.evidence import passes
 from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.verdict import Finding
-from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit import finalist
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -23,6 +22,7 @@ from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.weighting import leave_out_model_error
+from diagnosis.model_error_share import rank_by_best_covariance
 from diagnosis.screening import Score, screen
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
@@ -168,7 +168,7 @@ def test_an_effect_leaves_less_model_error(
     assert found.arrangement.model_error_size.shape < 0.5 * without.model_error_size.shape
     # By the covariance with this error the mass seems to gain less than with a model error that suits it.
     (seen,) = screen(without, [true.effect])
-    (suited,) = rank_by_suited_gains(without, [seen])
+    (suited,) = rank_by_best_covariance(without, [seen])
     assert suited.gain > 1.2 * seen.gain
     assert without.cost_with_error_left(first.fit) < without.cost - found.refit.gain / 2
     # Model error takes up what is missing: less is gained than by the covariance of noise alone, but as clearly.

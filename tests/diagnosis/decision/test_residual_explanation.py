@@ -158,7 +158,7 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         asked.append(score)
         return SimpleNamespace(chi2=chi2 - kept[score])
 
-    monkeypatch.setattr(residual_explanation, "compute_suited_gains", lambda *_: np.array([promised]))
+    monkeypatch.setattr(residual_explanation, "compute_gains_by_covariance", lambda *_: np.array([promised]))
     monkeypatch.setattr(residual_explanation, "screen", lambda _, effects: [each.number for each in effects])
     monkeypatch.setattr(residual_explanation, "quick_fit", fit)
     monkeypatch.setattr(residual_explanation, "find_unknown_forces", lambda _: [])

@@ -167,7 +167,7 @@ def test_an_effect_that_is_tried_is_no_numerical_error(
     alike, mass = beside(heavy_campaign, small, small), listed.effect("mass at tip z")
     fit = calibrate(alike.train, alike.unknowns([mass]), np.array([*alike.fit.values, 5e-3]), alike.fit.prediction)
     simulation = Simulation(campaign=heavy_campaign, arrangement=replace(alike, fit=fit), held_out=False)
-    (change,) = simulation._finer_changes()
+    (change,) = simulation._refinement_changes()
     # A finer mesh that changes nothing; the mass moves numbers by some ten standard deviations each.
     assert np.abs(change / alike.train.whitening.deviation).max() < FOUND
     moved = fit.residual[: len(change)] - alike.train.residual(alike.fit.prediction)

@@ -10,7 +10,7 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.effect import EFFECTS
 from diagnosis.fit import refit as refits
 from diagnosis.fit.calibration import Ending
-from diagnosis.fit.problem import Effort
+from diagnosis.fit.problem import EffectSelection
 from diagnosis.fit.refit import (
     MIN_COSINE,
     MIN_GAIN_KEPT,
@@ -23,10 +23,10 @@ from diagnosis.fit.refit import (
 )
 from diagnosis.screening import Score
 
-EFFORT = Effort()
+SELECTION = EffectSelection()
 RUGGED = [kind.name for kind in EFFECTS if kind.is_rugged]
 BEST, MOST, WORTHLESS, FINALISTS, FAR_BEHIND = (
-    getattr(EFFORT, name) for name in ("best", "most", "worthless", "finalists", "far_behind")
+    getattr(SELECTION, name) for name in ("n_best", "n_shortlisted", "least_gain", "n_finalist", "largest_chi2_gap")
 )
 
 ACCEPTED, CHI2 = np.array([1.02, 0.97]), 500.0
@@ -78,7 +78,7 @@ def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int 
     calibrations = Calibrations(*chi2)
     monkeypatch.setattr(refits, "calibrate", calibrations)
     accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None, n_number=n_number)
-    arrangement: Any = SimpleNamespace(fit=accepted, train=None, effort=EFFORT, unknowns=lambda effects: effects)
+    arrangement: Any = SimpleNamespace(fit=accepted, train=None, selection=SELECTION, unknowns=lambda effects: effects)
     return quick_fit(arrangement, of), calibrations
 
 
@@ -167,21 +167,21 @@ def ranked(*gains: float, alike: bool = True) -> list[Score]:
 
 
 def test_the_best_few_are_refitted_whatever_they_look_like() -> None:
-    assert len(shortlist(ranked(100, 90, 80, 70, 60, alike=False), EFFORT)) == BEST
-    assert len(shortlist(ranked(100, 90, 80, 70, 60, 50, 40, alike=False), EFFORT, is_poor=True)) == MOST
+    assert len(shortlist(ranked(100, 90, 80, 70, 60, alike=False), SELECTION)) == BEST
+    assert len(shortlist(ranked(100, 90, 80, 70, 60, 50, 40, alike=False), SELECTION, is_poor=True)) == MOST
 
 
 def test_what_looks_like_one_of_them_is_refitted_too_if_it_promises_enough() -> None:
     assert 0 < MIN_COSINE < 1
     few = ranked(100, 90, 80, 100 * MIN_GAIN_SHARE + 1, 100 * MIN_GAIN_SHARE - 1)
-    assert [each.gain for each in shortlist(few, EFFORT)] == [100, 90, 80, 100 * MIN_GAIN_SHARE + 1]
-    assert len(shortlist(ranked(*[100.0] * 20), EFFORT)) == MOST
+    assert [each.gain for each in shortlist(few, SELECTION)] == [100, 90, 80, 100 * MIN_GAIN_SHARE + 1]
+    assert len(shortlist(ranked(*[100.0] * 20), SELECTION)) == MOST
 
 
 def test_what_chance_gains_is_not_worth_a_refit() -> None:
-    assert shortlist(ranked(WORTHLESS - 0.1, 1, 0), EFFORT) == []
-    assert len(shortlist(ranked(WORTHLESS + 0.1, WORTHLESS - 0.1, 0), EFFORT)) == 1
-    assert shortlist([], EFFORT) == []
+    assert shortlist(ranked(WORTHLESS - 0.1, 1, 0), SELECTION) == []
+    assert len(shortlist(ranked(WORTHLESS + 0.1, WORTHLESS - 0.1, 0), SELECTION)) == 1
+    assert shortlist([], SELECTION) == []
 
 
 def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
@@ -189,8 +189,8 @@ def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
     plain = [score(gain, name=f"p {gain:g}") for gain in (100.0, 90.0, 80.0)]
     slipping = [score(0.1, name=f"line {number}", kind=RUGGED[0]) for number in range(MOST_RUGGED + 2)]
     unseen = Score(**{**vars(slipping[0]), "size": 0.0})
-    assert shortlist([*plain, unseen, *slipping], EFFORT) == [*plain, *slipping[:MOST_RUGGED]]
-    assert shortlist([*plain[:2], slipping[0]], EFFORT) == plain[:2] + slipping[:1]
+    assert shortlist([*plain, unseen, *slipping], SELECTION) == [*plain, *slipping[:MOST_RUGGED]]
+    assert shortlist([*plain[:2], slipping[0]], SELECTION) == plain[:2] + slipping[:1]
 
 
 def costs(fits: list[Any]) -> list[float]:
@@ -199,19 +199,19 @@ def costs(fits: list[Any]) -> list[float]:
 
 def test_those_that_fit_best_are_fitted_thoroughly() -> None:
     fits: list[Any] = [(number, SimpleNamespace(chi2=chi2)) for number, chi2 in enumerate([9.0, 3.0, 7.0, 5.0, 8.0])]
-    assert [number for number, _ in choose_finalists(fits, costs(fits), EFFORT)] == [1, 3, 2][:FINALISTS]
+    assert [number for number, _ in choose_finalists(fits, costs(fits), SELECTION)] == [1, 3, 2][:FINALISTS]
 
 
 @pytest.mark.parametrize(("behind", "kept"), [(FAR_BEHIND - 1, 3), (FAR_BEHIND + 1, 2)])
 def test_a_third_that_is_far_behind_the_best_is_not_worth_it(behind: float, kept: int) -> None:
     """Behind the best, not behind the one before it."""
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (100 + behind, 100.0, 100 + behind / 2)]
-    found = choose_finalists(fits, costs(fits), EFFORT)
+    found = choose_finalists(fits, costs(fits), SELECTION)
     assert [fit.chi2 for _, fit in found] == [100.0, 100 + behind / 2, 100 + behind][:kept]
 
 
 def test_the_best_two_are_fitted_thoroughly_however_far_apart() -> None:
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (1e3 + 10 * FAR_BEHIND, 1e3, 1e5)]
-    assert [fit.chi2 for _, fit in choose_finalists(fits, costs(fits), EFFORT)] == [1e3, 1e3 + 10 * FAR_BEHIND]
-    assert choose_finalists(fits[1:2], [1e3], EFFORT) == fits[1:2]
-    assert choose_finalists([], [], EFFORT) == []
+    assert [fit.chi2 for _, fit in choose_finalists(fits, costs(fits), SELECTION)] == [1e3, 1e3 + 10 * FAR_BEHIND]
+    assert choose_finalists(fits[1:2], [1e3], SELECTION) == fits[1:2]
+    assert choose_finalists([], [], SELECTION) == []

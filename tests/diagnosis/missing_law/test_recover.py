@@ -13,10 +13,10 @@ from diagnosis.candidate.place import ANGULAR
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.basis import EVEN
 from diagnosis.missing_law.curves import LawCurves, compute_curves
+from diagnosis.missing_law.description import describe
 from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.missing_law.recover import recover_law
-from diagnosis.missing_law.words import describe
 from tests.diagnosis.missing_law.chain import CLEARANCE, SECOND, STIFF, arranged
 
 #: Error of a recovered force over the largest one: noise of 0.2 % on stiff structures, and straight pieces at a kink.

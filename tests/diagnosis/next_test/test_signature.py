@@ -95,7 +95,7 @@ def test_predictions_that_bend_within_what_is_known_separate_less() -> None:
     for each in straight:
         along = np.array([*np.zeros(len(each.fit_values) - 1), 0.5 * each.fit_values[-1]])
         ends = (each.unknowns.compose(each.fit_values + along), each.unknowns.compose(each.fit_values - along))
-        bent.append(replace(each, bend=ends))
+        bent.append(replace(each, curvature_pair=ends))
     found = [SetUpSignatures.predict(each, [TEST], SOURCES).separate(TEST)[0, 1] for each in (straight, bent)]
     assert 0 < found[1] < found[0]
 

@@ -8,7 +8,7 @@ import pytest
 
 from correlation.errors import CampaignError
 from correlation.file.read_file import read_file
-from fe.file.hdf5_file import find_hdf5_trap
+from fe.file.hdf5_file import find_unsafe_hdf5_content
 from hbsolve.errors import BalanceError
 from hbsolve.limits.result import load_limits
 from reduction.errors import RomError
@@ -33,7 +33,7 @@ def with_looping_group(path: Path) -> None:
 
 def test_a_group_that_is_found_in_itself_is_a_trap(tmp_path: Path) -> None:
     with_looping_group(tmp_path / "a.h5")
-    assert find_hdf5_trap(tmp_path / "a.h5") is not None
+    assert find_unsafe_hdf5_content(tmp_path / "a.h5") is not None
     with pytest.raises(CampaignError, match=r"a\.h5"):
         read_file(tmp_path / "a.h5")
 
@@ -46,9 +46,9 @@ def test_sound_files_are_no_trap(tmp_path: Path) -> None:
         group["elsewhere"] = h5py.ExternalLink("/dev/zero", "/x")
         group["reference"] = np.array([group.ref], dtype=h5py.ref_dtype)
         file.attrs["unit"] = "m"
-    assert find_hdf5_trap(tmp_path / "a.h5") is None
+    assert find_unsafe_hdf5_content(tmp_path / "a.h5") is None
     (tmp_path / "text.h5").write_text("no")
-    assert find_hdf5_trap(tmp_path / "text.h5") is None
+    assert find_unsafe_hdf5_content(tmp_path / "text.h5") is None
 
 
 def test_a_text_that_is_longer_than_any_memory_is_a_trap(tmp_path: Path) -> None:
@@ -59,14 +59,14 @@ def test_a_text_that_is_longer_than_any_memory_is_a_trap(tmp_path: Path) -> None
     assert int.from_bytes(data[place : place + 4], "little") == 200  # length, before the place of the letters
     data[place : place + 4] = (3_000_000_000).to_bytes(4, "little")
     (tmp_path / "a.h5").write_bytes(data)
-    assert "GB" in str(find_hdf5_trap(tmp_path / "a.h5"))
+    assert "GB" in str(find_unsafe_hdf5_content(tmp_path / "a.h5"))
 
 
 def test_every_reader_refuses_a_file_that_is_a_trap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["x"] = np.arange(3.0)
     for module in ("reduction.file.rom_hdf5", "hbsolve.netcdf", "correlation.file.arrays.hdf5_tree"):
-        monkeypatch.setattr(f"{module}.find_hdf5_trap", lambda _: "ends its reader (SIGSEGV)")
+        monkeypatch.setattr(f"{module}.find_unsafe_hdf5_content", lambda _: "ends its reader (SIGSEGV)")
     for read, error in (
         (load_rom, RomError), (load_assembly, RomError), (load_limits, BalanceError), (read_file, CampaignError)
     ):  # fmt: skip

@@ -14,7 +14,7 @@ import pytest
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.allocator import give_back
+from fe.allocator import return_freed_memory
 from fe.assembly import assemble_compact
 from fe.boundary import make_unsupported_system
 from fe.element import HEX20
@@ -92,7 +92,7 @@ def test_the_order_from_elsewhere_fills_no_more_than_its_own(held: Symmetric, mo
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="Linux alone tells the memory of a process")
 def test_renewing_again_and_again_takes_no_more_memory(held: Symmetric) -> None:
     def resident() -> float:
-        give_back()
+        return_freed_memory()
         return int(Path("/proc/self/statm").read_text().split()[1]) * mmap.PAGESIZE
 
     factor, b = Cholmod(held), np.ones(held.shape[0])

@@ -26,7 +26,7 @@ def test_they_are_those_of_scipy(n_node: int, direction: int, k: int, seed: int)
     product = np.full_like(columns, np.nan)
     multiply = SparseProduct(nodes, direction)
     for _ in range(2):  # what the first leaves in the room does not matter
-        multiply.into(product, columns)
+        multiply.multiply_into(product, columns)
     # Round-off of sums of n products of numbers of order one.
     expected = sp.kron(nodes, np.eye(direction)) @ columns
     np.testing.assert_allclose(product, expected, atol=1e-15 * (n_node + 1) * 10, rtol=0)
@@ -54,7 +54,7 @@ def test_widths_may_change_from_one_product_to_the_next(monkeypatch: pytest.Monk
     product = BlockProduct(matrix)
     for k in (5, 24, 1, 30, 0, 12):
         columns = random.standard_normal((270, k))
-        np.testing.assert_allclose(product.passing(columns), matrix @ columns, atol=1e-13, rtol=0)
+        np.testing.assert_allclose(product.multiply_in_workspace(columns), matrix @ columns, atol=1e-13, rtol=0)
 
 
 @pytest.mark.parametrize("long", [0, 10_000], ids=["own", "SciPy's"])
@@ -71,4 +71,4 @@ def test_what_does_not_fit_is_refused(long: int, monkeypatch: pytest.MonkeyPatch
         (np.empty((12, 1)), np.ones((12, 1), dtype=complex)),
     ):
         with pytest.raises(ValueError, match="give real ones"):
-            product.into(place, columns)
+            product.multiply_into(place, columns)

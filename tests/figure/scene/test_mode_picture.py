@@ -238,14 +238,14 @@ def test_without_egl_the_remedy_comes_before_any_import(monkeypatch: pytest.Monk
             raise OSError(f"{name}: cannot open shared object file")
         return whole(name, *rest)
 
-    monkeypatch.setattr("figure.scene.off_screen.preflight", accept)
+    monkeypatch.setattr("figure.scene.off_screen.require_system_libraries", accept)
     monkeypatch.setattr(ctypes, "CDLL", no_egl)
     with pytest.raises(MissingSoftware, match=r"libEGL\.so\.1: install it with `apt-get .* libegl1"):
         require_egl()
 
 
 def test_egl_without_a_driver_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("figure.scene.off_screen.preflight", accept)
+    monkeypatch.setattr("figure.scene.off_screen.require_system_libraries", accept)
     monkeypatch.setattr(ctypes, "CDLL", accept)
     monkeypatch.setattr("figure.scene.off_screen._n_device", no_device)
     with pytest.raises(MissingSoftware, match="need a driver for EGL"):

@@ -9,7 +9,7 @@ from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import several_limits
 from tests.slow import slow
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 LEVEL = 0.3
 
@@ -19,9 +19,9 @@ def test_a_stable_state_of_integration_in_time_lies_inside_limits_that_were_sear
     model = random_model(100137)
     assert model is not None
     place = frequencies(model)
-    bench = SweptBench(model.system, {"near": model.sensors[0].row}, STEPS_PER_PERIOD)  # type: ignore[union-attr]
+    bench = VirtualSweepTest(model.system, {"near": model.sensors[0].row}, STEPS_PER_PERIOD)  # type: ignore[union-attr]
     # From rest: along the unstable states below, round-off decides where a sweep ends.
-    swept = bench.sweep([place[-1]], LEVEL, np.array([0.3]), n_push=30)
+    swept = bench.sweep([place[-1]], LEVEL, np.array([0.3]), n_stability_period=30)
     omega = 2 * np.pi * np.linspace(place[2], place[-1], 6)
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     objectives = {sensor.name: objective_of(model, sensor, 1) for sensor in model.sensors}

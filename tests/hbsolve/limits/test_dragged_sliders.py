@@ -15,7 +15,7 @@ from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import several_limits
 from reduction.jointed_system import JointedSystem
 from tests.slow import slow
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 FREQUENCY = 284.0 * np.linspace(0.9, 1.02, 5)
 LEVELS = [3.0, 5.0]
@@ -65,7 +65,7 @@ def test_sliders_that_stick_in_a_test_integrated_in_time_lie_in_the_box_of_its_l
     damped: JointedSystem, problem: LimitProblem
 ) -> None:
     reach = dragged_reaches(problem, 2 * np.pi * FREQUENCY, LEVELS)
-    bench = SweptBench(damped, {"blade": np.eye(4)[0]}, 256)
+    bench = VirtualSweepTest(damped, {"blade": np.eye(4)[0]}, 256)
     further = False
     for level, own in zip(LEVELS, reach, strict=True):
         for share in (-0.8, 0.8):
@@ -86,7 +86,7 @@ def test_a_load_that_begins_at_once_drags_no_slider_out_of_the_box(variant: Join
     rest = limit_problem(balance, OutputHarmonic(row=0)).box
     problem = limit_problem(balance, OutputHarmonic(row=0), nominal=rest.middle, reach=rest.static)
     reach = dragged_reaches(problem, 2 * np.pi * FREQUENCY, levels)
-    bench = SweptBench(variant, {"blade": np.eye(4)[0]}, 256)
+    bench = VirtualSweepTest(variant, {"blade": np.eye(4)[0]}, 256)
     further = 0
     for level, own in zip(levels, reach, strict=True):
         for share in (-0.9, -0.5, 0.0, 0.5, 0.9):
@@ -133,7 +133,7 @@ def test_histories_integrated_in_time_stay_inside_limits_that_are_narrower_than_
         widths.append(limits.upper[0] - limits.lower[0])
         if len(widths) == 1:
             own = limits
-    bench = SweptBench(variant, {"blade": np.eye(4)[0]}, 256)
+    bench = VirtualSweepTest(variant, {"blade": np.eye(4)[0]}, 256)
     random = np.random.default_rng(4)
     for _ in range(3):
         swept = bench.sweep([*frequency, *frequency[::-1]], levels[0], random.uniform(-1, 1, 4))
@@ -158,7 +158,7 @@ def test_the_steps_of_the_laboratory_drag_sliders_as_integration_in_time_does() 
     finer = np.interp(np.arange(11) / 2, np.arange(6), measured)
     (reach,) = dragged_reaches(problem, 2 * np.pi * finer, [0.3], stops=[range(0, 11, 2)])
     (by_half_steps,) = dragged_reaches(problem, 2 * np.pi * finer, [0.3])
-    stepped = SweptBench(model.system, {"near": np.eye(6)[0]}, 256).sweep(list(measured), 0.3)
+    stepped = VirtualSweepTest(model.system, {"near": np.eye(6)[0]}, 256).sweep(list(measured), 0.3)
     # A slider that sticks stands where it was at the frequency before.
     still = np.abs(stepped.slider[-1] - stepped.slider[-2]) < 1e-3 * rest.static
     drift = np.abs(stepped.slider[-1] - rest.middle)

@@ -117,9 +117,9 @@ def test_two_benches_on_one_case_do_not_write_over_each_other(make_bench: Callab
     with pytest.raises(InputError):
         other.add("mass at base", ["1 g"], seen=seen)
     other.add("mass at base", ["1 g"], seen=hash_text(read_text(other.case)))
-    assert [step.effect for step in history_of(one.case).standing] == ["mass at tip", "mass at base"]
+    assert [step.effect for step in history_of(one.case).active_steps] == ["mass at tip", "mass at base"]
     one.undo(2)
-    assert history_of(one.case).standing == ()
+    assert history_of(one.case).active_steps == ()
 
 
 def test_a_full_disk_is_a_sentence_and_leaves_the_case_as_it_is(

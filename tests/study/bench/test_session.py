@@ -95,9 +95,9 @@ def test_what_was_written_is_compared_and_screened_anew(opened: Opened) -> None:
     session, worker, case = opened
     session.ask("add", {"effect": "mass at tip"})
     case.write_text("schema = 2\n[[added]]\n", encoding="utf-8")
-    session.look()
+    session.check_for_changes()
     answer(session, worker)
-    session.look()
+    session.check_for_changes()
     # Its own change is nobody's edit.
     assert [entry.name for entry in session.entries] == ["compare", "screen", "add"]
     assert names(worker)[-1] == "compare"
@@ -107,7 +107,7 @@ def test_what_was_written_is_compared_and_screened_anew(opened: Opened) -> None:
 def test_an_edit_by_hand_is_told_noted_and_shown(opened: Opened) -> None:
     session, worker, case = opened
     case.write_text("schema = 2 # mine\n", encoding="utf-8")
-    session.look()
+    session.check_for_changes()
     assert session.message is not None
     assert "case.toml" in session.message["text"]
     assert session.entries[-1].arguments == {"text": "schema = 2 # mine\n"}
@@ -118,7 +118,7 @@ def test_an_answer_for_the_case_before_an_edit_is_not_shown(opened: Opened) -> N
     session, worker, case = opened
     session.ask("diagnose", {})
     case.write_text("schema = 2 # mine\n", encoding="utf-8")
-    session.look()
+    session.check_for_changes()
     answer(session, worker, candidates={"rows": []})
     assert "candidates" not in session.views
     assert names(worker)[-1] == "compare"
@@ -127,7 +127,7 @@ def test_an_answer_for_the_case_before_an_edit_is_not_shown(opened: Opened) -> N
 def test_a_campaign_that_was_replaced_is_read_anew(opened: Opened) -> None:
     session, worker, case = opened
     (case.parent / "campaign" / "campaign.toml").write_text("schema = 1\ntitle = 'new'\n", encoding="utf-8")
-    session.look()
+    session.check_for_changes()
     assert session.message is not None
     assert "campaign" in session.message["text"]
     assert names(worker)[-1] == "compare"
@@ -137,9 +137,9 @@ def test_a_case_that_is_missing_for_a_moment_is_waited_for(opened: Opened) -> No
     session, worker, case = opened
     text = case.read_text(encoding="utf-8")
     case.unlink()
-    session.look()
+    session.check_for_changes()
     case.write_text(text, encoding="utf-8")
-    session.look()
+    session.check_for_changes()
     assert names(worker) == ["compare", "screen"]
 
 
@@ -232,7 +232,7 @@ def test_limits_of_a_case_that_has_changed_are_taken_off_the_page(opened: Opened
     answer(session, worker, limits={"panels": []})
     before = session.state["versions"]["limits"]
     case.write_text("schema = 2 # mine\n", encoding="utf-8")
-    session.look()
+    session.check_for_changes()
     answer(session, worker)
     assert session.views["limits"] == (before + 1, b"null")
 

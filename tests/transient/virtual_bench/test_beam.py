@@ -20,7 +20,7 @@ from transient.virtual_bench.beam import (
     station_shares,
     stuck_angular_frequencies,
 )
-from transient.virtual_bench.effect import PlantedEffect, plant
+from transient.virtual_bench.effect import HiddenEffect, insert_effect
 
 DRAWN = BeamParameters()
 
@@ -92,7 +92,7 @@ def test_the_flanks_slide_alike_and_close_oppositely() -> None:
 
 def test_a_small_mass_shifts_the_free_frequency_as_rayleighs_quotient_says() -> None:
     beam, mass = reduced_beam(), 1e-5
-    _, free = plant(beam, DRAWN, PlantedEffect(kind="mass", place="tip", strength=mass))
+    _, free = insert_effect(beam, DRAWN, HiddenEffect(kind="mass", place="tip", strength=mass))
     before, after = (compute_dense_modes(each, beam.stiffness).frequency[0] for each in (beam.mass, free.mass))
     # First mode of a cantilever: phi(L)^2 = 4 / (beam mass). The next order is the square of the shift, 1e-9.
     shift = -mass * 4 / (DENSITY * WIDTH * THICKNESS * LENGTH) / 2

@@ -14,7 +14,7 @@ from transient.errors import TransientError
 from transient.state import TransientState
 from transient.virtual_bench.beam import BeamParameters, reduced_beam
 from transient.virtual_bench.campaign import FORCE_FLOOR, NOISE, Sweep, sweeps, with_noise
-from transient.virtual_bench.effect import KINDS, NOTHING, PlantedEffect, plant
+from transient.virtual_bench.effect import KINDS, NOTHING, HiddenEffect, insert_effect
 from transient.virtual_bench.hidden_effect import CampaignPoints, make_campaign, random_effect, unit_strengths
 from transient.virtual_bench.sweep import Readings
 
@@ -101,7 +101,7 @@ def test_histories_and_jitter_do_not_depend_on_what_is_hidden() -> None:
             for sweep in sweeps(beam, DRAWN, effect, points, np.random.default_rng(1))
             if sweep.configuration == "jointed"
         ]
-        for effect in (PlantedEffect(kind=NOTHING), PlantedEffect(kind="mass", place="tip", strength=1e-6))
+        for effect in (HiddenEffect(kind=NOTHING), HiddenEffect(kind="mass", place="tip", strength=1e-6))
     ]
     # Sticking throughout: the static forces are those that the random start left.
     np.testing.assert_allclose(static[0], static[1], rtol=1e-6)
@@ -110,13 +110,13 @@ def test_histories_and_jitter_do_not_depend_on_what_is_hidden() -> None:
 
 def test_a_planted_mass_lowers_the_measured_free_resonance() -> None:
     beam, mass = reduced_beam(), 2e-3
-    jointed, free = plant(beam, DRAWN, PlantedEffect(kind="mass", place="tip", strength=mass))
+    jointed, free = insert_effect(beam, DRAWN, HiddenEffect(kind="mass", place="tip", strength=mass))
     f0 = compute_dense_modes(beam.mass, beam.stiffness).frequency[0]
     # 3 f^2 phi^4 is left out: (4 m / M)^2 = 3e-4 of the frequency.
     expected = f0 * (1 - 2 * mass / 0.471)
     grid = tuple(np.linspace(0.98, 1.0, 41) * f0)
     points = CampaignPoints(levels=(1.0,), frequencies=(460.0,), free_frequencies=grid, n_repeat=1)
-    effect = PlantedEffect(kind="mass", place="tip", strength=mass)
+    effect = HiddenEffect(kind="mass", place="tip", strength=mass)
     sweep = list(sweeps(beam, DRAWN, effect, points, np.random.default_rng(0), jitter=0.0))[1]
     tip = np.abs(sweep.readings.motion[:41, 0, 0])
     assert grid[int(tip.argmax())] == pytest.approx(expected, rel=6e-4)
@@ -127,13 +127,13 @@ def test_a_planted_mass_lowers_the_measured_free_resonance() -> None:
 def test_every_effect_has_a_unit_strength_and_changes_the_specimen_smoothly(kind: str, place: str) -> None:
     assert unit_strengths()[kind][place] > 0
     beam = reduced_beam()
-    nothing = plant(beam, DRAWN, PlantedEffect(kind=NOTHING))
-    vanishing = plant(beam, DRAWN, PlantedEffect(kind=kind, place=place, strength=0.0))
+    nothing = insert_effect(beam, DRAWN, HiddenEffect(kind=NOTHING))
+    vanishing = insert_effect(beam, DRAWN, HiddenEffect(kind=kind, place=place, strength=0.0))
     for a, b in zip(nothing, vanishing, strict=True):
         np.testing.assert_array_equal(a.mass, b.mass)
         np.testing.assert_array_equal(a.stiffness, b.stiffness)
         np.testing.assert_array_equal(a.static, b.static)
-    strong = plant(beam, DRAWN, PlantedEffect(kind=kind, place=place, strength=1.0))
+    strong = insert_effect(beam, DRAWN, HiddenEffect(kind=kind, place=place, strength=1.0))
     assert repr(strong[0]) != repr(nothing[0])
 
 
@@ -151,17 +151,17 @@ def test_drawn_strengths_lie_between_one_and_four_units() -> None:
 
 def test_unknown_effects_are_refused() -> None:
     with pytest.raises(TransientError, match='"rust" is none of mass, spring'):
-        PlantedEffect(kind="rust")
+        HiddenEffect(kind="rust")
     with pytest.raises(TransientError, match='"mass" at "left" is not known: give tip'):
-        PlantedEffect(kind="mass", place="left")
+        HiddenEffect(kind="mass", place="left")
     with pytest.raises(TransientError, match=r"strength -0\.1 of"):
-        PlantedEffect(kind="mass", place="tip", strength=-0.1)
+        HiddenEffect(kind="mass", place="tip", strength=-0.1)
 
 
 def test_the_variance_of_features_is_that_of_noisy_campaigns() -> None:
     beam = reduced_beam()
     points = replace(SMALL, levels=(5.0,), n_repeat=1)
-    clean = list(sweeps(beam, DRAWN, PlantedEffect(kind=NOTHING), points, np.random.default_rng(2)))
+    clean = list(sweeps(beam, DRAWN, HiddenEffect(kind=NOTHING), points, np.random.default_rng(2)))
     random = np.random.default_rng(3)
 
     def noisy() -> list[Sweep]:

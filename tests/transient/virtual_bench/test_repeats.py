@@ -11,7 +11,7 @@ from transient.equilibrium import equilibrium, quasi_static
 from transient.errors import TransientError
 from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, write_campaign
 from transient.virtual_bench.repeats import random_history, repeated_tests, sweep_settled
-from transient.virtual_bench.sweep import SweptBench
+from transient.virtual_bench.sweep import VirtualSweepTest
 
 K, KT, LIMIT, LOAD = 2e4, 5e4, 3.0, 10.0
 
@@ -106,7 +106,7 @@ def test_repeats_of_a_stuck_mass_agree_but_for_the_force_that_their_history_left
 
 
 def test_the_search_from_a_state_finds_the_steady_state_that_waiting_finds() -> None:
-    bench = SweptBench(pad(), {"pad": np.array([1.0, 0.0])})
+    bench = VirtualSweepTest(pad(), {"pad": np.array([1.0, 0.0])})
     left = quasi_static(bench.structure, (1.4, 1.0), bench.random_start(np.array([0.6])).slider)
     frequencies, level = [150.0, 170.0], 0.2  # so small that nothing slips
     waited = sweep_settled(bench, frequencies, level, left, 1e-6)

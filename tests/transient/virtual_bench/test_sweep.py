@@ -11,11 +11,11 @@ from tests.slow import slow
 from transient.errors import TransientError
 from transient.integrate import integrate
 from transient.joint_arrays import joint_table
-from transient.joint_forces import drag
+from transient.joint_forces import move_sliders
 from transient.rank_one_update import UpdatedFactor
 from transient.virtual_bench.beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
 from transient.virtual_bench.repeats import sweep_settled
-from transient.virtual_bench.sweep import MAX_PERIOD, SLOWLY, STEPS, SweptBench
+from transient.virtual_bench.sweep import MAX_PERIOD, PERIODS_PER_STEP, STEPS, VirtualSweepTest
 
 DRAWN = BeamParameters()
 
@@ -24,7 +24,7 @@ def test_the_free_response_equals_the_modal_superposition() -> None:
     beam = reduced_beam()
     system = free_beam(beam, DRAWN)
     frequencies = [85.0, 91.0, 91.7, 92.0, 99.0]
-    readings = SweptBench(system, beam.places).sweep(frequencies, 3.0)
+    readings = VirtualSweepTest(system, beam.places).sweep(frequencies, 3.0)
     rows = np.array(list(beam.places.values()))
     for frequency, motion in zip(frequencies, readings.motion, strict=True):
         omega = 2 * np.pi * frequency
@@ -40,7 +40,7 @@ def test_the_free_response_equals_the_modal_superposition() -> None:
 def test_sticking_contacts_answer_linearly_whatever_the_history() -> None:
     beam = reduced_beam()
     system = jointed_beam(beam, DRAWN)
-    bench = SweptBench(system, beam.places)
+    bench = VirtualSweepTest(system, beam.places)
     readings = bench.sweep([430.0, 480.0], 0.01, np.linspace(-0.5, 0.5, 6))
     stiffness = system.stiffness + sum(
         joint.tangential_stiffness * joint.tangents.T @ joint.tangents
@@ -60,7 +60,7 @@ def test_sticking_contacts_answer_linearly_whatever_the_history() -> None:
 def test_a_sweep_ends_where_plain_integration_does() -> None:
     beam = reduced_beam()
     system = jointed_beam(beam, DRAWN)
-    bench = SweptBench(system, beam.places)
+    bench = VirtualSweepTest(system, beam.places)
     readings = bench.sweep([468.0], 10.0, np.full(6, 0.3), tolerance=1e-7)
     assert readings.slip_share[0] > 0.1
     # From a rest without history slip forgets: at 10 N what is left of the start is below 1 %.
@@ -71,7 +71,7 @@ def test_a_sweep_ends_where_plain_integration_does() -> None:
 
 def test_a_taken_point_repeats_under_plain_integration() -> None:
     beam = reduced_beam()
-    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    bench = VirtualSweepTest(jointed_beam(beam, DRAWN), beam.places)
     readings = bench.sweep([466.0, 470.0], 5.0, np.full(6, -0.4), tolerance=1e-7)
     stepper = bench._stepper(470.0)[0]
     before = stepper.vector
@@ -85,7 +85,7 @@ def test_a_taken_point_repeats_under_plain_integration() -> None:
 def test_a_sweep_starts_from_the_assembled_contacts() -> None:
     beam = reduced_beam()
     system = jointed_beam(beam, DRAWN)
-    rest = SweptBench(system, beam.places)._rest
+    rest = VirtualSweepTest(system, beam.places)._rest
     stiffness, load = system.stiffness.copy(), system.static.copy()
     for joint in contacts(beam, DRAWN):
         stiffness += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
@@ -99,7 +99,7 @@ def test_a_sweep_starts_from_the_assembled_contacts() -> None:
 
 def test_sticking_sliders_keep_what_a_start_gave_them() -> None:
     beam = reduced_beam()
-    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    bench = VirtualSweepTest(jointed_beam(beam, DRAWN), beam.places)
     static = [bench.sweep([430.0], 0.01, np.full(6, share)).force[0, :, 0].real for share in (-0.5, 0.5)]
     # Left tangential force: the beam gives way a little, so that the share of the limit of 12 N is not all there.
     assert static[1][0] - static[0][0] > 1.0
@@ -116,7 +116,7 @@ def test_a_cubic_spring_gives_the_harmonics_of_its_polynomial() -> None:
         joints=[CubicSpring(name="c", direction=np.array([1.0]), stiffness=cubic)],
         harmonic_force=np.array([[0.0], [1.0]]),
     )
-    readings = SweptBench(system, {"x": np.array([1.0])}).sweep([0.05], level, tolerance=1e-8)
+    readings = VirtualSweepTest(system, {"x": np.array([1.0])}).sweep([0.05], level, tolerance=1e-8)
     phase = 2 * np.pi * np.arange(256) / 256
     x = [
         next(r.real for r in np.roots([cubic, 0, stiffness, -level * c]) if abs(r.imag) < 1e-12) for c in np.cos(phase)
@@ -141,7 +141,7 @@ def test_a_matrix_updated_after_its_factorisation_is_solved_as_a_new_one() -> No
 
 def test_friction_remembers_no_step_of_the_method() -> None:
     beam = reduced_beam()
-    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    bench = VirtualSweepTest(jointed_beam(beam, DRAWN), beam.places)
     frequencies, shares = [424.76, 465.82, 467.24, 471.96, 488.01, 465.82], np.linspace(-0.9, 0.9, 6)
     rough = bench.sweep(frequencies, 10.0, shares)
     fine = bench.sweep(frequencies, 10.0, shares, tolerance=1e-7)
@@ -155,7 +155,7 @@ def test_friction_remembers_no_step_of_the_method() -> None:
 @pytest.mark.parametrize("frequency", [475.0, *(pytest.param(frequency, marks=slow) for frequency in (468.0, 485.0))])
 def test_friction_is_left_as_a_gently_grown_excitation_leaves_it(frequency: float) -> None:
     beam, n_grow = reduced_beam(), 400
-    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    bench = VirtualSweepTest(jointed_beam(beam, DRAWN), beam.places)
     shares = np.array([0.8, -0.5, 0.3, 0.6, 0.2, -0.7])
     swept = bench.sweep([frequency], 10.0, shares).force[0, :, 0].real
     stepper = bench.stepper(frequency)
@@ -181,20 +181,20 @@ def test_sliders_are_dragged_by_what_a_motion_exceeds_their_limit_by() -> None:
         motion = np.column_stack([amplitude * np.cos(phase), np.zeros(65)])
         # The play operator: a slider is pulled up to the crest less its reach and down to the trough plus its reach.
         pulled = min(max(left, amplitude - reach), reach - amplitude) if amplitude < reach else amplitude - reach
-        np.testing.assert_allclose(drag(packed, motion, np.array([left]), 1e-5), [pulled], rtol=1e-12)
+        np.testing.assert_allclose(move_sliders(packed, motion, np.array([left]), 1e-5), [pulled], rtol=1e-12)
 
 
 def test_a_point_that_has_not_settled_leaves_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     beam, shares = reduced_beam(), np.linspace(-0.9, 0.9, 6)
-    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
-    settle, settled = SweptBench._settle, bench.sweep([480.0], 10.0, shares)
+    bench = VirtualSweepTest(jointed_beam(beam, DRAWN), beam.places)
+    settle, settled = VirtualSweepTest._settle, bench.sweep([480.0], 10.0, shares)
 
-    def hasty(self: SweptBench, frequency: float, level: float, approach: Any, tolerance: float) -> Any:
+    def hasty(self: VirtualSweepTest, frequency: float, level: float, approach: Any, tolerance: float) -> Any:
         with monkeypatch.context() as patch:
             patch.setattr("transient.virtual_bench.sweep.MAX_PERIOD", 2 if frequency == 466.0 else MAX_PERIOD)
             return settle(self, frequency, level, approach, tolerance)
 
-    monkeypatch.setattr(SweptBench, "_settle", hasty)
+    monkeypatch.setattr(VirtualSweepTest, "_settle", hasty)
     monkeypatch.setattr("transient.virtual_bench.sweep.MAX_WAIT", 0)
     after = bench.sweep([466.0, 480.0], 10.0, shares)
     assert after.periodic.tolist() == [False, True]
@@ -205,14 +205,14 @@ def test_a_point_that_has_not_settled_leaves_no_memory(monkeypatch: pytest.Monke
 @pytest.mark.parametrize("most", [24, 12])
 def test_a_point_that_is_not_found_at_once_is_reached_slowly(monkeypatch: pytest.MonkeyPatch, most: int) -> None:
     beam, shares = reduced_beam(), np.linspace(-0.9, 0.9, 6)
-    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    bench = VirtualSweepTest(jointed_beam(beam, DRAWN), beam.places)
     at_once = bench.sweep([466.0], 10.0, shares)
     assert 24 < at_once.n_period[0] < MAX_PERIOD
     # 24 periods a search are enough for a half of the level, 12 for no eighth of it: then the bench waits.
     monkeypatch.setattr("transient.virtual_bench.sweep.MAX_PERIOD", most)
     slowly = bench.sweep([466.0], 10.0, shares)
     assert slowly.periodic[0]
-    assert (slowly.n_period[0] > STEPS[-1] * SLOWLY) == (most == 12)
+    assert (slowly.n_period[0] > STEPS[-1] * PERIODS_PER_STEP) == (most == 12)
     # To what the tolerance of 1e-4 leaves of some 40 um and of forces of some 10 N.
     np.testing.assert_allclose(slowly.motion, at_once.motion, rtol=0, atol=5e-4 * abs(at_once.motion).max())
     np.testing.assert_allclose(slowly.force, at_once.force, rtol=0, atol=0.01)
@@ -226,7 +226,7 @@ def test_a_joint_whose_friction_the_bench_cannot_follow_is_refused() -> None:
         friction_coefficient=0.5,
     )  # fmt: skip
     with pytest.raises(TransientError, match='"two tangents"'):
-        SweptBench(replace(system, joints=[*system.joints, contact]), {})
+        VirtualSweepTest(replace(system, joints=[*system.joints, contact]), {})
 
 
 def test_a_jenkins_element_under_forces_of_each_point_moves_as_under_plain_integration() -> None:
@@ -236,7 +236,7 @@ def test_a_jenkins_element_under_forces_of_each_point_moves_as_under_plain_integ
         harmonic_force=np.array([[0.0], [1.0]]),
     )  # fmt: skip
     frequencies, levels = [16.5, 17.0, 17.5], [2.0, 3.0, 1.5]
-    readings = SweptBench(system, {"mass": np.ones(1)}).sweep(frequencies, levels, tolerance=1e-7)
+    readings = VirtualSweepTest(system, {"mass": np.ones(1)}).sweep(frequencies, levels, tolerance=1e-7)
     assert readings.periodic.all()
     for frequency, level, motion in zip(frequencies, levels, readings.motion, strict=True):
         kept = integrate(system, 2 * np.pi * frequency, 400, 128, level=level, keep=1, outputs={"mass": np.ones(1)})
@@ -252,11 +252,11 @@ def test_a_steady_state_that_a_push_leaves_does_not_repeat(damping: float, stabl
     system = JointedSystem(
         mass=one, damping=damping * one, stiffness=one, joints=[], harmonic_force=np.array([[0.0], [1.0]])
     )
-    bench = SweptBench(system, {"x": one[0]})
+    bench = VirtualSweepTest(system, {"x": one[0]})
     frequency = 0.8 / (2 * np.pi)
     exact = 1 / (1 - 0.8**2 + 0.8j * damping)
-    for n_push, periodic in ((0, True), (15, stable)):
-        readings = bench.sweep([frequency], 1.0, n_push=n_push)
+    for n_stability_period, periodic in ((0, True), (15, stable)):
+        readings = bench.sweep([frequency], 1.0, n_stability_period=n_stability_period)
         # The steady state exists and is found, stable or not.
         assert readings.motion[0, 0, 0] == pytest.approx(exact, rel=1e-6)
         assert bool(readings.periodic[0]) is periodic
@@ -264,6 +264,6 @@ def test_a_steady_state_that_a_push_leaves_does_not_repeat(damping: float, stabl
 
 def test_friction_that_sticks_or_slips_lasts_after_a_push() -> None:
     beam = reduced_beam()
-    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    bench = VirtualSweepTest(jointed_beam(beam, DRAWN), beam.places)
     # What sliders keep of a push neither grows nor decays.
-    assert bench.sweep([466.0, 470.0], [0.01, 10.0], np.full(6, -0.4), n_push=30).periodic.all()
+    assert bench.sweep([466.0, 470.0], [0.01, 10.0], np.full(6, -0.4), n_stability_period=30).periodic.all()

@@ -20,7 +20,7 @@ from geometry.interface import ContactLine, straight_contact_line
 from reduction.assembly import ReducedAssembly, reduce_bodies
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import JointError, RomError
-from reduction.joined import Joined, LinePair, joined, vibrating
+from reduction.joined_bodies import JoinedBodies, LinePair, join_bodies, make_jointed_system
 from reduction.line_contact import LineStiffness, Tangents
 
 Array = NDArray[np.float64]
@@ -103,8 +103,8 @@ def stack() -> Stack:
 
 
 @pytest.fixture(scope="module")
-def both(stack: Stack) -> Joined:
-    return joined(stack.assembly, [pair("front"), pair("back")])
+def both(stack: Stack) -> JoinedBodies:
+    return join_bodies(stack.assembly, [pair("front"), pair("back")])
 
 
 def springs_by_hand(assembly: ReducedAssembly) -> Array:
@@ -123,7 +123,7 @@ def springs_by_hand(assembly: ReducedAssembly) -> Array:
 
 @pytest.mark.parametrize("tangents", Tangents)
 def test_all_stuck_it_is_the_bodies_with_a_spring_at_each_station(stack: Stack, tangents: Tangents) -> None:
-    made = joined(stack.assembly, [pair("front"), pair("back")], tangents=tangents)
+    made = join_bodies(stack.assembly, [pair("front"), pair("back")], tangents=tangents)
     expected = springs_by_hand(stack.assembly)
     scale = np.abs(expected).max()
     np.testing.assert_allclose(made.springs, expected, atol=1e-12 * scale)
@@ -136,7 +136,7 @@ def test_all_stuck_it_is_the_bodies_with_a_spring_at_each_station(stack: Stack, 
     assert {len(each.tangents) for each in made.contacts} == {1 if tangents is Tangents.ALONG else 2}
 
 
-def test_contacts_are_named_by_line_and_station(both: Joined) -> None:
+def test_contacts_are_named_by_line_and_station(both: JoinedBodies) -> None:
     assert both.lines == {name: (f"{name}.1", f"{name}.2", f"{name}.3") for name in LINES}
     assert [each.name for each in both.contacts] == [name for line in both.lines.values() for name in line]
     assert {each.friction_coefficient for each in both.contacts} == {0.6}
@@ -144,8 +144,8 @@ def test_contacts_are_named_by_line_and_station(both: Joined) -> None:
 
 @pytest.mark.parametrize("tangents", Tangents)
 def test_at_rest_normal_forces_balance_the_weight_and_its_moments(stack: Stack, tangents: Tangents) -> None:
-    made = joined(stack.assembly, [pair("front", [0, 1e-7, 0]), pair("back")], tangents=tangents)
-    rest = made.rest(stack.load(-PULL, POINT))
+    made = join_bodies(stack.assembly, [pair("front", [0, 1e-7, 0]), pair("back")], tangents=tangents)
+    rest = made.static_state(stack.load(-PULL, POINT))
     places = np.vstack([edge(name).stations for name in LINES])
     # Tangential forces lie in the plane of the lines: they have no moment about its axes. Constraint modes know the
     # rigid-body motions to about 1e-10.
@@ -156,32 +156,32 @@ def test_at_rest_normal_forces_balance_the_weight_and_its_moments(stack: Stack, 
     assert [each.preload for each in rest.contacts] == list(rest.normal)
 
 
-def test_a_weight_beyond_one_line_or_upwards_has_no_rest(stack: Stack, both: Joined) -> None:
+def test_a_weight_beyond_one_line_or_upwards_has_no_rest(stack: Stack, both: JoinedBodies) -> None:
     for force, y in ((-PULL, -0.01), (-PULL, 0.03), (PULL, POINT[1])):
         with pytest.raises(JointError, match="under the static load"):
-            both.rest(stack.load(force, np.array([0.01, y, 0.05])))
+            both.static_state(stack.load(force, np.array([0.01, y, 0.05])))
 
 
 def test_a_line_that_nothing_presses_is_named(stack: Stack) -> None:
     # A third line on the stations of the second one, too far away to touch.
     third = replace(pair("back", [1e-4] * 3), name="third")
-    made = joined(stack.assembly, [pair("front"), pair("back"), third])
+    made = join_bodies(stack.assembly, [pair("front"), pair("back"), third])
     with pytest.raises(JointError, match='under the static load "third" opens all along its line'):
-        made.rest(stack.load(-PULL, POINT))
+        made.static_state(stack.load(-PULL, POINT))
 
 
 def test_gaps_are_those_of_their_line(stack: Stack) -> None:
-    made = joined(stack.assembly, [pair("front"), pair("back", [0.0, 1e-6, 2e-6])])
+    made = join_bodies(stack.assembly, [pair("front"), pair("back", [0.0, 1e-6, 2e-6])])
     assert [each.gap for each in made.contacts] == [0, 0, 0, 0, 1e-6, 2e-6]
     with pytest.raises(JointError, match=r'"back" has 3 stations but gaps of shape \(2,\)'):
-        joined(stack.assembly, [pair("back", [0.0, 1e-6])])
+        join_bodies(stack.assembly, [pair("back", [0.0, 1e-6])])
 
 
 def test_unknown_sets_and_bodies_are_refused(stack: Stack) -> None:
     with pytest.raises(RomError, match='no boundary set "front lin"'):
-        joined(stack.assembly, [replace(pair("front"), line_set="front lin")])
+        join_bodies(stack.assembly, [replace(pair("front"), line_set="front lin")])
     with pytest.raises(RomError, match='no body "plat": it has plate, block'):
-        joined(stack.assembly, [replace(pair("front"), other="plat")])
+        join_bodies(stack.assembly, [replace(pair("front"), other="plat")])
 
 
 def test_sets_with_another_number_of_nodes_than_stations_are_refused(stack: Stack) -> None:
@@ -193,26 +193,26 @@ def test_sets_with_another_number_of_nodes_than_stations_are_refused(stack: Stac
     with pytest.raises(
         JointError, match='"front line" of block keeps 9 degrees of freedom, but the line has 2 stations'
     ):
-        joined(stack.assembly, [replace(pair("front"), line=two)])
+        join_bodies(stack.assembly, [replace(pair("front"), line=two)])
 
 
 def test_two_pairs_of_one_name_are_refused(stack: Stack) -> None:
     with pytest.raises(JointError, match='two pairs of lines are called "front"'):
-        joined(stack.assembly, [pair("front"), replace(pair("back"), name="front")])
+        join_bodies(stack.assembly, [pair("front"), replace(pair("back"), name="front")])
 
 
 def test_bodies_with_damping_of_their_own_are_refused(stack: Stack) -> None:
     bodies = stack.assembly.bodies
     damped = replace(bodies["block"], damping=bodies["block"].mass)
     with pytest.raises(JointError, match="the bodies have damping of their own, which would be lost"):
-        joined(ReducedAssembly(bodies={**bodies, "block": damped}), [pair("front")])
+        join_bodies(ReducedAssembly(bodies={**bodies, "block": damped}), [pair("front")])
 
 
-def test_the_system_about_rest_has_the_loads_and_the_ratio(stack: Stack, both: Joined) -> None:
-    rest = both.rest(stack.load(-PULL, POINT))
+def test_the_system_about_rest_has_the_loads_and_the_ratio(stack: Stack, both: JoinedBodies) -> None:
+    rest = both.static_state(stack.load(-PULL, POINT))
     force = np.zeros((2, stack.assembly.n_dof), dtype=np.complex128)
     force[1, stack.assembly.rows("block", "back line", 1)] = 1 + 2j
-    system = vibrating(both, rest, 0.004, force)
+    system = make_jointed_system(both, rest, 0.004, force)
     np.testing.assert_array_equal(system.dynamic, force)
     np.testing.assert_array_equal(system.static, rest.load)
     np.testing.assert_array_equal(system.stiffness, both.stiffness)
@@ -230,20 +230,20 @@ def test_the_system_about_rest_has_the_loads_and_the_ratio(stack: Stack, both: J
     np.testing.assert_allclose(rebuilt, system.damping.ravel(), atol=1e-9 * np.abs(system.damping).max())
 
 
-def test_forces_in_opposition_damp_the_mode_that_they_drive(stack: Stack, both: Joined) -> None:
-    rest = both.rest(stack.load(-PULL, POINT))
+def test_forces_in_opposition_damp_the_mode_that_they_drive(stack: Stack, both: JoinedBodies) -> None:
+    rest = both.static_state(stack.load(-PULL, POINT))
     lambda_, shapes = scipy.linalg.eigh(both.stuck, both.mass)
     # Inertia forces of the third mode and the fifth one: their parts on the first two cancel, those of their sizes
     # alone would not.
     force = np.zeros((2, stack.assembly.n_dof), dtype=np.complex128)
     force[1] = both.mass @ (shapes[:, 2] + shapes[:, 4])
     assert np.abs(np.abs(force[1]) @ shapes[:, :2]).max() > 0.01
-    damping = vibrating(both, rest, 0.004, force).damping
+    damping = make_jointed_system(both, rest, 0.004, force).damping
     np.testing.assert_allclose(shapes[:, 2] @ damping @ shapes[:, 2], 2 * 0.004 * np.sqrt(lambda_[2]), rtol=1e-6)
 
 
-def test_what_joins_and_how_it_rests_cannot_be_written(stack: Stack, both: Joined) -> None:
-    rest = both.rest(stack.load(-PULL, POINT))
+def test_what_joins_and_how_it_rests_cannot_be_written(stack: Stack, both: JoinedBodies) -> None:
+    rest = both.static_state(stack.load(-PULL, POINT))
     for values in (both.mass, both.bodies, both.stiffness, both.springs, rest.displacement, rest.load, rest.normal):
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 0.0
@@ -261,8 +261,8 @@ def test_what_joins_and_how_it_rests_cannot_be_written(stack: Stack, both: Joine
 def test_bodies_that_nothing_supports_are_named(stack: Stack) -> None:
     loose = ReducedAssembly(bodies={**stack.assembly.bodies, "wedge": stack.assembly.bodies["block"]})
     with pytest.raises(JointError, match=r"^nothing holds wedge: give it a support, or contact with a body that has"):
-        joined(loose, [pair("front"), pair("back")])
+        join_bodies(loose, [pair("front"), pair("back")])
     floating = ReducedAssembly(bodies={body: stack.floating if body == "plate" else rom
                                        for body, rom in stack.assembly.bodies.items()})  # fmt: skip
     with pytest.raises(JointError, match=r"^nothing holds plate and block, which touch each other: give one of them a"):
-        joined(floating, [pair("front"), pair("back")])
+        join_bodies(floating, [pair("front"), pair("back")])

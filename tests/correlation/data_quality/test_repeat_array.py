@@ -3,7 +3,7 @@
 import numpy as np
 
 from correlation.campaign.measurement import Measurement
-from correlation.data_quality.by_repeat import arrange_by_repeat
+from correlation.data_quality.repeat_array import arrange_repeats
 
 
 def test_a_reading_stands_at_its_sensor_point_and_repeat() -> None:
@@ -15,7 +15,7 @@ def test_a_reading_stands_at_its_sensor_point_and_repeat() -> None:
         test=0 * one, order=one, repeat=repeat, sweep=one, level=one.astype(float), frequency=frequency.astype(float),
         sensor=sensor, harmonic=np.array([1] * len(rows) + [2]), value=value.astype(complex), force=one.astype(float),
     )  # fmt: skip
-    arranged = arrange_by_repeat(table, [1, 0])
+    arranged = arrange_repeats(table, [1, 0])
     assert arranged.repeat == [1, 3]
     assert arranged.frequency.tolist() == [10, 11]
     np.testing.assert_array_equal(arranged.value, [[[2, 6], [4, np.nan]], [[1, 5], [3, 7]]])

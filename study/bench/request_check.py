@@ -1,4 +1,4 @@
-"""Who may ask the server: this computer, with the token, from the page itself."""
+"""Check of requests: the server answers this computer alone, with the token, from the page itself."""
 
 from collections.abc import Mapping
 from hmac import compare_digest
@@ -20,8 +20,8 @@ HEADERS = {
 }
 
 
-def find_refusal(headers: Mapping[str, str], given: str, token: str, port: int) -> str | None:
-    """Why a request is refused; None if it is the page's own.
+def find_rejection_reason(headers: Mapping[str, str], given: str, token: str, port: int) -> str | None:
+    """Reason to reject a request; None if it is valid.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Covariances with the model error that a fit leaves, and with less of it.
+"""Covariances of a fit with its estimated model error, and with smaller shares of it.
 
-A missing effect may have been taken for model error, which is then smaller beside the effect. So each explanation is
-judged by the covariance that suits it best.
+A missing effect may have been estimated as model error, which is then smaller once the effect is in the model. So each
+explanation is judged by the covariance under which it gains most.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,49 +19,49 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix, Vector
 from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.weighting import resize_model_error
-from diagnosis.screening import Score, compute_slopes, find_least, make_basis, project_out
+from diagnosis.screening import Score, compute_slopes, make_basis, minimise_along_change, project_out
 
 #: Shares of the model error that are tried beside all of it [-].
 LESS_ERROR = (0.1, 0.0)
 
 
-class Weights(NamedTuple):
-    """A covariance, with all that is fitted projected out."""
+class ProjectedCovariance(NamedTuple):
+    """Data whitened by one covariance, with the fitted parameters projected out."""
 
     whitening: Whitening
     basis: Matrix
     residual: Vector
-    surplus: float
+    cost_difference: float
     """-2 ln p of the model beyond that by the covariance with all model error [-]."""
 
     def across(self, changes: Matrix) -> Matrix:
-        """Whitened changes, shape (m, c), as rows of all data and priors."""
+        """Whitened and projected changes, shape (m, c), with rows of all data and priors."""
         whitened = np.pad(self.whitening(changes), ((0, len(self.residual) - len(changes)), (0, 0)))
         return project_out(self.basis, whitened)
 
 
-def list_weights(arrangement: Arrangement) -> list[Weights]:
-    """Covariances with the model error that the fit leaves, and with less of it."""
+def list_covariances(arrangement: Arrangement) -> list[ProjectedCovariance]:
+    """List the covariances with all of the estimated model error, and with `LESS_ERROR` of it."""
     train, fit = arrangement.train, arrangement.fit
     m, there = fit.n_number, train.has_prediction(fit.prediction)
     difference = train.difference(fit.prediction)
-    jacobian, prior = train.whitening.undo(fit.jacobian[:m]), fit.jacobian[m:]
+    jacobian, prior = train.whitening.unwhiten(fit.jacobian[:m]), fit.jacobian[m:]
     listed = [train]
     if train.model_error is not None and train.model_error.size != NO_ERROR:
         listed += [resize_model_error(train, train.model_error.size.scaled(share)) for share in LESS_ERROR]
-    weights: list[Weights] = []
+    weights: list[ProjectedCovariance] = []
     costs = []
     for each in listed:
         basis = make_basis(np.concatenate([each.whitening(jacobian), prior]) * fit.unknowns.size)
         residual = np.concatenate([np.where(there, each.whitening(difference), NOT_FOUND), fit.residual[m:]])
         across = project_out(basis, residual)
         costs.append(float(across @ across) + each.log_weight)
-        weights.append(Weights(each.whitening, basis, across, costs[-1] - costs[0]))
+        weights.append(ProjectedCovariance(each.whitening, basis, across, costs[-1] - costs[0]))
     return weights
 
 
-def rank_by_suited_gains(arrangement: Arrangement, scores: Sequence[Score]) -> list[Score]:
-    """Scores with the largest gain by any of these covariances, best first."""
+def rank_by_best_covariance(arrangement: Arrangement, scores: Sequence[Score]) -> list[Score]:
+    """Rank scores by the largest gain under any of these covariances, best first."""
     if arrangement.model_error_size == NO_ERROR:
         return list(scores)
     # Screening has the slopes already, but of effects that the covariance with all model error hides.
@@ -73,7 +73,9 @@ def rank_by_suited_gains(arrangement: Arrangement, scores: Sequence[Score]) -> l
     return sorted(suited, key=lambda score: -score.gain)
 
 
-def compute_suited_gains(arrangement: Arrangement, effects: Sequence[Effect]) -> Float[NDArray[np.float64], "w e"]:
+def compute_gains_by_covariance(
+    arrangement: Arrangement, effects: Sequence[Effect]
+) -> Float[NDArray[np.float64], "w e"]:
     """Gain of each effect to first order by each of these covariances, that with all model error first [-]."""
     return _compute_gains(arrangement, effects, compute_slopes(arrangement, effects))
 
@@ -81,10 +83,12 @@ def compute_suited_gains(arrangement: Arrangement, effects: Sequence[Effect]) ->
 def _compute_gains(
     arrangement: Arrangement, effects: Sequence[Effect], slopes: Iterable[Vector]
 ) -> Float[NDArray[np.float64], "w e"]:
-    weights, m = list_weights(arrangement), arrangement.fit.n_number
+    weights, m = list_covariances(arrangement), arrangement.fit.n_number
     gains = np.zeros((len(weights), len(effects)))
     for number, (effect, slope) in enumerate(zip(effects, slopes, strict=True)):
-        change = arrangement.train.whitening.undo(slope[:m, None])
+        change = arrangement.train.whitening.unwhiten(slope[:m, None])
         for each, row in zip(weights, gains, strict=True):
-            row[number] = find_least(effect, each.across(change)[:, 0], each.residual).gain - each.surplus
+            row[number] = (
+                minimise_along_change(effect, each.across(change)[:, 0], each.residual).gain - each.cost_difference
+            )
     return gains

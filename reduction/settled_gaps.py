@@ -1,12 +1,12 @@
-r"""Where a rigid body that nothing but contact holds lies before its load presses it: seated against uneven gaps.
+r"""Position of a rigid body that contact alone supports, before its load presses it: settled against uneven gaps.
 
-A gap field is reckoned from where the drawing has the body. Before any spring of a contact is stretched the body lies
-elsewhere, as deep in its grooves as it goes,
+Gaps are measured from the position of the body in the drawing. Before any contact spring is deformed, the body settles
+as deep in its grooves as it can,
 
 .. math:: \min_a\; \sum_i s_i \quad \text{subject to} \quad s = g - N R a \ge 0 ,
 
-R being its rigid motions; of several such places it is that of the least \|s\|. What is left, s, are the gaps from
-there; contacts have no tension there. A rigid motion r adds N r to g and r to the place, and changes s by nothing.
+R being its rigid motions; of several such positions it takes that of the least \|s\|. The remaining gaps s are measured
+from there, where no contact is in tension. A rigid motion r adds N r to g and r to the position, and does not change s.
 
 References
 ----------
@@ -21,7 +21,7 @@ import scipy.optimize
 from jaxtyping import Float
 
 from reduction.array_type import Real
-from reduction.joined import Joined
+from reduction.joined_bodies import JoinedBodies
 
 #: Singular value of the approaches, over the largest, below which a motion opens and closes nothing.
 IDLE = 1e-9
@@ -31,8 +31,8 @@ DEEP = 30.0
 ROUND_OFF = 1e-8
 
 
-def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]]) -> Joined:
-    """Contacts with the gaps that are left where each body is seated.
+def settle_bodies(bodies: JoinedBodies, motions: Mapping[str, Float[Real, "r 6"]]) -> JoinedBodies:
+    """Contacts with the gaps that remain when each body has settled.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]]) -> Joined:
     for motion in motions.values():
         approach = normals @ motion
         is_touched = np.abs(approach).max(axis=1, initial=0.0) > 0
-        gaps[is_touched] = seated_gaps(approach[is_touched], gaps[is_touched])
+        gaps[is_touched] = remaining_gaps(approach[is_touched], gaps[is_touched])
     contacts = tuple(replace(item, gap=float(gap)) for item, gap in zip(bodies.contacts, gaps, strict=True))
     return replace(bodies, contacts=contacts)
 
 
-def seated_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]) -> Real:
-    """The gaps s that are left, shape (c,) [m], of gaps g [m] that unit motions close by N R, shape (c, m)."""
+def remaining_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]) -> Real:
+    """Remaining gaps s, shape (c,) [m], of gaps g [m] that unit motions close by N R, shape (c, m)."""
     if not gaps.any():
         return gaps
     scale = np.abs(approach).max(axis=0)

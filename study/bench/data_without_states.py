@@ -1,4 +1,4 @@
-"""A campaign without steady states on the bench: its numbers and pictures, and the diagnosis of these."""
+"""A campaign without steady states in the bench: its comparison, its pictures and its diagnosis."""
 
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,6 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.fit_parameter import Unknowns, Values
-from study.alike import merge_suspicions
 from study.bench.line import list_case_unknowns, move_values
 from study.bench.own_effect import show_own_effects
 from study.bench.view.comparison import show_summary
@@ -28,6 +27,7 @@ from study.compare.suspicions import find_all_suspicions
 from study.diagnose.data_run import DataDiagnosisResult, diagnose_data
 from study.diagnose.history import history_of
 from study.diagnose.table import format_interval
+from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
 Views = dict[str, Any]
@@ -35,8 +35,8 @@ Numbers = dict[str, float | str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Alone:
-    """A case beside such a campaign, and its parameters."""
+class _CaseWithData:
+    """A case with such a campaign, and its parameters."""
 
     read: ReadCase
     campaign: Campaign
@@ -57,15 +57,15 @@ class _Alone:
         return {"difference [standard deviations]": size}, [_show_section(section) for section in sections], data
 
 
-def _read_alone(case: Path, campaign: Campaign, run: RunContext) -> _Alone:
+def _read_case_with_data(case: Path, campaign: Campaign, run: RunContext) -> _CaseWithData:
     read = read_case(case, campaign, run)
     unknowns, values = list_case_unknowns(read.setup)
-    return _Alone(read=read, campaign=campaign, unknowns=unknowns, values=values)
+    return _CaseWithData(read=read, campaign=campaign, unknowns=unknowns, values=values)
 
 
-def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numbers, Views]:
+def compare_data_campaign(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numbers, Views]:
     """Numbers and parts of the page of a comparison, as `stickslip compare` makes it."""
-    alone, history = _read_alone(case, campaign, run), history_of(case)
+    alone, history = _read_case_with_data(case, campaign, run), history_of(case)
     setup, make_surfaces = alone.read.setup, alone.read.structure.surfaces
     numbers, sections, data = alone.compare(setup.complete, run)
     model = with_sensors(setup.complete, campaign)
@@ -81,21 +81,23 @@ def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numb
     return numbers, views
 
 
-def move_alone(case: Path, campaign: Campaign, run: RunContext, values: Mapping[str, float]) -> tuple[Numbers, Views]:
+def move_data_parameters(
+    case: Path, campaign: Campaign, run: RunContext, values: Mapping[str, float]
+) -> tuple[Numbers, Views]:
     """The same comparison with other values of some parameters; the case stays as it is."""
-    alone = _read_alone(case, campaign, run)
+    alone = _read_case_with_data(case, campaign, run)
     moved = move_values(alone.unknowns, alone.values, values, case)
     numbers, sections, _ = alone.compare(alone.unknowns.compose(alone.unknowns.clipped(moved)), run)
     return numbers, {"moved": {"values": dict(values), "data": sections}}
 
 
-def screen_alone() -> Views:
+def screen_data_campaign() -> Views:
     """Effects of such data are not screened, but fitted one by one by a diagnosis."""
     nothing: Views = {"rows": [], "verdict": None, "chance": None}
     return {"candidates": nothing, "errors": None, "fitted": {}, "law": None, "next_test": None, "is_diagnosed": False}
 
 
-def diagnose_alone(
+def diagnose_data_campaign(
     case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str]
 ) -> tuple[Numbers, Views]:
     """Numbers and parts of the page of a diagnosis, as `stickslip diagnose` makes it."""

@@ -2,7 +2,7 @@
 
 import pytest
 
-from study.bench.guard import find_refusal
+from study.bench.request_check import find_rejection_reason
 
 TOKEN, PORT = "t0ken", 8350
 OWN = {"Host": "127.0.0.1:8350", "Origin": "http://127.0.0.1:8350", "Sec-Fetch-Site": "same-origin"}
@@ -12,7 +12,7 @@ OWN = {"Host": "127.0.0.1:8350", "Origin": "http://127.0.0.1:8350", "Sec-Fetch-S
     "headers", [OWN, {"Host": "localhost:8350"}, {"Host": "127.0.0.1:8350", "Sec-Fetch-Site": "none"}]
 )
 def test_the_page_itself_and_a_typed_address_are_answered(headers: dict[str, str]) -> None:
-    assert find_refusal(headers, TOKEN, TOKEN, PORT) is None
+    assert find_rejection_reason(headers, TOKEN, TOKEN, PORT) is None
 
 
 @pytest.mark.parametrize(
@@ -30,9 +30,9 @@ def test_the_page_itself_and_a_typed_address_are_answered(headers: dict[str, str
     ],
 )
 def test_other_hosts_and_origins_are_refused_even_with_the_token(change: dict[str, str]) -> None:
-    assert find_refusal(OWN | change, TOKEN, TOKEN, PORT)
+    assert find_rejection_reason(OWN | change, TOKEN, TOKEN, PORT)
 
 
 @pytest.mark.parametrize("given", ["", "t0ke", "t0kenn", "T0KEN", "ü"])
 def test_without_the_token_nothing_is_answered(given: str) -> None:
-    assert find_refusal(OWN, given, TOKEN, PORT)
+    assert find_rejection_reason(OWN, given, TOKEN, PORT)

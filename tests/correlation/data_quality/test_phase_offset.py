@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.data_quality.one_angle import find_one_angle
+from correlation.data_quality.phase_offset import find_phase_offset
 
 
 def response(frequency: NDArray[np.float64], f0: float = 100.0, zeta: float = 0.01) -> NDArray[np.complex128]:
@@ -18,10 +18,10 @@ def test_an_angle_is_found_over_the_resonance_and_over_a_band_far_wider(half_wid
     frequency = 100.0 + half_widths * np.linspace(-1, 1, 41)
     noise = 0.003 * np.random.default_rng(1).standard_normal((2, 41))
     value = response(frequency, 100.01) * np.exp(1j * np.radians(angle)) * (1 + noise[0] + 1j * noise[1])
-    found = find_one_angle(value, response(frequency), frequency, np.zeros(41, dtype=int))
+    found = find_phase_offset(value, response(frequency), frequency, np.zeros(41, dtype=int))
     assert found is not None
     assert np.degrees(found.angle) == pytest.approx(angle, abs=1.0)
-    assert found.own == pytest.approx(np.cos(np.radians(angle)), abs=0.02)
+    assert found.agreement == pytest.approx(np.cos(np.radians(angle)), abs=0.02)
 
 
 @pytest.mark.parametrize("half_widths", [0.3, 1.0, 3.0, 20.0])
@@ -29,9 +29,9 @@ def test_an_angle_is_found_over_the_resonance_and_over_a_band_far_wider(half_wid
 def test_a_resonance_that_is_off_turns_no_phases_by_one_angle(half_widths: float, f0: float, zeta: float) -> None:
     frequency = 100.0 + half_widths * np.linspace(-1, 1, 41)
     value = response(frequency, f0, zeta)
-    assert find_one_angle(value, response(frequency), frequency, np.zeros(41, dtype=int)) is None
+    assert find_phase_offset(value, response(frequency), frequency, np.zeros(41, dtype=int)) is None
 
 
 def test_two_points_of_a_curve_tell_no_slope() -> None:
     frequency = np.array([95.0, 105.0])
-    assert find_one_angle(1j * response(frequency), response(frequency), frequency, np.zeros(2, dtype=int)) is None
+    assert find_phase_offset(1j * response(frequency), response(frequency), frequency, np.zeros(2, dtype=int)) is None

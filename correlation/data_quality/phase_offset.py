@@ -1,11 +1,11 @@
-r"""One angle that turns all phases of some curves, where a resonance that is off would not.
+r"""A common phase offset of some curves, which an error of a resonance could not explain.
 
-A resonance that is off in frequency and damping moves a curve along :math:`\Omega` by a complex amount. As
+An error of a resonance in frequency and damping moves a curve along :math:`\Omega` by a complex amount. As
 :math:`\ln X` is analytic, phases then change to first order by
 
 .. math:: \epsilon \, d \arg X / d \ln \Omega + \delta \, d \ln |X| / d \ln \Omega ,
 
-which is nothing away from the resonance, where one angle turns them as well.
+which vanishes away from the resonance, while a phase offset acts there as well.
 """
 
 from typing import NamedTuple
@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.data_quality.logarithm import turn_phases
+from correlation.data_quality.logarithm import wrap_phases
 
-#: Values agree so well once they are turned [-].
+#: Least agreement of the phases after the rotation [-].
 TURNED = 0.95
 #: An angle is clear from so much on [rad], if `MOST` of the phases are off by so many times less once they are turned,
 #: and by so many times more where each curve is moved along its frequencies instead. Of 20,000 random models of one to
@@ -30,28 +30,28 @@ Values = Complex[NDArray[np.complex128], " n"]
 Angles = Float[NDArray[np.float64], " n"]
 
 
-class OneAngle(NamedTuple):
-    """Angle by which values are ahead of what is expected.
+class PhaseOffset(NamedTuple):
+    """Phase by which values lead the expected ones.
 
     Parameters
     ----------
     angle
         Angle [rad].
-    own
-        Agreement of the phases without it: 1 for equal, -1 for opposite ones [-].
-    left
-        What is left of most phases once they are turned back [rad].
+    agreement
+        Agreement of the phases without the rotation: 1 for equal, -1 for opposite ones [-].
+    residual
+        Below this most phase differences are after a rotation by the angle [rad].
     """
 
     angle: float
-    own: float
-    left: float
+    agreement: float
+    residual: float
 
 
-def find_one_angle(
+def find_phase_offset(
     value: Values, expected: Values, frequency: Float[NDArray[np.float64], " n"], curve: Int[NDArray[np.int64], " n"]
-) -> OneAngle | None:
-    """Angle that alone explains all phases; None if they are right, if none does, or if a resonance that is off may.
+) -> PhaseOffset | None:
+    """The offset that explains all phase differences; None if there is none, or if an error of a resonance may.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def find_one_angle(
     with np.errstate(divide="ignore", invalid="ignore"):
         apart, level = np.log(value / expected), np.log(expected)
     there = np.isfinite(apart) & np.isfinite(level)
-    phase, moved, n_seen = turn_phases(apart).imag, [], 0
+    phase, moved, n_seen = wrap_phases(apart).imag, [], 0
     for number in np.unique(curve[there]):
         rows = np.flatnonzero(there & (curve == number))
         rows = rows[np.argsort(frequency[rows])]
@@ -83,9 +83,9 @@ def find_one_angle(
     angle = float(np.angle(together))
     left = _size(np.angle(np.exp(1j * (phase[there] - angle))))
     clear = abs(angle) > max(LEAST, TIMES * left) and _size(np.concatenate(moved)) > max(LEAST, MOVED * left)
-    return OneAngle(angle, together.real, left) if abs(together) > TURNED and clear else None
+    return PhaseOffset(angle, together.real, left) if abs(together) > TURNED and clear else None
 
 
 def _size(angles: Angles) -> float:
-    """What most angles are below."""
+    """Quantile of the angles' magnitudes at `MOST`."""
     return float(np.quantile(np.abs(angles), MOST))

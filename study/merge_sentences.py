@@ -1,11 +1,11 @@
-"""One mistake that was made in many files, printed once."""
+"""Similar sentences merged into one: a mistake that was made in many files is printed once."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from geometry.some_names import MOST, name_some
+from geometry.name_list import MOST, join_first_names
 
 if TYPE_CHECKING:
     from correlation.campaign.measurement import Suspicion
@@ -19,10 +19,10 @@ QUOTED = re.compile(r'"[^"]+"')
 MANIFEST = "campaign.toml"
 
 
-def merge_alike(sentences: Sequence[str], *, naming_all: bool = False) -> list[str]:
-    """Sentences that differ by the file and by numbers alone, or by what they speak of, once each.
+def merge_similar(sentences: Sequence[str], *, naming_all: bool = False) -> list[str]:
+    """Merge sentences that differ only by the file, by numbers or by their subject.
 
-    More than `MOST` of them that differ also by names in quotes, such as those of columns, are one too.
+    More than `MOST` of them that differ also by quoted names, such as those of columns, are merged as well.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def merge_alike(sentences: Sequence[str], *, naming_all: bool = False) -> list[s
 
 
 def _name(names: Sequence[str], naming_all: bool) -> str:
-    return ", ".join(names) if naming_all else name_some(names)
+    return ", ".join(names) if naming_all else join_first_names(names)
 
 
 def _quoted(sentences: Sequence[str]) -> list[str]:
@@ -103,4 +103,4 @@ def name_wrong_places(suspicions: "Sequence[Suspicion]") -> str:
     What a headline says in words of its own is not named by its place.
     """
     wrong = [each for each in suspicions if not each.remark and not each.headline]
-    return name_some(list(dict.fromkeys(place for each in wrong for place in (each.where, *each.alike))), "; ")
+    return join_first_names(list(dict.fromkeys(place for each in wrong for place in (each.where, *each.alike))), "; ")

@@ -1,4 +1,4 @@
-"""Ring-downs whose clock is wrong: one factor on time explains the frequencies of all modes beside a model."""
+"""Ring-downs with a wrong time base: one factor on time explains the frequencies of all modes beside a model."""
 
 from collections.abc import Iterator
 
@@ -15,21 +15,21 @@ from correlation.model import Model
 
 Frequencies = Float[NDArray[np.float64], " m"]
 
-#: What is wrong with a clock, by the factor of measured frequencies on true ones.
-CLOCKS = {
+#: Mistakes of a time base, by the ratio of measured to true frequencies.
+TIME_BASE_MISTAKES = {
     1e-6: "are its times in us and read as s", 1e-3: "are its times in ms and read as s",
     1e3: "are its times in s and read as ms", 0.5: "is its sampling rate twice what the times say",
     2.0: "is its sampling rate half of what the times say",
 }  # fmt: skip
-#: Frequencies agree once the clock is mended within so much, several modes and one alone [natural logarithm]. Of 20,000
-#: random chains of up to six masses beside others whose masses and springs are off by up to 40 % each, none of those
-#: with several modes passes, and 0.5 % of those with one.
+#: Tolerance for the agreement of frequencies after the correction, several modes and one alone [natural logarithm]. Of
+#: 20,000 random chains of up to six masses beside others whose masses and springs are off by up to 40 % each, none of
+#: those with several modes passes, and 0.5 % of those with one.
 TOGETHER, ALONE = 0.05, 0.02
 LISTED = 4
 
 
-def find_wrong_clock(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
-    """A wrong clock, or else a remark on modes that no mode of the model is near, with the frequencies of both.
+def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
+    """A wrong time base, or else a remark on modes that no mode of the model is near, with the frequencies of both.
 
     Parameters
     ----------
@@ -43,14 +43,14 @@ def find_wrong_clock(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
     frequency = frequency[frequency > 0]
     if not len(measured) or not len(frequency):
         return
-    found = find_clock_factor(measured, frequency)
+    found = find_time_base_factor(measured, frequency)
     lost = _distance(measured, frequency) > np.log(FAR)
     both = f"the modes of the model are at {_list(frequency)} Hz"
     if found is not None:
         yield Suspicion(
             where=decay.name,
             sentence=f"its modes are at {_list(measured)} Hz, and {both}: each is {found:.4g} times one of these, and "
-            f"none is near one as it is: {CLOCKS[found]}? If so, correct the unit or the rate of its time",
+            f"none is near one as it is: {TIME_BASE_MISTAKES[found]}? If so, correct the unit or the rate of its time",
         )
     elif lost.any():
         yield Suspicion(
@@ -61,8 +61,8 @@ def find_wrong_clock(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
         )
 
 
-def find_clock_factor(measured: Frequencies, model: Frequencies) -> float | None:
-    """The factor of `CLOCKS` that makes all measured frequencies those of a model; None if one of them is as it is.
+def find_time_base_factor(measured: Frequencies, model: Frequencies) -> float | None:
+    """The factor of `TIME_BASE_MISTAKES` that corrects all measured frequencies; None if one of them is right as it is.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def find_clock_factor(measured: Frequencies, model: Frequencies) -> float | None
     if _distance(measured, model).min() < SAME:
         return None
     near = TOGETHER if len(measured) > 1 else ALONE
-    best = min(CLOCKS, key=lambda factor: float(_distance(measured, factor * model).max()))
+    best = min(TIME_BASE_MISTAKES, key=lambda factor: float(_distance(measured, factor * model).max()))
     return best if _distance(measured, best * model).max() < near else None
 
 

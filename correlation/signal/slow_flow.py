@@ -1,4 +1,4 @@
-r"""Modes of a ring-down as flows: the decay rate and the frequency of each are functions of its amplitude alone.
+r"""Slow flow of the modes of a ring-down: decay rate and frequency of each are functions of its amplitude alone.
 
 .. math:: \dot a = -\delta(a), \quad \dot\varphi = \omega(a), \qquad
           x(t) = \operatorname{Re} \sum_m \Big( A_m e^{i \varphi_m} + \sum_k c_{mk}(A_m)\, A_m\, e^{i k \varphi_m} \Big)
@@ -37,8 +37,8 @@ SINGULAR, SHOWN = 1e-12, 1e-280
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Flow:
-    """One mode.
+class SlowFlow:
+    """Slow flow of amplitude and phase of one mode.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Flow:
     coefficients
         a and phi at the start, then those of ln delta, then those of omega, shape (2 + 2 b,).
     n_sample
-        Samples of its wave: it goes on at constant rates where it has sunk into the noise.
+        Number of its samples; below the noise it continues at constant rates.
     harmonics
         Orders of its harmonics, 2 and above.
     """
@@ -123,7 +123,7 @@ class Flow:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FlowFit:
+class SlowFlowFit:
     """Fitted modes.
 
     Parameters
@@ -138,7 +138,7 @@ class FlowFit:
         Number of coefficients in total [-].
     """
 
-    flows: tuple[Flow, ...]
+    flows: tuple[SlowFlow, ...]
     covariance: tuple[Matrix, ...]
     residual: Vector
     n_parameter: int
@@ -150,7 +150,7 @@ class FlowFit:
         return float(n * np.log((self.residual**2).mean() + 1e-300) + self.n_parameter * np.log(n))
 
 
-def fit_flows(values: Vector, step: float, flows: Sequence[Flow], prior: float = np.inf) -> FlowFit:
+def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior: float = np.inf) -> SlowFlowFit:
     """Fit all modes at once, by Levenberg and Marquardt's method; the linear part is solved for in every step.
 
     Parameters
@@ -198,7 +198,7 @@ def fit_flows(values: Vector, step: float, flows: Sequence[Flow], prior: float =
     scale = np.sqrt(np.maximum(np.diag(normal), max(1e-300, SHOWN * variance)))
     covariance = np.linalg.pinv(normal / np.outer(scale, scale), rcond=SINGULAR, hermitian=True) * variance
     covariance = covariance / np.outer(scale, scale)
-    return FlowFit(
+    return SlowFlowFit(
         flows=tuple(replace(flow, coefficients=part) for flow, part in zip(flows, at, strict=True)),
         covariance=tuple(covariance[a:b, a:b] for a, b in pairwise(places)),
         residual=residual,
@@ -206,21 +206,21 @@ def fit_flows(values: Vector, step: float, flows: Sequence[Flow], prior: float =
     )  # fmt: skip
 
 
-def _certainty(flow: Flow, prior: float) -> Vector:
+def _certainty(flow: SlowFlow, prior: float) -> Vector:
     """Inverse variance of the first guess of each coefficient."""
     count = (len(flow.coefficients) - 2) // 2
     typical = float(np.median(flow.coefficients[2 + count :]))
     return np.concatenate([[0.0, 0.0], np.full(count, (20 * prior) ** -2.0), np.full(count, (prior * typical) ** -2.0)])
 
 
-def _largest_step(flow: Flow, step: float) -> Vector:
-    """How far each coefficient may move at once: a logarithm by 0.5, a phase by 1 rad, also at the end."""
+def _largest_step(flow: SlowFlow, step: float) -> Vector:
+    """Largest step of each coefficient: a logarithm by 0.5, a phase by 1 rad, also at the end."""
     count = (len(flow.coefficients) - 2) // 2
     return np.concatenate([[0.5, 1.0], np.full(count, 0.5), np.full(count, 4.0 / (step * flow.n_sample))])
 
 
 def _linearise(
-    values: Vector, step: float, flows: Sequence[Flow], at: Sequence[Vector]
+    values: Vector, step: float, flows: Sequence[SlowFlow], at: Sequence[Vector]
 ) -> tuple[Vector, Matrix, Vector]:
     """Residual with the best linear part, and the normal equations of a step of all coefficients.
 

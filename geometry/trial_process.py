@@ -1,12 +1,12 @@
-"""A file that ends or stops the native code that reads it: reading is rehearsed in a process of its own.
+"""Untrusted files that may crash or hang their reader: each is read in a trial process first.
 
-The CAD kernel and HDF5 trust counts and addresses in their files: a damaged one can end the program without a word, or
-keep it for ever. No check from outside sees that before. So the program copies itself (`fork`, some ten milliseconds),
-and the copy reads the file first, with limits of processor time and memory; what it read is thrown away. If the copy
-lives, the file is read again here.
+The CAD kernel and HDF5 trust counts and addresses in their files: a damaged file can crash the program or keep it in a
+loop. No check from outside sees that before. So the program copies itself (`fork`, some ten milliseconds), and the copy
+reads the file first, with limits of processor time and memory; what it read is discarded. If the copy survives, the
+file is read again here.
 
-A copy that waits without working, as one may where another thread held a lock, says nothing of the file: it is given up
-after a while, and the file is read.
+A copy that waits without working, as one may where another thread held a lock, shows nothing about the file: it is
+ended after a while, and the file is read.
 """
 
 import contextlib
@@ -26,8 +26,8 @@ PATIENCE = 1.0
 _NO_MEMORY = 3
 
 
-def rehearse(read: Callable[[], object], file: Path, *, speed: float, memory: float) -> str | None:
-    """Read a file in a process of its own.
+def read_in_trial_process(read: Callable[[], object], file: Path, *, speed: float, memory: float) -> str | None:
+    """Read a file in a child process with limits of time and memory.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The amplitude of a sensor that a curve over frequency holds, as a test under response control does."""
+"""Response control: a curve over frequency at a constant amplitude of a sensor."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ Row = Float[NDArray[np.float64], " r"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HeldAmplitude:
-    """What the level of the harmonic force holds.
+class AmplitudeControl:
+    """Amplitude of a sensor that the level of the harmonic force keeps constant.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class HeldAmplitude:
         Whether it reads the displacement (0), the velocity (1) or the acceleration (2).
     amplitude
         Of the first harmonic of its reading [m, m/s or m/s^2].
-    carried
+    base_acceleration
         Acceleration of each degree of freedom with a shaken base at level 1, shape (r,) [m/s^2 / Omega^p]; None where
         none is in the reading.
     level_power
@@ -40,10 +40,10 @@ class HeldAmplitude:
     row: Row
     derivative: int
     amplitude: float
-    carried: Complex[NDArray[np.complex128], " r"] | None = None
+    base_acceleration: Complex[NDArray[np.complex128], " r"] | None = None
     level_power: int = 0
 
-    def follow(
+    def compute_curve(
         self,
         balance: HarmonicBalance,
         first: float,
@@ -61,12 +61,13 @@ class HeldAmplitude:
 
     def _base(self, balance: HarmonicBalance) -> BaseExcitation | None:
         """The base in the reading, whose motion and inertia are those of all degrees of freedom at level 1."""
-        if self.carried is None:
+        if self.base_acceleration is None:
             return None
-        largest = self.carried[int(np.argmax(np.abs(self.carried)))]
+        largest = self.base_acceleration[int(np.argmax(np.abs(self.base_acceleration)))]
         turn = largest / abs(largest)
         quantity = {power: name for name, power in LEVEL_POWER.items()}[self.level_power]
         motion = BaseMotion(
-            motion=(self.carried / turn).real, inertia=-(balance.structure.dynamic[1, : len(self.carried)] / turn).real
+            motion=(self.base_acceleration / turn).real,
+            inertia=-(balance.structure.dynamic[1, : len(self.base_acceleration)] / turn).real,
         )
         return BaseExcitation(base=motion, amplitude=complex(turn / 1j**self.level_power), quantity=quantity)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 MOST = 3
 
 
-def name_some(names: Sequence[str], separator: str = ", ") -> str:
+def join_first_names(names: Sequence[str], separator: str = ", ") -> str:
     """The first names, and how many more there are.
 
     Parameters

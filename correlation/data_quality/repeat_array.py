@@ -1,4 +1,4 @@
-"""Readings of some sensors side by side, so that one repeat can be held against the others."""
+"""Readings of some sensors as one array over points and repeats, for comparison of one repeat with the others."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from correlation.row_group import group_rows
 Repeats = Complex[NDArray[np.complex128], "s n r"]
 
 
-class ByRepeat(NamedTuple):
+class RepeatArray(NamedTuple):
     """Values of one harmonic by point and repeat.
 
     Parameters
@@ -34,7 +34,7 @@ class ByRepeat(NamedTuple):
     sweep: Int[NDArray[np.int64], " n"]
 
 
-def arrange_by_repeat(table: Measurement, sensors: Sequence[int], harmonic: int = 1) -> ByRepeat:
+def arrange_repeats(table: Measurement, sensors: Sequence[int], harmonic: int = 1) -> RepeatArray:
     """Arrange the values of some sensors.
 
     Parameters
@@ -54,4 +54,4 @@ def arrange_by_repeat(table: Measurement, sensors: Sequence[int], harmonic: int 
         own = table.sensor[rows] == sensor
         values[place, point.number[own], column.ravel()[rows[own]]] = table.value[rows[own]]
     first = rows[point.first]
-    return ByRepeat(repeats.tolist(), values, table.level[first], table.frequency[first], table.sweep[first])
+    return RepeatArray(repeats.tolist(), values, table.level[first], table.frequency[first], table.sweep[first])

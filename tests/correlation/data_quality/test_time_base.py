@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from correlation.data_quality.decay_clock import find_clock_factor
 from correlation.data_quality.model import find_model_suspicions
 from correlation.data_quality.response import find_response_suspicions
+from correlation.data_quality.time_base import find_time_base_factor
 from correlation.data_type.mode import linear_modes
 from correlation.data_type.ring_down import FreeDecay
 from correlation.signal.ring_down import analyse_ring_down
@@ -46,9 +46,9 @@ def test_a_right_clock_is_not_suspected_and_a_mode_that_the_model_lacks_is_named
 
 def test_all_modes_must_have_the_factor() -> None:
     model = np.array([80.0, 250.0, 310.0])
-    assert find_clock_factor(2 * model[:2], model) == 2.0
-    assert find_clock_factor(np.array([160.0, 700.0]), model) is None
-    assert find_clock_factor(np.array([80.0, 500.0]), model) is None
+    assert find_time_base_factor(2 * model[:2], model) == 2.0
+    assert find_time_base_factor(np.array([160.0, 700.0]), model) is None
+    assert find_time_base_factor(np.array([80.0, 500.0]), model) is None
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1e3, '"kHz"'), (1e-3, '"Hz" instead of "kHz"')])

@@ -1,4 +1,4 @@
-"""Rows below a table that are none of it: a closing text, totals such as "Mean;1.0;2.0", the header of another one."""
+"""Footer of a table: a closing text, totals such as "Mean;1.0;2.0", the header of another table."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -7,15 +7,15 @@ from correlation.file.number import MISSING, is_written_number
 from correlation.file.text_table.dialect import Dialect, Line
 from correlation.file.text_table.open_text import clean
 
-#: Fact of a file whose closing rows are not read.
-CLOSING = "closing rows"
+#: Fact of a file whose footer is not read.
+FOOTER = "closing rows"
 SHOWN = 60
 #: First characters of numbers.
 BEGINNINGS = frozenset("0123456789+-.")
 
 
-def until_closing(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[str, str]) -> Iterator[Line]:
-    """Rows of a table, without those that close it, which become a fact, and without empty ones.
+def skip_footer(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[str, str]) -> Iterator[Line]:
+    """Rows of a table without its footer, which becomes a fact, and without empty rows.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ def until_closing(file: str, lines: Iterable[Line], dialect: Dialect, facts: dic
             )
     if below:
         line_below = f'line {below[0][0]}: "{_shown(below[0])}"'
-        facts[CLOSING] = f"{line_below} and what is below it are none of the table, and not read"
+        facts[FOOTER] = f"{line_below} and what is below it are none of the table, and not read"
 
 
-def closing_rows(facts: Mapping[str, str]) -> str:
-    """What of a file is not read since it closes its table, as a sentence; empty for most files."""
-    return facts.get(CLOSING, "")
+def describe_footer(facts: Mapping[str, str]) -> str:
+    """Sentence on the footer of a file, which is not read; empty without one."""
+    return facts.get(FOOTER, "")
 
 
 def _begins_with_word(text: str, dialect: Dialect) -> bool:

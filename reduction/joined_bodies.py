@@ -1,7 +1,8 @@
 """Reduced bodies joined along contact lines: from an assembly to the system that the solver takes.
 
-Three steps: `joined` puts contact elements between the bodies, `Joined.rest` finds how the dead weights press them, and
-`vibrating` gives the system about that rest, with its damping and a harmonic force.
+Three steps: `join_bodies` puts contact elements between the bodies, `JoinedBodies.static_state` computes the contact
+forces under the dead weights, and `make_jointed_system` gives the system about that static state, with its damping and
+a harmonic force.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,7 +50,7 @@ class LinePair:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Joined:
+class JoinedBodies:
     """Bodies with contact elements between them, unloaded; arrays are copied and read-only."""
 
     mass: Matrix
@@ -74,8 +75,8 @@ class Joined:
         """Stiffness with all contacts closed and stuck, shape (r, r) [N/m]."""
         return stuck_stiffness(self.stiffness, self.contacts)
 
-    def rest(self, load: Row) -> StaticState:
-        """How dead weights press the contacts; see `reduction.static_contact.static_state`.
+    def static_state(self, load: Row) -> StaticState:
+        """Displacement and contact forces under dead weights; see `reduction.static_contact.static_state`.
 
         Parameters
         ----------
@@ -90,14 +91,14 @@ class Joined:
         return static_state(self.stiffness, self.contacts, load, self.lines)
 
 
-def joined(
+def join_bodies(
     assembly: ReducedAssembly,
     pairs: Sequence[LinePair],
     *,
     tangents: Tangents = Tangents.ALONG,
     friction: Friction = Friction.COULOMB,
-) -> Joined:
-    """Put contact elements between bodies, which have no damping of their own yet: `vibrating` gives it.
+) -> JoinedBodies:
+    """Put contact elements between bodies, which have no damping of their own yet: `make_jointed_system` gives it.
 
     Parameters
     ----------
@@ -137,8 +138,8 @@ def joined(
         lines[pair.name] = tuple(item.name for item in result)
         if tangents is Tangents.ALONG:
             fixed += fixed_tangent_stiffness(pair.line, directions, pair.stiffness)
-    _refuse_loose(assembly, pairs)
-    return Joined(
+    _refuse_unsupported(assembly, pairs)
+    return JoinedBodies(
         mass=assembly.mass,
         bodies=assembly.stiffness,
         stiffness=assembly.stiffness + fixed,
@@ -148,8 +149,8 @@ def joined(
     )
 
 
-def _refuse_loose(assembly: ReducedAssembly, pairs: Sequence[LinePair]) -> None:
-    """Bodies that touch one another, but of which none has any support, could only fly off together."""
+def _refuse_unsupported(assembly: ReducedAssembly, pairs: Sequence[LinePair]) -> None:
+    """Refuse bodies in contact of which none has a support: they have a rigid-body motion together."""
     groups = [{body} for body in assembly.bodies]
     for pair in pairs:
         touching = [group for group in groups if group & {pair.body, pair.other}]
@@ -181,8 +182,8 @@ def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> In
     return result.reshape(-1, 3)
 
 
-def vibrating(
-    bodies: Joined, rest: StaticState, damping_ratio: float, harmonic_force: Complex[Array, "harmonic r"]
+def make_jointed_system(
+    bodies: JoinedBodies, rest: StaticState, damping_ratio: float, harmonic_force: Complex[Array, "harmonic r"]
 ) -> JointedSystem:
     """The system about its rest.
 

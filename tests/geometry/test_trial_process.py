@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.rehearsal import LEAST_SECONDS, rehearse
+from geometry.trial_process import LEAST_SECONDS, read_in_trial_process
 
 
 @pytest.fixture
@@ -41,33 +41,33 @@ def _fill() -> None:
     [(_crash, "ends its reader"), (_abort, "ends its reader"), (_loop, f"more than {LEAST_SECONDS} s"), (_fill, "GB")],
 )
 def test_a_trap_is_told_from_a_file(file: Path, read: object, reason: str) -> None:
-    told = rehearse(read, file, speed=1e6, memory=10)  # type: ignore[arg-type]
+    told = read_in_trial_process(read, file, speed=1e6, memory=10)  # type: ignore[arg-type]
     assert told is not None
     assert reason in told
 
 
 def test_a_file_that_is_read_or_refused_is_no_trap(file: Path) -> None:
-    assert rehearse(file.read_bytes, file, speed=1e6, memory=10) is None
-    assert rehearse(lambda: 1 / 0, file, speed=1e6, memory=10) is None
+    assert read_in_trial_process(file.read_bytes, file, speed=1e6, memory=10) is None
+    assert read_in_trial_process(lambda: 1 / 0, file, speed=1e6, memory=10) is None
 
 
-def test_what_a_rehearsal_reads_changes_nothing_here(file: Path) -> None:
+def test_what_a_trial_process_reads_changes_nothing_here(file: Path) -> None:
     seen: list[bytes] = []
-    assert rehearse(lambda: seen.append(file.read_bytes()), file, speed=1e6, memory=10) is None
+    assert read_in_trial_process(lambda: seen.append(file.read_bytes()), file, speed=1e6, memory=10) is None
     assert not seen
 
 
 def test_a_copy_that_only_waits_says_nothing_of_the_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copies, fork = [], os.fork
-    monkeypatch.setattr("geometry.rehearsal.PATIENCE", 0.1)
-    monkeypatch.setattr("geometry.rehearsal.os.fork", lambda: copies.append(fork()) or copies[-1])
-    assert rehearse(lambda: time.sleep(60), file, speed=1e6, memory=10) is None
+    monkeypatch.setattr("geometry.trial_process.PATIENCE", 0.1)
+    monkeypatch.setattr("geometry.trial_process.os.fork", lambda: copies.append(fork()) or copies[-1])
+    assert read_in_trial_process(lambda: time.sleep(60), file, speed=1e6, memory=10) is None
     with pytest.raises(ProcessLookupError):  # nobody is left behind
         os.kill(copies[0], 0)
 
 
 def test_a_copy_that_works_for_longer_than_one_waits_is_waited_for(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("geometry.rehearsal.PATIENCE", 0.1)
+    monkeypatch.setattr("geometry.trial_process.PATIENCE", 0.1)
 
     def work_and_crash() -> None:
         begin = time.process_time()
@@ -75,4 +75,4 @@ def test_a_copy_that_works_for_longer_than_one_waits_is_waited_for(file: Path, m
             pass
         _crash()
 
-    assert rehearse(work_and_crash, file, speed=1e6, memory=10) is not None
+    assert read_in_trial_process(work_and_crash, file, speed=1e6, memory=10) is not None

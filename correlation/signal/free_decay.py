@@ -1,4 +1,4 @@
-"""Where a free decay begins and ends in a record, which modes are in it, and first guesses of them."""
+"""Free decay of a record: its start and end, its modes, and their first guesses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.decay_flow import Flow
+from correlation.signal.slow_flow import SlowFlow
 
 Vector = Float[NDArray[np.float64], " n"]
 
@@ -135,7 +135,7 @@ def find_decay(
     skip = skip if stride == 1 else max(skip, REACH * stride)
     floor = ABOVE_NOISE * noise * np.sqrt(2 * min(modes) * step / AVERAGED)
     decay = Decay(
-        start=float(time[first + skip]), step=step * stride, values=_thinned(part, skip, stride), frequencies=modes,
+        start=float(time[first + skip]), step=step * stride, values=_decimate(part, skip, stride), frequencies=modes,
         floor=floor,
     )  # fmt: skip
     longest = max(decay.n_sample(number) for number in range(len(modes)))
@@ -149,8 +149,8 @@ def find_decay(
     return replace(decay, values=decay.values[:longest])
 
 
-def _thinned(values: Vector, first: int, stride: int) -> Vector:
-    """Every so many samples from one on, without what would fold onto other frequencies.
+def _decimate(values: Vector, first: int, stride: int) -> Vector:
+    """Decimate samples with an anti-aliasing filter, from a first one on.
 
     The filter is symmetric and its gain is 1 within 0.2 % below 0.8 times the highest frequency that is resolved, so
     that it changes neither phase nor decay of a mode. Only places where it is within the values are kept.
@@ -163,7 +163,7 @@ def _thinned(values: Vector, first: int, stride: int) -> Vector:
     return np.asarray(oaconvolve(values, low_pass, mode="valid")[first - REACH * stride :: stride])
 
 
-def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[Flow]:
+def guess_modes(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[SlowFlow]:
     """First guesses of all modes: constants for no interval, else cubic splines of so many, read off the envelopes.
 
     The first mode, the strongest, has harmonics; one that another mode stands on, or that the samples do not resolve,
@@ -179,7 +179,7 @@ def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
             and all(abs(order * own / other - 1) > HARMONIC for other in decay.frequencies)
         )
         logarithm, rate, omega, phase = _readings(decay, number, n_sample)
-        flow = Flow(
+        flow = SlowFlow(
             breaks=np.linspace(
                 min(logarithm.min(), logarithm.max() - LEAST_RANGE), logarithm.max(), max(intervals, 1) + 1
             ),
@@ -224,7 +224,7 @@ def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector,
     return logarithm, np.maximum(rate, 0.03 * typical), omega, float(rows[0][1].mean() - omega[0] * half)
 
 
-def strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
+def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
     """Frequency of the largest line at a harmonic of a mode that may be a mode of its own, if there is one [Hz]."""
     power, line, _ = _spectrum(decay.values, decay.step)
     found: list[tuple[float, float]] = []
@@ -241,7 +241,7 @@ def strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
     return max(found)[1] if found else None
 
 
-def new_tone(decay: Decay, residual: Vector) -> float | None:
+def find_new_tone(decay: Decay, residual: Vector) -> float | None:
     """Frequency of the largest line that a fit has left, if it is neither noise nor a harmonic [Hz]."""
     power, line, _ = _spectrum(residual, decay.step)
     whole, _, _ = _spectrum(decay.values, decay.step)

@@ -1,4 +1,4 @@
-r"""Words for a recovered law, from its posterior draws: each is said only if 97.5 % of the draws say so.
+r"""Description of a recovered law from its posterior draws: a word applies if it holds for 97.5 % of the draws.
 
 hardening, softening
     The secant stiffness at the largest amplitude, less that at a third of it (or at the smallest), is of one sign and
@@ -46,8 +46,8 @@ CLEARANCES, POWERS = np.linspace(0.1, 0.9, 33), np.linspace(1.0, 7.0, 25)
 
 
 @dataclass(frozen=True, kw_only=True)
-class LawWords:
-    """Words and numbers of a report on a law.
+class LawDescription:
+    """Description of a law in a report.
 
     Parameters
     ----------
@@ -62,16 +62,21 @@ class LawWords:
     sentences: tuple[str, ...]
 
 
-def describe(curves: LawCurves) -> LawWords:
+def describe(curves: LawCurves) -> LawDescription:
     """Words for the curves of a law."""
     words, sentences = list[str](), list[str]()
-    for told, said in (_tell_stiffness(curves), _tell_gap(curves), _tell_sides(curves), _tell_work(curves)):
+    for told, said in (
+        _describe_stiffness(curves),
+        _describe_gap(curves),
+        _describe_sides(curves),
+        _describe_work(curves),
+    ):
         words += told
         sentences += said
-    return LawWords(words=tuple(words), sentences=tuple(sentences))
+    return LawDescription(words=tuple(words), sentences=tuple(sentences))
 
 
-def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
     grid, draws = curves.stiffness.x, curves.stiffness_draws
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     change, most = draws[:, -1] - draws[:, lower], float(np.abs(curves.stiffness.mean).max())
@@ -86,7 +91,7 @@ def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
     return [], ["these data cannot say whether it hardens or softens"]
 
 
-def _tell_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
     x, reach = curves.spring.x, float(np.abs(curves.spring.x).max())
     sides = []
     for sign in (1.0, -1.0):
@@ -115,7 +120,7 @@ def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np
     """Clearance over the range of a side, median of the draws; None where a power of the displacement fits as well."""
     beyond = np.maximum(x - CLEARANCES[:, None], 0.0)
     power = x ** POWERS[:, None]
-    left_gap, left_power = _left(force, beyond), _left(force, power)
+    left_gap, left_power = _residual_sums(force, beyond), _residual_sums(force, power)
     pushes = force[:, np.argmax(x)] > 0
     is_gap = (left_gap.min(axis=1) * BETTER < left_power.min(axis=1)) & pushes
     if np.mean(is_gap) < BAND[1]:
@@ -123,13 +128,13 @@ def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np
     return float(np.median(CLEARANCES[left_gap.argmin(axis=1)]))
 
 
-def _left(force: NDArray[np.float64], shapes: NDArray[np.float64]) -> Float[NDArray[np.float64], "d s"]:
-    """Sums of squares that each shape, with the best factor, leaves of each force."""
+def _residual_sums(force: NDArray[np.float64], shapes: NDArray[np.float64]) -> Float[NDArray[np.float64], "d s"]:
+    """Residual sums of squares of each force, fitted by each shape with the best factor, shape (d, s)."""
     along = force @ shapes.T
     return np.asarray((force**2).sum(axis=1)[:, None] - along**2 / (shapes**2).sum(axis=1))
 
 
-def _tell_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
     if not curves.sees_even:
         return [], ["these data cannot say whether both sides are alike: measure the mean or the second harmonic"]
     even = (curves.spring_draws + curves.spring_draws[:, ::-1]) / 2
@@ -141,7 +146,7 @@ def _tell_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
     return [], []
 
 
-def _tell_work(curves: LawCurves) -> tuple[list[str], list[str]]:
+def _describe_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     grid, draws = curves.work.x, curves.work_draws
     whole = np.pi * grid[-1] * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
     if not (np.quantile(draws[:, -1], BAND[0]) > LEAST_WORK * whole):
