@@ -3,8 +3,9 @@
 from dataclasses import replace
 from typing import NamedTuple
 
+from diagnosis.decision.closeness import list_beyond_priors
 from diagnosis.decision.confirmation import compute_held_out_gain, raises_held_out_error
-from diagnosis.decision.evidence import DECISIVE, compute_log_density, exceeds_threshold, passes
+from diagnosis.decision.evidence import DECISIVE, compute_log_density, errs_on_held_out, exceeds_threshold, passes
 from diagnosis.decision.fits import Fits
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.stand_in import MAX_SHARE_LEFT
@@ -46,7 +47,7 @@ def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
     if not (passes(pair.first.refit, thresholds) and passes(pair.second.refit, thresholds)):
         return FoundPair()
     gain = fits.finalists[first.name].refit.gain + pair.second.refit.gain
-    if pair.force - thresholds.misfit > MAX_SHARE_LEFT * gain:
+    if pair.force - thresholds.misfit > MAX_SHARE_LEFT * gain or _is_strained(pair.second.refit):
         return FoundPair()
     alternatives = tuple(each for each in pair.alternatives if _may_be_first(each, pair, thresholds))
     return FoundPair(pair=replace(pair, alternatives=alternatives))
@@ -79,6 +80,11 @@ def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:
     if best is None or compute_log_density(best.refit) < compute_log_density(pair.first.refit) - DECISIVE:
         return None
     return best
+
+
+def _is_strained(refit: Refit) -> bool:
+    """Whether even two effects leave a large held-out error, with calibration parameters beyond their priors."""
+    return errs_on_held_out(refit) and bool(list_beyond_priors(refit.fit))
 
 
 def _may_be_first(first: Finalist, pair: Pair, thresholds: Thresholds) -> bool:

@@ -10,6 +10,7 @@ import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
+from diagnosis.decision import pair_search
 from diagnosis.decision.evidence import CREDIBLE, DECISIVE, compute_log_density, passes
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.pair import Pair
@@ -19,7 +20,7 @@ from diagnosis.decision.stand_in import MAX_SHARE_LEFT, MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.problem import Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
 from diagnosis.threshold.detection_threshold import Thresholds
@@ -347,6 +348,20 @@ def test_two_effects_at_one_place_are_one_force(behind: float, finding: Finding)
 def test_two_effects_leave_no_unknown_force(force: float, finding: Finding) -> None:
     pair = beside(refit("gap", 150, 50), refit("mass", 400, 50), force=force)
     assert decided(refit("mass", 200, 20), **pair).finding is finding
+
+
+@pytest.mark.parametrize(
+    ("error", "beyond_priors", "finding"),
+    [(0.2, ("mu x 0.6",), Finding.UNKNOWN), (0.2, (), Finding.MISSING), (0.05, ("mu x 0.6",), Finding.MISSING)],
+)
+def test_two_effects_that_leave_a_large_error_and_strained_parameters_are_not_named(
+    error: float, beyond_priors: tuple[str, ...], finding: Finding, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pair_search, "list_beyond_priors", lambda _: beyond_priors)
+    further = replace(refit("gap", 150, 50), held_out_error=error, held_out_reduced_chi2=UNEXPLAINED_CHI2 + 1)
+    before = replace(BEFORE, held_out_error=0.5, held_out_reduced_chi2=10.0)
+    verdict = decided(refit("mass", 200, 20), **beside(further, refit("mass", 400, 50)), baseline=before)
+    assert verdict.finding is finding
 
 
 @pytest.mark.parametrize(("gain", "finding"), [(LIMITS.gain + 1, Finding.MISSING), (LIMITS.gain - 1, Finding.UNKNOWN)])
