@@ -280,33 +280,27 @@ class ModelSolver:
             track.initial_slider[number], track.periodic_slider[number] = state.initial_slider, state.periodic_slider
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
-    def states(
-        self, level: float, frequencies: Sequence[float], track: Track, *, recover_once: bool = False
-    ) -> list[SteadyState | None]:
+    def states(self, level: float, frequencies: Sequence[float], track: Track) -> list[SteadyState | None]:
         """States of a track with their full responses; None where there is none.
 
         Parameters
         ----------
         level, frequencies, track
             As `follow` takes and returns them.
-        recover_once
-            Whether few other states at these frequencies are needed.
         """
-        recover = self.balance.is_dense or not recover_once
-        if recover:
-            self.linear.recover(frequencies)
-        displacement, joint_force = complex_from_real(track.motion), complex_from_real(track.force)
+        displacement = complex_from_real(track.motion)
         initial, periodic = track.initial_slider.copy(), track.periodic_slider.copy()
         states: list[SteadyState | None] = [None] * len(frequencies)
-        for number in np.flatnonzero(np.isfinite(track.norm)).tolist():
-            frequency = frequencies[number]
-            force, condensed = self.forced(level, frequency), self.at(frequency)
-            recovery = self.linear.recovery(frequency) if recover else None
+        found = np.flatnonzero(np.isfinite(track.norm)).tolist()
+        responses = self._respond_each(
+            level, [frequencies[number] for number in found], complex_from_real(track.force[found])
+        )
+        for number, response in zip(found, responses, strict=True):
             states[number] = SteadyState(
-                angular_frequency=condensed.angular_frequency,
-                level=force,
+                angular_frequency=self.at(frequencies[number]).angular_frequency,
+                level=self.forced(level, frequencies[number]),
                 displacement=displacement[number],
-                coefficients=self._at_level(force).respond(condensed, joint_force[number], recovery),
+                coefficients=response,
                 initial_slider=initial[number],
                 multiplier=False,
                 periodic_slider=periodic[number],
@@ -314,6 +308,21 @@ class ModelSolver:
                 iterations=int(track.iterations[number]),
             )
         return states
+
+    def _respond_each(
+        self, level: float, frequencies: Sequence[float], joint_force: Complex[NDArray[np.complex128], "n h d"]
+    ) -> Sequence[Complex[NDArray[np.complex128], "h r"]]:
+        """Full responses to the loads at a level and joint forces, one state at each of n frequencies [m]."""
+        condensed, structure = [self.at(frequency) for frequency in frequencies], self.balance.structure
+        if self.balance.is_dense:
+            levels = [self._at_level(self.forced(level, frequency)) for frequency in frequencies]
+            recoveries = [self.linear.recovery(frequency) for frequency in frequencies]
+            each = zip(levels, condensed, joint_force, recoveries, strict=True)
+            return [balance.respond(item, force, recovery) for balance, item, force, recovery in each]
+        load = structure.static + self._forced_all(level, frequencies) * structure.dynamic
+        responses = structure.displacement_of_each(condensed, load - joint_force @ structure.directions)
+        responses[:, 0] = responses[:, 0].real
+        return list(responses)
 
     def read_track(
         self, level: float, frequencies: Sequence[float], track: Track

@@ -175,7 +175,7 @@ class SweepPath:
             step = 2 * (to - share if share or expected is None else LEAST_STEP)
             motion, share = following, to
             if share == 1:
-                state = self.solver.states(self.level, [target], track, recover_once=True)[0]
+                state = self.solver.states(self.level, [target], track)[0]
                 assert state is not None
                 return state, jump
 

@@ -319,20 +319,35 @@ class CondensedStructure:
         Where the damping couples the modes of the stuck structure and not those without its joints, these carry the
         response: with A the condensed receptance, B alpha_stuck f = (I - A D) B alpha_free f.
         """
-        stuck, rest = self.stuck, forces[:, :1]
-        mean = stuck.response(np.zeros(1), rest) if self._free is None else stuck.static_response(rest[:, 0])[:, None]
-        chunks = _chunks(condensed, 16 * forces.size)
-        return [np.concatenate([mean, each], axis=1) for chunk in chunks for each in self._moved(chunk, forces[:, 1:])]
+        mean, chunks = self._mean(forces), _chunks(condensed, 16 * forces.size)
+        return [
+            np.concatenate([mean, each], axis=1)
+            for chunk in chunks
+            for each in np.split(self._moved(chunk, np.tile(forces[:, 1:], (1, len(chunk), 1))), len(chunk), axis=1)
+        ]
 
-    def _moved(
-        self, condensed: Sequence[Condensed], forces: Complex[Array, "p harmonic r"]
-    ) -> list[Complex[Array, "p harmonic r"]]:
-        """What harmonics 1 to H move at all of them in one."""
-        free, count = self._free, len(condensed)
+    def displacement_of_each(
+        self, condensed: Sequence[Condensed], forces: Complex[Array, "n harmonic r"]
+    ) -> Complex[Array, "n harmonic r"]:
+        """Full response to one force at each of n Omega, shape (n, H + 1, r) both [N, m]."""
+        moved, first = np.concatenate([self._mean(forces), np.empty_like(forces[:, 1:])], axis=1), 0
+        for chunk in _chunks(condensed, 16 * forces[:1].size):
+            own = slice(first, first := first + len(chunk))
+            of_chunk = forces[own, 1:].reshape(-1, forces.shape[2])
+            moved[own, 1:] = self._moved(chunk, of_chunk).reshape(len(chunk), -1, forces.shape[2])
+        return moved
+
+    def _mean(self, forces: Complex[Array, "p harmonic r"]) -> Complex[Array, "p 1 r"]:
+        """Response to the mean of each force."""
+        stuck, rest = self.stuck, forces[:, :1]
+        return stuck.response(np.zeros(1), rest) if self._free is None else stuck.static_response(rest[:, 0])[:, None]
+
+    def _moved(self, condensed: Sequence[Condensed], forces: Complex[Array, "... F r"]) -> Complex[Array, "... F r"]:
+        """Response of harmonics 1 to H at all Omega, one after another, to forces in them."""
+        free = self._free
         omega, _ = self._all_harmonics([item.angular_frequency for item in condensed])
-        all_forces = np.tile(forces, (1, count, 1))
         if free is None:
-            return np.split(self.stuck.response(omega, all_forces), count, axis=1)
+            return self.stuck.response(omega, forces)
         B, D = self.directions, self.reference
         receptance = np.concatenate([item.receptance[1:] for item in condensed])
 
@@ -341,7 +356,7 @@ class CondensedStructure:
             stuck = moved - (receptance @ (D * moved)[..., None])[..., 0]
             return np.asarray(D * stuck)
 
-        return np.split(free.response_with_reaction(omega, all_forces, B, reaction), count, axis=1)
+        return free.response_with_reaction(omega, forces, B, reaction)
 
 
 def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:
