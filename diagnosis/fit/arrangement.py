@@ -17,7 +17,7 @@ from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import AddedEffect
-from diagnosis.fit.calibration import Ending, Fit, calibrate
+from diagnosis.fit.calibration import Ending, Fit, calibrate, recalibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finer_model import FinerModel
@@ -113,9 +113,8 @@ class Arrangement:
         # The error of another fit would pull the values astray first.
         train = update_model_error(self.train, fit.prediction)
         slopes = reweigh_slopes(fit, by, train)
-        begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
-        train, last = alternate(train, begun)
-        return self.with_fit(train, calibrate(train, fit.unknowns, last.values, last.prediction, slopes=last.jacobian))
+        train, last = alternate(train, recalibrate(train, fit, slopes=slopes, ending=Ending.QUICK))
+        return self.with_fit(train, recalibrate(train, last, slopes=last.jacobian))
 
     def with_refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
         """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
@@ -172,12 +171,10 @@ class Arrangement:
         )  # fmt: skip
         if train is self.train:
             return downweighted
-        fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
+        fit = recalibrate(train, self.fit, ending=Ending.QUICK)
         # The points that have no weight now were a part of the model error.
         train, fit = alternate(train, fit)
-        return downweighted.with_fit(
-            train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT)
-        )
+        return downweighted.with_fit(train, recalibrate(train, fit, ending=Ending.EXACT))
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
@@ -305,7 +302,7 @@ def expect_usual_error(arrangement: Arrangement) -> Arrangement:
     train = allow_model_error(
         leave_out_model_error(arrangement.train), of.model, of.prediction, arrangement.budget.model, usual
     )
-    fit = calibrate(train, of.unknowns, of.values, of.prediction, ending=Ending.QUICK)
+    fit = recalibrate(train, of, ending=Ending.QUICK)
     return replace(arrangement, train=train, fit=fit)
 
 

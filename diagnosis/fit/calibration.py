@@ -211,8 +211,42 @@ def calibrate(
     ModelError
         Even the model without any change has no prediction.
     """
+    begin = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), nearby)
+    return _minimise(comparison, unknowns, begin, report, slopes=slopes, ending=ending, ceiling=ceiling)
+
+
+def recalibrate(comparison: Data, fit: Fit, *, slopes: Matrix | None = None, ending: Ending = Ending.CONFIRMED) -> Fit:
+    """Minimise chi^2 by other weights of the same points from where a fit ended, whose prediction serves.
+
+    Parameters
+    ----------
+    comparison
+        Data.
+    fit
+        The fit.
+    slopes, ending
+        As for `calibrate`.
+    """
+    residual = _compute_residual(comparison, fit.unknowns, fit.values, fit.prediction)
+    begin = _Evaluation(
+        values=fit.values, model=fit.model, prediction=fit.prediction, residual=residual,
+        chi2=float(residual @ residual),
+    )  # fmt: skip
+    return _minimise(comparison, fit.unknowns, begin, None, slopes=slopes, ending=ending, ceiling=np.inf)
+
+
+def _minimise(
+    comparison: Data,
+    unknowns: Unknowns,
+    here: "_Evaluation",
+    report: Callable[[float], None] | None,
+    *,
+    slopes: Matrix | None,
+    ending: Ending,
+    ceiling: float,
+) -> Fit:
+    """Steps of Levenberg and Marquardt; parameters as of `calibrate`."""
     size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
-    here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), nearby)
     jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
     for number in range(search.steps):
@@ -278,10 +312,15 @@ class _Evaluation:
 def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     model = unknowns.compose(values)
     prediction = comparison.predict(model, nearby, values[: unknowns.n_start])
-    residual = np.concatenate([comparison.residual(prediction), -unknowns.pulls(values)])
+    residual = _compute_residual(comparison, unknowns, values, prediction)
     return _Evaluation(
         values=values, model=model, prediction=prediction, residual=residual, chi2=float(residual @ residual)
     )
+
+
+def _compute_residual(comparison: Data, unknowns: Unknowns, values: Values, prediction: Any) -> Vector:
+    """Whitened differences of the data, and of the priors, shape (m + p,)."""
+    return np.concatenate([comparison.residual(prediction), -unknowns.pulls(values)])
 
 
 def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from correlation.model import Model
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from correlation.prediction import Prediction
-from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
+from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate, recalibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_start import fit_under_control
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -50,20 +50,19 @@ def fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Compar
     if not usual:
         return plain, _calibrated(plain, unknowns, values, prediction)
     # A quick fit may end above its minimum.
-    found = [alternate(plain, calibrate(plain, unknowns, values, prediction))]
+    found = [alternate(plain, recalibrate(plain, fit))]
     wide = update_model_error(plain, prediction)
     if get_error_size(wide) != NO_ERROR:
-        found.append(alternate(wide, calibrate(wide, unknowns, values, prediction, ending=Ending.QUICK)))
+        found.append(alternate(wide, recalibrate(wide, fit, ending=Ending.QUICK)))
     return _finish_most_probable(found)
 
 
 def _finish_most_probable(found: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:
     """The fit of the least -2 ln p by its own covariance, brought to its minimum."""
     comparison, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
-    begin = fit.unknowns, fit.values, fit.prediction
     if get_error_size(comparison) == NO_ERROR:
-        return comparison, _calibrated(comparison, *begin)
-    return comparison, calibrate(comparison, *begin, slopes=fit.jacobian, ending=Ending.EXACT)
+        return comparison, _calibrated(comparison, fit.unknowns, fit.values, fit.prediction)
+    return comparison, recalibrate(comparison, fit, slopes=fit.jacobian, ending=Ending.EXACT)
 
 
 def alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
@@ -73,7 +72,7 @@ def alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
         if get_error_size(resized).is_near(get_error_size(comparison), SETTLED):
             break
         slopes, comparison = reweigh_slopes(fit, comparison, resized), resized
-        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
+        fit = recalibrate(comparison, fit, slopes=slopes, ending=Ending.QUICK)
     return comparison, fit
 
 
@@ -111,4 +110,4 @@ def fit_from_lowest_level(
 ) -> Fit:
     """Fit that begins where one to the lowest level alone ends; both end alike."""
     near = calibrate(downweight_higher_levels(comparison), unknowns, values, prediction, ending=ending)
-    return calibrate(comparison, unknowns, near.values, near.prediction, ending=ending)
+    return recalibrate(comparison, near, ending=ending)

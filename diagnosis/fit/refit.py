@@ -11,7 +11,7 @@ import numpy as np
 from correlation.prediction import Prediction
 from diagnosis.candidate.effect import Effect
 from diagnosis.effect import find_kind
-from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
+from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate, recalibrate
 from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import EffectSelection, Problem, Refit
 from diagnosis.screening import Score
@@ -192,7 +192,7 @@ def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:
         Quick fit of it; computed by default.
     """
     quick = quick_fit(problem, score) if quick is None else quick
-    fit = calibrate(problem.train, quick.unknowns, quick.values, quick.prediction, slopes=quick.jacobian)
+    fit = recalibrate(problem.train, quick, slopes=quick.jacobian)
     return problem.tested(score.effect, fit)
 
 

@@ -32,6 +32,8 @@ def calibrated(monkeypatch: pytest.MonkeyPatch, *chi2: float) -> tuple[Any, list
         return SimpleNamespace(chi2=left.pop(0), n_number=N, values=f"end of {len(asked)}", prediction=None)
 
     monkeypatch.setattr(model_error_fit, "calibrate", calibrate)
+    again = lambda comparison, fit, **more: calibrate(comparison, None, fit.values, **more)  # noqa: E731
+    monkeypatch.setattr(model_error_fit, "recalibrate", again)
     features = FeatureVector.choose(POINTS, np.ones(4, dtype=np.complex128), np.ones(4, dtype=bool))
     whitening: Any = Whitening(deviation=np.arange(1.0, 9.0))
     nothing: Any = None

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration import ENOUGH, Fit, calibrate
+from diagnosis.fit.calibration import ENOUGH, Ending, Fit, calibrate, recalibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.fit_parameter import Unknowns
@@ -62,6 +63,25 @@ def test_the_fit_is_as_good_as_the_noise(arranged: Arrangement) -> None:
         fit.prediction,
     )
     assert 0.3 < settled.chi2 / settled.n_number < 1.6
+
+
+def test_a_fit_goes_on_from_its_own_prediction(arranged: Arrangement, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = calibrate(arranged.train, arranged.fit.unknowns, arranged.fit.unknowns.vanishing, ending=Ending.QUICK)
+    made: list[Model] = []
+    predict = Comparison.predict
+
+    def count(comparison: Comparison, model: Model, *rest: Any) -> Prediction:
+        made.append(model)
+        return predict(comparison, model, *rest)
+
+    monkeypatch.setattr(Comparison, "predict", count)
+    anew = calibrate(arranged.train, begun.unknowns, begun.values, begun.prediction)
+    n_anew = len(made)
+    found = recalibrate(arranged.train, begun)
+    assert len(made) - n_anew == n_anew - 1
+    # Newton's method ends at 1e-9 of the linear motion, and the fit at a gain of `ENOUGH`.
+    assert found.chi2 == pytest.approx(anew.chi2, abs=ENOUGH)
+    np.testing.assert_allclose(found.values, anew.values, atol=1e-3 * found.deviation.max())
 
 
 def test_a_trial_that_nothing_holds_turns_a_fit_back(small: Model, arranged: Arrangement) -> None:

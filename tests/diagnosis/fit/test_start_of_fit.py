@@ -33,6 +33,7 @@ def test_a_fit_that_is_decided_by_begins_with_and_without_model_error(
         "allow_model_error": lambda *_: compare(NO_ERROR),
         "update_model_error": lambda *_: compare(LEFT),
         "calibrate": calibrate,
+        "recalibrate": calibrate,
         "alternate": lambda comparison, fit: (comparison, fit),
     }.items():
         monkeypatch.setattr(diagnosis.fit.model_error_fit, name, stand_in)
