@@ -202,11 +202,19 @@ def screen_and_refit(
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
-    best = min((fit for _, fit in fits), key=choice.cost, default=problem.fit)
-    report("fits from other starts", progress.tests)
-    fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, best), run_step)
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
-    refits, last = [], choose_finalists(fits, costs, problem.selection)
+    best = fits[costs.index(min(costs))][1] if fits else problem.fit
+    report("fits from other starts", progress.tests)
+    starts = run_step("other starts", lambda: list(choice.list_starts(scores, best)))
+    from_starts = fit_from_starts(problem, scores, fits, starts, run_step)
+    known = {id(fit): cost for (_, fit), cost in zip(fits, costs, strict=True)}
+    costs = [
+        known[id(fit)]
+        if id(fit) in known
+        else run_step(f"cost of {name} from another start", partial(choice.cost, fit))
+        for name, fit in ((score.effect.name, fit) for score, fit in from_starts)
+    ]
+    refits, last = [], choose_finalists(from_starts, costs, problem.selection)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", progress.between("tests", "covariances", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))

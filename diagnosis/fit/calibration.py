@@ -235,6 +235,14 @@ def recalibrate(comparison: Data, fit: Fit, *, slopes: Matrix | None = None, end
     return _minimise(comparison, fit.unknowns, begin, None, slopes=slopes, ending=ending, ceiling=np.inf)
 
 
+def compute_chi2(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> float:
+    """chi^2 of given values, from a prediction nearby; infinite where their model has no prediction."""
+    try:
+        return _evaluate(comparison, unknowns, values, nearby).chi2
+    except ModelError:
+        return float("inf")
+
+
 def _minimise(
     comparison: Data,
     unknowns: Unknowns,

@@ -7,27 +7,35 @@ one see what twice the stiffness of a line does to peaks that calibration parame
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from diagnosis.candidate.effect import Effect, EffectParameter, changes_joints
-from diagnosis.fit.calibration import Vector
+from diagnosis.fit.calibration import compute_chi2
 from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import Problem
 from diagnosis.fit.refit import MOST_RUGGED, is_rugged
 
 
 def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
-    """The fitted values with far strengths of the first few effects that are ratios of joints, or act through slip."""
+    """The fitted values with far strengths of the first few effects that are ratios of joints, or act through slip.
+
+    To either side, the far strength that leaves the lesser chi^2.
+    """
     starts: list[tuple[Effect, Values]] = []
-    model = problem.fit.model
+    fit, model = problem.fit, problem.fit.model
     far = [each for each in effects if is_rugged(each) or (each.parameters[0].is_ratio and changes_joints(each, model))]
     for effect in far[:MOST_RUGGED]:
-        strengths = list_far_strengths(effect.parameters[0])
-        starts += [(effect, make_start(problem.fit.values, effect, strength)) for strength in strengths]
+        unknowns = problem.unknowns([effect])
+        for strengths in list_far_strengths(effect.parameters[0]):
+            begins = [make_start(fit.values, effect, strength) for strength in strengths]
+            chi2 = [compute_chi2(problem.train, unknowns, begin, fit.prediction) for begin in begins]
+            starts.append((effect, begins[int(np.argmin(chi2))]))
     return starts
 
 
-def list_far_strengths(parameter: EffectParameter) -> Vector:
-    """Both bounds of a strength and what is halfway to them, of a ratio in logarithms, shape (4,) [its unit]."""
+def list_far_strengths(parameter: EffectParameter) -> Float[NDArray[np.float64], "2 2"]:
+    """Either bound of a strength and what is halfway to it, of a ratio in logarithms, shape (2, 2) [its unit]."""
     bounds, vanishes = np.array([parameter.lower, parameter.upper]), parameter.vanishes
     halfway = np.sqrt(bounds * vanishes) if parameter.is_ratio else (bounds + vanishes) / 2
-    return np.concatenate([bounds, halfway])
+    return np.column_stack([bounds, halfway])

@@ -7,26 +7,29 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.effect import EffectParameter
+from diagnosis.fit import far_start
 from diagnosis.fit.far_start import list_far_starts, list_far_strengths
 from diagnosis.fit.refit import MOST_RUGGED
 
 
 def test_far_strengths_of_a_ratio_are_halfway_in_logarithms() -> None:
     ratio = EffectParameter(name="ratio", unit="-", lower=0.25, upper=9.0, typical=1.1, vanishes=1.0)
-    np.testing.assert_allclose(list_far_strengths(ratio), [0.25, 9.0, 0.5, 3.0], rtol=1e-15)  # rounding of roots
+    np.testing.assert_allclose(list_far_strengths(ratio), [[0.25, 0.5], [9.0, 3.0]], rtol=1e-15)  # rounding of roots
 
 
 def test_far_strengths_of_what_vanishes_at_zero_are_halfway() -> None:
     gap = EffectParameter(name="gap", unit="m", lower=-2.0, upper=4.0, typical=0.1)
-    np.testing.assert_array_equal(list_far_strengths(gap), [-2.0, 4.0, -1.0, 2.0])
+    np.testing.assert_array_equal(list_far_strengths(gap), [[-2.0, -1.0], [4.0, 2.0]])
 
 
 def test_far_strengths_of_what_vanishes_elsewhere_than_at_zero_are_halfway_from_there() -> None:
-    np.testing.assert_array_equal(list_far_strengths(WARMTH), [-5.0, 5.0, -2.0, 3.0])
+    np.testing.assert_array_equal(list_far_strengths(WARMTH), [[-5.0, -2.0], [5.0, 3.0]])
 
 
 RATIO = EffectParameter(name="ratio", unit="-", lower=0.25, upper=4.0, typical=1.1, vanishes=1.0)
 WARMTH = EffectParameter(name="warmth", unit="K", lower=-5.0, upper=5.0, typical=2.0, vanishes=1.0)
+#: Values of the calibration parameters of the first fit.
+FITTED = np.array([1.5, 2.5])
 ADDED = EffectParameter(name="added", unit="kg", lower=0.0, upper=4.0, typical=0.1)
 
 
@@ -42,15 +45,28 @@ ADDED = EffectParameter(name="added", unit="kg", lower=0.0, upper=4.0, typical=0
     ],
 )
 def test_ratios_of_joints_and_effects_through_stick_and_slip_start_far(
-    kind: str, parameter: EffectParameter, joints: list[str], is_far: bool
+    kind: str, parameter: EffectParameter, joints: list[str], is_far: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(far_start, "compute_chi2", lambda *_: 0.0)
     changed = SimpleNamespace(system=SimpleNamespace(joints=joints))
     effect = SimpleNamespace(kind=kind, parameters=(parameter,), apply=lambda *_: changed)
     effects: Any = [effect] * (MOST_RUGGED + 1)
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
-    problem: Any = SimpleNamespace(fit=SimpleNamespace(values=np.array([1.5, 2.5]), model=model))
-    starts = list_far_starts(problem, effects)
-    assert len(starts) == (4 * MOST_RUGGED if is_far else 0)
-    for effect, values in starts:
-        assert effect in effects
-        np.testing.assert_array_equal(values[:2], [1.5, 2.5])
+    starts = list_far_starts(problem_of(model), effects)
+    assert len(starts) == (2 * MOST_RUGGED if is_far else 0)
+    for each, values in starts:
+        assert each in effects
+        np.testing.assert_array_equal(values[:2], FITTED)
+
+
+def problem_of(model: Any) -> Any:
+    fit = SimpleNamespace(values=FITTED, model=model, prediction=None)
+    return SimpleNamespace(fit=fit, train=None, unknowns=lambda effects: effects)
+
+
+def test_to_either_side_the_fit_starts_from_the_strength_of_the_lesser_chi2(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
+    far: Any = SimpleNamespace(kind="shift", parameters=(WARMTH,), apply=lambda *_: model)
+    # The bound is better below, halfway above.
+    monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, values, _near: abs(values[-1] - 1 / 2 + 4))
+    assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [-5.0, 3.0]
