@@ -7,10 +7,13 @@ the step was followed without a jump, the branch between them is still there, an
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
 
-from hbsolve.state import SteadyState
-
-#: Change of the motion at either end, relative to the larger motion, up to which a step counts as followed [-].
+#: Coefficients of the joint directions, harmonics 0 to H [m].
+Motion = Complex[NDArray[np.complex128], "harmonic d"]
+#: Change of the motion at either end, relative to the larger motion, up to which a step counts as followed. By less
+#: than the change that makes a step wide (`sweep_path.FAR`), so that a state of a branch far away is followed [-].
 NEAR = 0.2
 
 
@@ -18,7 +21,7 @@ class Step(NamedTuple):
     """Step of a sweep at one level."""
 
     level: float
-    """Set point of the force [N]."""
+    """Level of the drive [its unit]."""
     start: float
     """Frequency that the step begins at [Hz], and ..."""
     end: float
@@ -26,22 +29,21 @@ class Step(NamedTuple):
 
 
 class FollowedStep(NamedTuple):
-    """What small steps found between two states."""
+    """What small steps found between two motions."""
 
-    start: SteadyState
-    end: SteadyState
+    start: Motion
+    end: Motion
     jump: float | None
     """Share of the step at which the sweep jumps [-]; None if it stays on its branch."""
 
-    def is_near(self, start: SteadyState, end: SteadyState) -> bool:
-        """Whether the states of another model at both ends are near."""
+    def is_near(self, start: Motion, end: Motion) -> bool:
+        """Whether the motions of another model at both ends are near."""
         return _are_near(self.start, start) and _are_near(self.end, end)
 
 
-def _are_near(one: SteadyState, other: SteadyState) -> bool:
-    """Whether the motions of the joint directions hardly differ."""
-    if one.displacement.shape != other.displacement.shape:
+def _are_near(one: Motion, other: Motion) -> bool:
+    """Whether two motions hardly differ, but for their means."""
+    if one.shape != other.shape:
         return False
-    motions = one.displacement[1:], other.displacement[1:]
-    size = max(np.abs(motion).max(initial=0.0) for motion in motions)
-    return bool(np.abs(motions[0] - motions[1]).max(initial=0.0) <= NEAR * size)
+    size = max(np.abs(motion[1:]).max(initial=0.0) for motion in (one, other))
+    return bool(np.abs(one[1:] - other[1:]).max(initial=0.0) <= NEAR * size)

@@ -19,7 +19,7 @@ from reduction.array_input import is_symmetric
 from reduction.jointed_system import JointedSystem
 
 Array = NDArray[np.complex128]
-#: Memory that the recovery of full responses may take [byte]; beyond, each state is recovered by itself.
+#: Memory that responses to unit joint forces may take [byte]; beyond, they are made at one frequency at a time.
 RECOVERY = 2**26
 #: Asymmetry of a damping matrix that is round-off, relative to its largest entry [-].
 ROUND_OFF = 1e-12
@@ -124,7 +124,7 @@ class LinearStructure:
         return self._stack[frequencies]
 
     def recovery(self, frequency: float) -> Recovery | None:
-        """Recovery of all states at a frequency; none where many of them would take too much memory."""
+        """Full responses to unit joint forces at a frequency; none where all frequencies would take too much memory."""
         source = self.base or self
         if frequency not in source._recovery:
             self.recover([frequency])

@@ -159,7 +159,8 @@ class ModelSolver:
             track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, MAX_ITERATION)
             if (state := self.states(level, [frequency], track)[0]) is not None:
                 return state
-        recovery = self.linear.recovery(frequency)
+        # For a single state the recovery of all would cost more than its response.
+        recovery = self.linear.recovery(frequency) if balance.is_dense else None
         try:
             return solve_at(balance, condensed, None, sliders, recovery)
         except NoSteadyState:
@@ -320,7 +321,7 @@ class ModelSolver:
             each = zip(levels, condensed, joint_force, recoveries, strict=True)
             return [balance.respond(item, force, recovery) for balance, item, force, recovery in each]
         load = structure.static + self._forced_all(level, frequencies) * structure.dynamic
-        responses = structure.displacement_of_each(condensed, load - joint_force @ structure.directions)
+        responses = structure.displacements_at_own_frequency(condensed, load - joint_force @ structure.directions)
         responses[:, 0] = responses[:, 0].real
         return list(responses)
 

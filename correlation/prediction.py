@@ -161,7 +161,8 @@ class Predictor:
         model
             Model of the structure.
         before
-            Prediction for a model nearby, whose states are near.
+            Prediction for a model nearby, whose states are near. A wide step that was followed for it is not followed
+            again where its ends are near.
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         by_sweep, jumps = self._empty(), list[SweepJump]()
@@ -310,7 +311,7 @@ class Predictor:
         for free, levels in self._configurations if tangents else ():
             solver = self._solver(model, free)
             rates = solver.rates(tangents)
-            solver.linear.recover([frequency for groups in levels.values() for frequency, _ in groups])
+            solver.linear.reciprocal.recover([frequency for groups in levels.values() for frequency, _ in groups])
             for level, groups in levels.items():
                 for frequency, rows in groups:
                     state = prediction.states.get((free, level, frequency))

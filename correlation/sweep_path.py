@@ -12,14 +12,12 @@ import numpy as np
 from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
 
-from correlation.followed_step import FollowedStep, Step
+from correlation.followed_step import FollowedStep, Motion, Step
 from correlation.model_solver import ModelSolver
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState
 from hbsolve.state_sequence import Track
 
-#: Coefficients of the joint directions [m].
-Motion = Complex[NDArray[np.complex128], "harmonic d"]
 #: Change of the motion by a step, relative to the larger motion, beyond which the step is wide [-].
 FAR = 0.5
 #: Difference from the motion of the linear structure, relative to it, below which there is only one state [-].
@@ -140,12 +138,12 @@ class SweepPath:
             return state, None
         step = Step(self.level, before, target)
         earlier = self.followed.get(step)
-        if earlier is not None and earlier.jump is None and earlier.is_near(here, state):
+        if earlier is not None and earlier.jump is None and earlier.is_near(here.displacement, state.displacement):
             return state, None
         expected = None if earlier is None else earlier.jump
         state, jump = self._follow_in_small_steps(here, before, state, target, expected)
         share = None if jump is None else (jump.frequency - before) / (target - before)
-        self.followed[step] = FollowedStep(here, state, share)
+        self.followed[step] = FollowedStep(here.displacement.copy(), state.displacement.copy(), share)
         return state, jump
 
     def _follow_in_small_steps(

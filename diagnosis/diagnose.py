@@ -328,9 +328,15 @@ def diagnose(
     report("own covariances", progress.covariances)
     baseline = baseline if screening is arrangement else baseline_fit(arrangement)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
-    chance = linear.gain / LINEAR_MARGIN
-    own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue, chance=chance)
-    finalists = refit_each_by_own_covariance(screening, refits, partial(own, screening.train), run_step)
+    own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
+    # An effect below the threshold is not named, whatever its other gain is.
+    chance = min(linear.gain / LINEAR_MARGIN, thresholds.gain)
+    finalists = refit_each_by_own_covariance(
+        screening,
+        refits,
+        partial(own, screening.train, chance=chance),
+        lambda name, make: run_step(f"{name} beyond {chance:.6g}", make),
+    )
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", progress.explanation)
     criteria = Criteria(

@@ -326,7 +326,7 @@ class CondensedStructure:
             for each in np.split(self._moved(chunk, np.tile(forces[:, 1:], (1, len(chunk), 1))), len(chunk), axis=1)
         ]
 
-    def displacement_of_each(
+    def displacements_at_own_frequency(
         self, condensed: Sequence[Condensed], forces: Complex[Array, "n harmonic r"]
     ) -> Complex[Array, "n harmonic r"]:
         """Full response to one force at each of n Omega, shape (n, H + 1, r) both [N, m]."""

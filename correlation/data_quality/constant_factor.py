@@ -98,14 +98,14 @@ def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[i
     miss = float(np.abs(np.array(factors) - np.log(factor)).max())
     if miss < CLOSE:
         true, read = known[factor]
-        asked, correct = _format_question(true, read, "their"), "correct the column unit"
+        asked, correction = _format_question(true, read, "their"), "correct the column unit"
         if factor in AMPLITUDES:  # convention.amplitude is that of the force as well: their ratio stays
             asked = f"are the responses {true} values, and the forces {read}?"
-            correct = "convert either of them, and state which both are in convention.amplitude"
+            correction = "convert either of them, and state which both are in convention.amplitude"
         yield Suspicion(
             where="all sensors",
             sentence=f"each reads {np.exp(np.median(factors)):.3g} times what the model says, at all levels and "
-            f"frequencies: {asked} If so, {correct}; if not, the load of the case",
+            f"frequencies: {asked} If so, {correction}; if not, the load of the case",
             remark=True,
         )
 

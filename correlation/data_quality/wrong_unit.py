@@ -173,11 +173,11 @@ def _describe_level(campaign: Campaign, test: int, ratio: float, power: int) -> 
     unit = LEVEL_UNITS.get(stated, {}).get(power)
     asked = f"is its level in {unit} instead of {stated}" if unit else "is its level in another unit than it says"
     length = name_length(power, {sensor.quantity for sensor in campaign.sensors if not sensor.unit.startswith("rad")})
-    correct, other = ("", "") if not length else (" or those of the columns", f", or {length}")
+    columns, other = ("", "") if not length else (" or those of the columns", f", or {length}")
     return Suspicion(
         where=f'test "{campaign.tests[test].name}"',
         sentence=f"all its sensors read about {format_times(ratio)} what the model says: {asked}{other}? "
-        f"If so, correct units.level of the manifest{correct}; if not, the load of the case",
+        f"If so, correct units.level of the manifest{columns}; if not, the load of the case",
         of_test=True,
     )
 

@@ -79,7 +79,7 @@ class ModalFit:
 
 
 class _Basis:
-    """What responses with given poles are made of; it depends on no weights.
+    """Real basis of responses with given poles; it depends on no weights.
 
     Parameters
     ----------
@@ -143,20 +143,20 @@ def fit_poles(
         weight = np.hstack([1 / deviation, 1 / deviation]).real
     damping = 1e-3
     powers = set(power.tolist())
-    fit = _project(values, weight, _Basis(frequency, poles, powers, duration), power)
+    fit = _Projection(values, weight, _Basis(frequency, poles, powers, duration), power)
     for _ in range(ROUNDS):
         if deviation is None:
             # Noise differs between sensors: each counts by what it leaves.
             noise = np.maximum(fit.estimate_noise(), 1e-12 * np.abs(values).max())
             weight = np.hstack([1 / noise, 1 / noise])
-            fit = _project(values, weight, fit.basis, power)
+            fit = _Projection(values, weight, fit.basis, power)
         normal, right = fit.normal_equations()
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-300), right)
         m = len(poles)
         change = np.clip(step[:m] / -poles.real, -0.5, 0.5) * -poles.real
         turn = np.clip(step[m:] / -poles.real, -2, 2) * -poles.real
         trial_poles = poles + change + 1j * turn
-        trial = _project(values, weight, _Basis(frequency, trial_poles, powers, duration), power)
+        trial = _Projection(values, weight, _Basis(frequency, trial_poles, powers, duration), power)
         if trial.square < fit.square:
             poles, fit, damping = trial_poles, trial, max(damping / 10, 1e-12)
             if np.abs((change + 1j * turn) / poles.real).max() < ENOUGH:
@@ -168,7 +168,7 @@ def fit_poles(
     return fit.result(deviation is not None)
 
 
-class _project:  # noqa: N801  # a step of the search, not a thing of the field
+class _Projection:
     """Residues at given poles, and what they leave."""
 
     def __init__(self, values: Matrix, weight: Matrix, basis: _Basis, power: Powers) -> None:

@@ -141,10 +141,11 @@ def list_beyond_priors(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def describe_beyond_priors(beyond_priors: Sequence[str]) -> str:
-    """Parameters beyond their priors in a sentence."""
+def describe_beyond_priors(beyond_priors: Sequence[str], effect: str = "") -> str:
+    """Parameters beyond their priors in a sentence, beside an effect if one is given."""
+    model = f"Even with {effect} the model" if effect else "The model"
     return (
-        f"The model differs by more than its priors allow, in {' and '.join(beyond_priors)}, and no known effect "
+        f"{model} differs by more than its priors allow, in {' and '.join(beyond_priors)}, and no known effect "
         "explains what that leaves. While that holds, nothing tells whether something else is missing."
     )
 

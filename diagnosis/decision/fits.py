@@ -52,7 +52,7 @@ class Fits:
         return [each.refit for each in self.finalists.values()]
 
     def arrangement_of(self, refit: Refit) -> Arrangement:
-        """Arrangement by the covariance of the model with the effect of a fit."""
+        """Arrangement by the covariance that the effect of a fit was weighed by last, as a rule that of its model."""
         return self.finalists[refit.name].arrangement
 
     def explain_residual(self, refit: Refit) -> ResidualExplanation:

@@ -178,8 +178,8 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
     if left is None or pair is not None:  # rules 11, 12, and 14 to 16
         return _name_effects(nothing, fits, passed, pair)
     if _is_force_missing(fits):  # rule 13
-        return _decide_unknown(nothing, fits, beside=best, place=fits.places[0], nearest=best)
-    return _decide_unknown(nothing, fits, beside=best, reason=describe_stand_in(best.name, left, fits.thresholds))
+        return _decide_unknown(nothing, fits, fit=best, place=fits.places[0], nearest=best)
+    return _decide_unknown(nothing, fits, fit=best, reason=describe_stand_in(best.name, left, fits.thresholds))
 
 
 def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: Pair | None) -> Verdict:
@@ -211,17 +211,18 @@ def _name_law(nothing: Verdict, fits: Fits, refit: Refit, law: FittedLaw) -> Ver
     """An unknown force that has a law in place of that of an effect."""
     place = next((each for each in fits.places if each.name == refit.place), None)
     reason = describe_law(refit, law, fits.baseline)
-    return _decide_unknown(nothing, fits, beside=law.refit, place=place, nearest=refit, laws=[law], reason=reason)
+    return _decide_unknown(nothing, fits, fit=law.refit, place=place, nearest=refit, laws=[law], reason=reason)
 
 
-def _decide_unknown(nothing: Verdict, fits: Fits, *, beside: Refit | None = None, **known: Any) -> Verdict:
+def _decide_unknown(nothing: Verdict, fits: Fits, *, fit: Refit | None = None, **known: Any) -> Verdict:
     """Something unknown is missing; where parameters are beyond their priors, all that is known are these.
 
-    Where an effect passes, or a law was found, the parameters `beside` it count.
+    They are those of the fit with the effect that passes, or with the law that was found; else of that without any.
     """
-    beyond_priors = fits.beyond_priors if beside is None else list_beyond_priors(beside.fit)
+    beyond_priors = fits.beyond_priors if fit is None else list_beyond_priors(fit.fit)
     if beyond_priors:
-        known = {"beyond_priors": beyond_priors, "reason": describe_beyond_priors(beyond_priors)}
+        reason = describe_beyond_priors(beyond_priors, "" if fit is None else fit.name)
+        known = {"beyond_priors": beyond_priors, "reason": reason}
     return replace(nothing, finding=Finding.UNKNOWN, **known)
 
 

@@ -80,7 +80,8 @@ class Verdict(Tabular):
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none by the held-out error.
     beyond_priors
-        Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown.
+        Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown; of
+        the fit with the effect that passes, if one does.
     reason
         Finding in words where no effect is named; derived from threshold and place if it is empty.
     """

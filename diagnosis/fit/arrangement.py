@@ -146,15 +146,17 @@ class Arrangement:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
         if get_error_size(self.train) == NO_ERROR:
             return fit.chi2 + self.train.log_weight
-        train = update_model_error(self.train, fit.prediction)
+        train = self._with_error_left(fit)
         residual, m = train.residual(fit.prediction), fit.n_number
         return float(residual @ residual + fit.residual[m:] @ fit.residual[m:]) + train.log_weight
 
     def find_error_left(self, fit: Fit) -> ErrorSize:
         """Size of the model error that a fit leaves, where there is any without it."""
-        if get_error_size(self.train) == NO_ERROR:
-            return NO_ERROR
-        return get_error_size(update_model_error(self.train, fit.prediction))
+        return NO_ERROR if get_error_size(self.train) == NO_ERROR else get_error_size(self._with_error_left(fit))
+
+    def _with_error_left(self, fit: Fit) -> Comparison:
+        """Training data with the model error that a fit leaves."""
+        return update_model_error(self.train, fit.prediction)
 
     @property
     def cost(self) -> float:

@@ -35,7 +35,7 @@ def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[E
 
 
 def list_far_strengths(parameter: EffectParameter) -> Float[NDArray[np.float64], "2 2"]:
-    """Either bound of a strength and what is halfway to it, of a ratio in logarithms, shape (2, 2) [its unit]."""
+    """Strengths halfway to either bound, of a ratio in logarithms, and the bound, shape (2, 2) [its unit]."""
     bounds, vanishes = np.array([parameter.lower, parameter.upper]), parameter.vanishes
     halfway = np.sqrt(bounds * vanishes) if parameter.is_ratio else (bounds + vanishes) / 2
-    return np.column_stack([bounds, halfway])
+    return np.column_stack([halfway, bounds])

@@ -1,4 +1,4 @@
-"""Finalists: effects fitted to the end, each by the covariance of its own model as well.
+"""Finalists: effects fitted to the end, each that gains more than chance by the covariance of its own model as well.
 
 The covariance of a model that lacks an effect is wrong where the effect is present, and that of a model with the effect
 is wrong where it is absent. The gain of an effect is therefore the smaller one of its gains by both covariances.
@@ -36,7 +36,7 @@ MAX_CHI2_RISE, MAX_ERROR_RISE = 1.1, 1.5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Finalist:
-    """An effect, or none, its fit, and the arrangement by the covariance of the model with it."""
+    """An effect, or none, its fit, and the arrangement by the covariance that it was weighed by last."""
 
     refit: Refit
     arrangement: Arrangement
@@ -59,8 +59,8 @@ def refit_by_own_covariance(
 ) -> Finalist:
     """Fit an effect anew, by the covariance of its own model.
 
-    The gain of an effect is the smaller one by both covariances. Where chance explains that by the common one, the
-    other changes no verdict, and is left out.
+    The gain of an effect is the smaller one by both covariances. Where chance explains that by the common one, no
+    verdict names the effect, and the other is left out.
 
     Parameters
     ----------
@@ -79,7 +79,8 @@ def refit_by_own_covariance(
     # By the covariance that all fits have in common, which is that of `arrangement`, and by its own.
     common, fit = _refit(arrangement, refit.fit, by)
     if arrangement.cost - common.cost <= chance:
-        return Finalist(refit=_compare(refit.effect, [common], [arrangement], [baseline]), arrangement=common)
+        tested = _test_by_covariances(refit.effect, [common], [arrangement], [baseline])
+        return Finalist(refit=tested, arrangement=common)
     own = arrange_with_effect(campaign, arrangement, refit.effect, fit, catalogue_of)
     own_without = own.with_refit(baseline.fit, arrangement.train)
     common_without = arrangement
@@ -93,12 +94,15 @@ def refit_by_own_covariance(
         baseline if common_without is arrangement else common_without.tested(None, common_without.fit),
         own_without.tested(None, own_without.fit),
     ]
-    compared = _compare(refit.effect, [common, own], [common_without, own_without], without)
-    return Finalist(refit=compared, arrangement=own)
+    tested = _test_by_covariances(refit.effect, [common, own], [common_without, own_without], without)
+    return Finalist(refit=tested, arrangement=own)
 
 
-def _compare(
-    effect: Effect, beside: Sequence[Arrangement], alone: Sequence[Arrangement], without: Sequence[Refit]
+def _test_by_covariances(
+    effect: Effect,
+    with_effect: Sequence[Arrangement],
+    without_effect: Sequence[Arrangement],
+    tests_without: Sequence[Refit],
 ) -> Refit:
     """Test of an effect by the last of some covariances, with the least that it gains by any of them.
 
@@ -106,18 +110,19 @@ def _compare(
     ----------
     effect
         The effect.
-    beside, alone
+    with_effect, without_effect
         Fits with the effect and without, one by each covariance.
-    without
+    tests_without
         Tests of the latter.
     """
-    tested = [each.tested(effect, each.fit) for each in beside]
+    tests = [each.tested(effect, each.fit) for each in with_effect]
+    costs = [(one.held_out_cost, other.held_out_cost) for one, other in zip(tests_without, tests, strict=True)]
     return replace(
-        tested[-1],
-        gain=min(one.cost - other.cost for one, other in zip(alone, beside, strict=True)),
-        held_out_gain=min(one.held_out_cost - other.held_out_cost for one, other in zip(without, tested, strict=True)),
-        cost=beside[-1].cost + tested[-1].held_out_cost,
-        worsens=any(is_worse(tested[-1], each) for each in without),
+        tests[-1],
+        gain=min(one.cost - other.cost for one, other in zip(without_effect, with_effect, strict=True)),
+        held_out_gain=min(one - other for one, other in costs),
+        cost=with_effect[-1].cost + tests[-1].held_out_cost,
+        worsens=any(is_worse(tests[-1], each) for each in tests_without),
     )
 
 

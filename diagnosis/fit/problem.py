@@ -79,10 +79,10 @@ class Refit:
         -2 ln of the density of the held-out data, their jitter integrated out, up to a constant [-].
     gain, held_out_gain
         Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
-        the smaller ones of the falls of -2 ln p by both.
+        the smaller ones of the falls of -2 ln p by both; that by the common one where chance explains it.
     cost
-        -2 ln of the density of all data by the covariance of its own model, up to a constant [-]; None where fits have
-        no covariances of their own.
+        -2 ln of the density of all data by the covariance of the last fit, as a rule that of its own model, up to a
+        constant [-]; None where fits have no covariances of their own.
     worsens
         Whether the effect makes the held-out error larger, whatever it gains.
     beside

@@ -84,7 +84,7 @@ def block_lanczos(
     Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000) 602-616: thick restart.
     """
     block = block or default_block(n_mode)
-    kept, n_fresh = n_mode + SPARE * block, n_first_random_columns(block)
+    kept, n_fresh = n_mode + SPARE * block, count_first_random_columns(block)
     basis = _first_basis(factor, mass, block, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
     settled, trial_end, next_test, n_restart = np.zeros(n_mode), 0, kept, 0
     while True:
@@ -136,13 +136,13 @@ def default_block(n_mode: int) -> int:
     return WIDE if n_mode >= MANY else NARROW
 
 
-def n_first_random_columns(block: int) -> int:
+def count_first_random_columns(block: int) -> int:
     """Random columns that join first [-]."""
     return max(2, block // 4)
 
 
 def basis_columns(n: int, n_mode: int, block: int, most: int | None = None) -> int:
     """Columns of Q at which a restart compresses them, for n degrees of freedom [-]; `most` is the user's limit."""
-    least = n_mode + SPARE * block + NEW * (block + n_first_random_columns(block))
+    least = n_mode + SPARE * block + NEW * (block + count_first_random_columns(block))
     free = max(2 * n_mode, min(2 * n_mode + SPACIOUS * block, int(MEMORY / (8 * n))))
     return max(most or free, least)

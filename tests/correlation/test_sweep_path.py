@@ -118,3 +118,15 @@ def test_a_jump_of_a_model_nearby_hides_none(cubic: float) -> None:
     for one, other in zip(found.jumps, alone.jumps, strict=True):
         assert one.sweep == other.sweep
         assert one.frequency == pytest.approx(other.frequency, abs=step)
+
+
+@pytest.mark.parametrize("cubic", [0.06, 0.1, 0.2])
+@pytest.mark.parametrize("n", [13, 40])
+def test_beyond_the_cusp_states_do_not_depend_on_a_model_nearby_that_has_no_jump(n: int, cubic: float) -> None:
+    frequency = np.linspace(8.5, 11.5, n)
+    below = sweeps(0.04, frequency)
+    assert below.jumps == ()
+    assert below.followed
+    alone = sweeps(cubic, frequency)
+    assert alone.jumps
+    np.testing.assert_allclose(sweeps(cubic, frequency, before=below).value, alone.value, rtol=1e-6)

@@ -14,16 +14,16 @@ from diagnosis.fit.refit import MOST_RUGGED
 
 def test_far_strengths_of_a_ratio_are_halfway_in_logarithms() -> None:
     ratio = EffectParameter(name="ratio", unit="-", lower=0.25, upper=9.0, typical=1.1, vanishes=1.0)
-    np.testing.assert_allclose(list_far_strengths(ratio), [[0.25, 0.5], [9.0, 3.0]], rtol=1e-15)  # rounding of roots
+    np.testing.assert_allclose(list_far_strengths(ratio), [[0.5, 0.25], [3.0, 9.0]], rtol=1e-15)  # rounding of roots
 
 
 def test_far_strengths_of_what_vanishes_at_zero_are_halfway() -> None:
     gap = EffectParameter(name="gap", unit="m", lower=-2.0, upper=4.0, typical=0.1)
-    np.testing.assert_array_equal(list_far_strengths(gap), [[-2.0, -1.0], [4.0, 2.0]])
+    np.testing.assert_array_equal(list_far_strengths(gap), [[-1.0, -2.0], [2.0, 4.0]])
 
 
 def test_far_strengths_of_what_vanishes_elsewhere_than_at_zero_are_halfway_from_there() -> None:
-    np.testing.assert_array_equal(list_far_strengths(WARMTH), [[-5.0, -2.0], [5.0, 3.0]])
+    np.testing.assert_array_equal(list_far_strengths(WARMTH), [[-2.0, -5.0], [3.0, 5.0]])
 
 
 RATIO = EffectParameter(name="ratio", unit="-", lower=0.25, upper=4.0, typical=1.1, vanishes=1.0)
@@ -68,5 +68,5 @@ def test_to_either_side_the_fit_starts_from_the_strength_of_the_lesser_chi2(monk
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
     far: Any = SimpleNamespace(kind="shift", parameters=(WARMTH,), apply=lambda *_: model)
     # The bound is better below, halfway above.
-    monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, values, _near: abs(values[-1] - 1 / 2 + 4))
+    monkeypatch.setattr(far_start, "compute_chi2", lambda _train, _unknowns, values, _near: abs(values[-1] + 4.5))
     assert [values[-1] for _, values in list_far_starts(problem_of(model), [far])] == [-5.0, 3.0]
