@@ -149,18 +149,21 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     }
     listed = ", ".join(["nothing", *(each.name for each in heavy.refits)])
     wide = f"intervals beside {heavy.verdict.effects[0].name} of {listed}"
-    own = {f"{each.name} by its own covariance" for each in heavy.refits}
+    own = {step for step in kept.asked if " by its own covariance beyond " in step}
+    assert {step.partition(" by its")[0] for step in own} == {each.name for each in heavy.refits}
     # The mass moves the resonance by many widths: other starts are sought.
     starts = pickle.loads(kept.results["starts under response control"])
-    begun = {"starts under response control", "branches"} | {
+    begun = {"starts under response control", "branches", "other starts"} | {
         f"fit of {effect.name} from start {number}" for number, (effect, _) in enumerate(starts)
     }
-    begun_from = {effect.name for effect, _ in starts}
-    costs = {f"cost of {name}" for name in {name.removeprefix("fit of ") for name in fits} | begun_from}
+    costs = {name.replace("fit of", "cost of", 1) for name in fits}
+    # Where another start led further.
+    anew = {step for step in kept.asked if step.startswith("cost of ") and step.endswith(" from another start")}
+    assert {step[len("cost of ") : -len(" from another start")] for step in anew} <= {each.name for each, _ in starts}
     # Those that are too far behind are fitted to the end, and not weighed.
     refits = {step for step in kept.asked if step.startswith("refit of ")}
     assert {f"refit of {each.name}" for each in heavy.refits} <= refits
-    assert set(kept.asked) == {*STEPS, *fits, *costs, *refits, *own, *begun, left_of(heavy), wide}
+    assert set(kept.asked) == {*STEPS, *fits, *costs, *anew, *refits, *own, *begun, left_of(heavy), wide}
     assert len(kept.asked) == len(set(kept.asked))
 
 
