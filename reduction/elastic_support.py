@@ -146,14 +146,14 @@ class ElasticBody:
         pushed = -(self.support.springs / self.compliance)[:3] @ support_motion
         return SupportReaction(stiffness=pushed, mass=np.zeros_like(pushed))
 
-    def heavier(self, ratio: float) -> "ElasticBody":
+    def scale_mass(self, ratio: float) -> "ElasticBody":
         """The body with all its mass times a ratio, in the same coordinates."""
         support = replace(
             self.support, inertia=ratio * self.support.inertia, mass=ratio * np.asarray(self.support.mass)
         )
         return replace(self, mass=ratio * self.mass, support=support)
 
-    def stiffer(self, ratio: float) -> "ElasticBody":
+    def scale_stiffness(self, ratio: float) -> "ElasticBody":
         """The body with all its stiffness times a ratio, on the same springs."""
         return replace(self, stiffness=ratio * self.stiffness)
 

@@ -314,7 +314,7 @@ class Campaign:
         return np.array([test.configuration == "free" for test in self.tests], dtype=bool)
 
     @property
-    def has_data_alone(self) -> bool:
+    def has_only_typed_data(self) -> bool:
         """Whether there are typed data and no steady states."""
         return bool(self.data) and not len(self.measurement)
 

@@ -33,7 +33,7 @@ class EffectKind:
         Function of a model and its scale: effects, and those that cannot be tested with the reason.
     order
         Rank in lists of all kinds: smaller first [-].
-    is_rugged
+    acts_by_slip_alone
         Whether it acts through stick and slip alone, so that its derivative may have the wrong sign.
     has_two_sides
         Whether it is fitted from both sides of its vanishing value: chi^2 may have a least value on either.
@@ -53,7 +53,7 @@ class EffectKind:
     parameters: Mapping[str, tuple[str, ...]]
     candidates: Callable[[Model, Scale | None], list[Effect | Untestable]]
     order: int = 100
-    is_rugged: bool = False
+    acts_by_slip_alone: bool = False
     has_two_sides: bool = False
     is_addition: bool = False
     is_alike: Callable[[Effect, Effect], bool] | None = None

@@ -37,7 +37,7 @@ class Density:
         if self.part not in model.elastic_bodies:
             return changed
         # What gives way under the part later moves the changed mass.
-        body = model.elastic_bodies[self.part].heavier(ratio)
+        body = model.elastic_bodies[self.part].scale_mass(ratio)
         return replace(changed, elastic_bodies={**model.elastic_bodies, self.part: body})
 
 

@@ -13,6 +13,6 @@ EFFECTS.register(
             "value, while its normal force stays; nothing without contacts."
         ),
         order=9,
-        is_rugged=True,
+        acts_by_slip_alone=True,
     )
 )

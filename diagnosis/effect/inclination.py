@@ -49,6 +49,6 @@ EFFECTS.register(
     EffectKind(
         name=KIND, acts_on="dead weights on wires", physics=Inclination.physics,
         signature=Inclination.signature, parameters={"angle": ("rad",)}, candidates=candidates, order=14,
-        is_rugged=True, has_two_sides=True,
+        acts_by_slip_alone=True, has_two_sides=True,
     )
 )  # fmt: skip

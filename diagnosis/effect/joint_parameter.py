@@ -77,6 +77,6 @@ EFFECTS.register(
     EffectKind(
         name=KIND, acts_on="joints of no line", physics=JointParameter.physics,
         signature=JointParameter.signature, parameters={"ratio": ("-",)}, candidates=candidates, order=13,
-        is_rugged=True,
+        acts_by_slip_alone=True,
     )
 )  # fmt: skip

@@ -58,6 +58,6 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 EFFECTS.register(
     EffectKind(
         name=KIND, acts_on="contact lines and dead weights", physics=Preload.physics, signature=Preload.signature,
-        parameters={RATIO.name: (RATIO.unit,)}, candidates=candidates, order=11, is_rugged=True,
+        parameters={RATIO.name: (RATIO.unit,)}, candidates=candidates, order=11, acts_by_slip_alone=True,
     )
 )  # fmt: skip

@@ -48,6 +48,6 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 EFFECTS.register(
     EffectKind(
         name=KIND, acts_on="dead weights on wires", physics=Shift.physics, signature=Shift.signature,
-        parameters={"shift": ("m",)}, candidates=candidates, order=13, is_rugged=True, has_two_sides=True,
+        parameters={"shift": ("m",)}, candidates=candidates, order=13, acts_by_slip_alone=True, has_two_sides=True,
     )
 )  # fmt: skip

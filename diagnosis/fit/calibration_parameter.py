@@ -92,7 +92,7 @@ class CalibrationParameter:
         )
         # The springs of a clamp are no part's material.
         for name, body in model.elastic_bodies.items():
-            changed = changed.with_elastic_body(name, body.stiffer(factor))
+            changed = changed.with_elastic_body(name, body.scale_stiffness(factor))
         return changed
 
 

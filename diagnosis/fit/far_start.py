@@ -14,7 +14,7 @@ from diagnosis.candidate.effect import Effect, EffectParameter, changes_joints
 from diagnosis.fit.calibration import compute_chi2
 from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import Problem
-from diagnosis.fit.refit import MOST_RUGGED, is_rugged
+from diagnosis.fit.refit import MAX_BY_SLIP, acts_by_slip_alone
 
 
 def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
@@ -24,8 +24,12 @@ def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[E
     """
     starts: list[tuple[Effect, Values]] = []
     fit, model = problem.fit, problem.fit.model
-    far = [each for each in effects if is_rugged(each) or (each.parameters[0].is_ratio and changes_joints(each, model))]
-    for effect in far[:MOST_RUGGED]:
+    far = [
+        each
+        for each in effects
+        if acts_by_slip_alone(each) or (each.parameters[0].is_ratio and changes_joints(each, model))
+    ]
+    for effect in far[:MAX_BY_SLIP]:
         unknowns = problem.unknowns([effect])
         for strengths in list_far_strengths(effect.parameters[0]):
             begins = [make_start(fit.values, effect, strength) for strength in strengths]

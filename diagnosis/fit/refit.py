@@ -21,7 +21,7 @@ from diagnosis.step import RunStep, compute_step
 MIN_COSINE, MIN_GAIN_SHARE = 0.6, 0.5
 #: Most effects that act through stick and slip alone and are refitted in any case: their derivative may have the wrong
 #: sign, and had for the true effect among several lines and weights.
-MOST_RUGGED = 8
+MAX_BY_SLIP = 8
 #: A fit that gains less than this share of the gain of the screening is started again, from typical strength.
 MIN_GAIN_KEPT = 0.7
 #: chi^2 over that without an effect above which a fit from another start is hopeless after a few steps. Set on
@@ -51,14 +51,14 @@ def shortlist(scores: Sequence[Score], selection: EffectSelection, *, is_poor: b
         promising = score.gain > max(MIN_GAIN_SHARE * best[0].gain, selection.least_gain)
         if len(chosen) < selection.n_shortlisted and promising and parallel > MIN_COSINE:
             chosen.append(score)
-    rugged = [score for score in scores if is_rugged(score.effect) and score not in chosen and score.size > 0]
-    return chosen + rugged[:MOST_RUGGED]
+    by_slip = [score for score in scores if acts_by_slip_alone(score.effect) and score not in chosen and score.size > 0]
+    return chosen + by_slip[:MAX_BY_SLIP]
 
 
-def is_rugged(effect: Effect) -> bool:
+def acts_by_slip_alone(effect: Effect) -> bool:
     """Whether an effect acts through stick and slip alone, see `diagnosis.effect.EffectKind`."""
     kind = find_kind(effect)
-    return kind is not None and kind.is_rugged
+    return kind is not None and kind.acts_by_slip_alone
 
 
 def baseline_fit(problem: Problem) -> Refit:

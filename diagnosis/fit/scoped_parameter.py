@@ -48,7 +48,7 @@ class ScopedParameter(CalibrationParameter):
             return Density(name=self.name, part=self.owner).apply(model, values)
         (part,) = (part for part in model.parts if part.name == self.owner)
         if self.owner in model.elastic_bodies:
-            return model.with_elastic_body(self.owner, model.elastic_bodies[self.owner].stiffer(factor))
+            return model.with_elastic_body(self.owner, model.elastic_bodies[self.owner].scale_stiffness(factor))
         return model.with_system(stiffness=model.system.stiffness + (factor - 1) * part.stiffness)
 
 

@@ -120,7 +120,7 @@ class Bench:
             With what is wrong in them.
         """
         campaign = self._read_campaign()
-        if campaign.has_data_alone:
+        if campaign.has_only_typed_data:
             seen, self._comparison = hash_text(read_text(self.case)), None
             found_alone, shown = compare_data_campaign(self.case, campaign, self.run)
             shown["verdict"]["seen"] = seen
@@ -150,7 +150,7 @@ class Bench:
         CaseError, CampaignError, EffectError
             With what is wrong in them.
         """
-        if self._read_campaign().has_data_alone:
+        if self._read_campaign().has_only_typed_data:
             return Result(numbers={}, views=screen_data_campaign())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
@@ -184,7 +184,7 @@ class Bench:
             With what is wrong in them.
         """
         campaign = self._read_campaign()
-        if campaign.has_data_alone:
+        if campaign.has_only_typed_data:
             found, alone = diagnose_data_campaign(self.case, campaign, self.folder, self.run, self.without)
             return Result(numbers=found, views=alone)
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
@@ -262,7 +262,7 @@ class Bench:
             A parameter that the case does not have.
         """
         # A slider moves many times: files are read for the first of them alone.
-        if self._comparison is None and (campaign := self._read_campaign()).has_data_alone:
+        if self._comparison is None and (campaign := self._read_campaign()).has_only_typed_data:
             numbers_alone, views = move_data_parameters(self.case, campaign, self.run, values)
             return Result(numbers=numbers_alone, views=views)
         found = self._current()

@@ -85,7 +85,7 @@ def run_diagnose(
     assert run.output is not None
     open_case(case)  # mistakes of the file itself come first
     campaign = read_measured(folder, run)
-    if campaign.has_data_alone:
+    if campaign.has_only_typed_data:
         return run_data_diagnosis(case, campaign, folder, run, without=without, auto=auto)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
     from study.diagnose.page import make_files

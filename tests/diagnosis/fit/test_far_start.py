@@ -9,7 +9,7 @@ import pytest
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import far_start
 from diagnosis.fit.far_start import list_far_starts, list_far_strengths
-from diagnosis.fit.refit import MOST_RUGGED
+from diagnosis.fit.refit import MAX_BY_SLIP
 
 
 def test_far_strengths_of_a_ratio_are_halfway_in_logarithms() -> None:
@@ -50,10 +50,10 @@ def test_ratios_of_joints_and_effects_through_stick_and_slip_start_far(
     monkeypatch.setattr(far_start, "compute_chi2", lambda *_: 0.0)
     changed = SimpleNamespace(system=SimpleNamespace(joints=joints))
     effect = SimpleNamespace(kind=kind, parameters=(parameter,), apply=lambda *_: changed)
-    effects: Any = [effect] * (MOST_RUGGED + 1)
+    effects: Any = [effect] * (MAX_BY_SLIP + 1)
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
     starts = list_far_starts(problem_of(model), effects)
-    assert len(starts) == (2 * MOST_RUGGED if is_far else 0)
+    assert len(starts) == (2 * MAX_BY_SLIP if is_far else 0)
     for each, values in starts:
         assert each in effects
         np.testing.assert_array_equal(values[:2], FITTED)

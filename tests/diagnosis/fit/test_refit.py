@@ -12,10 +12,10 @@ from diagnosis.fit import refit as refits
 from diagnosis.fit.calibration import Ending
 from diagnosis.fit.problem import EffectSelection
 from diagnosis.fit.refit import (
+    MAX_BY_SLIP,
     MIN_COSINE,
     MIN_GAIN_KEPT,
     MIN_GAIN_SHARE,
-    MOST_RUGGED,
     choose_finalists,
     fit_from_starts,
     quick_fit,
@@ -24,7 +24,7 @@ from diagnosis.fit.refit import (
 from diagnosis.screening import Score
 
 SELECTION = EffectSelection()
-RUGGED = [kind.name for kind in EFFECTS if kind.is_rugged]
+BY_SLIP = [kind.name for kind in EFFECTS if kind.acts_by_slip_alone]
 BEST, MOST, WORTHLESS, FINALISTS, FAR_BEHIND = (
     getattr(SELECTION, name) for name in ("n_best", "n_shortlisted", "least_gain", "n_finalist", "largest_chi2_gap")
 )
@@ -187,9 +187,9 @@ def test_what_chance_gains_is_not_worth_a_refit() -> None:
 def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
     """Its derivative may point the wrong way where a contact begins to slip."""
     plain = [score(gain, name=f"p {gain:g}") for gain in (100.0, 90.0, 80.0)]
-    slipping = [score(0.1, name=f"line {number}", kind=RUGGED[0]) for number in range(MOST_RUGGED + 2)]
+    slipping = [score(0.1, name=f"line {number}", kind=BY_SLIP[0]) for number in range(MAX_BY_SLIP + 2)]
     unseen = Score(**{**vars(slipping[0]), "size": 0.0})
-    assert shortlist([*plain, unseen, *slipping], SELECTION) == [*plain, *slipping[:MOST_RUGGED]]
+    assert shortlist([*plain, unseen, *slipping], SELECTION) == [*plain, *slipping[:MAX_BY_SLIP]]
     assert shortlist([*plain[:2], slipping[0]], SELECTION) == plain[:2] + slipping[:1]
 
 
