@@ -84,7 +84,7 @@ def separate_branches(curves: CurveSet) -> Branches:
     excluded = np.zeros(curves.value.shape, dtype=bool)
     ways = [np.flatnonzero(curves.sweep == way) for way in np.unique(curves.sweep)]
     for rows in ways:
-        for state in _states_between_jumps(curves.value[rows], noise[rows]):
+        for state in _states_between_jumps(curves.frequency, curves.value[rows], noise[rows]):
             excluded[rows, state] = find_minority(curves.value[rows, state], noise[rows, state])
     bistable = _find_bistable(curves, np.where(excluded, np.nan, curves.value), noise)
     for state in np.flatnonzero(find_scattered(curves, bistable) & ~excluded.any(axis=0)).tolist():
@@ -170,11 +170,13 @@ def _noise(curves: CurveSet, number: int) -> Float[NDArray[np.float64], " n"]:
     return noise
 
 
-def _states_between_jumps(value: Curves, noise: Float[NDArray[np.float64], "r n"]) -> Iterator[int]:
+def _states_between_jumps(
+    frequency: Float[NDArray[np.float64], " n"], value: Curves, noise: Float[NDArray[np.float64], "r n"]
+) -> Iterator[int]:
     """States that some repeats pass before a jump and others after it."""
     if len(value) < 2:
         return
-    jumps = [find_curve_jumps(curve, scatter) for curve, scatter in zip(value, noise, strict=True)]
+    jumps = [find_curve_jumps(frequency, curve, scatter) for curve, scatter in zip(value, noise, strict=True)]
     found = np.unique(np.concatenate(jumps))
     if not len(found):
         return

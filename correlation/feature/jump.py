@@ -1,12 +1,15 @@
 r"""Jumps of a measured curve: steps to another steady state, far larger than the steps beside them.
 
 Near one mode the response X changes fast and its inverse 1 / X does not; at an antiresonance it is the other way round.
-A step is a jump where both change by far more than at the steps beside it.
+A step is a jump where both change by far more than at the steps beside it. A step over a gap between two measured bands
+is none of the curve.
 """
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
+
+from correlation.feature.gap import find_gaps
 
 Curve = Complex[NDArray[np.complex128], " n"]
 Steps = Float[NDArray[np.float64], " s"]
@@ -20,18 +23,28 @@ NOISE = 5.0
 
 
 def find_curve_jumps(
-    value: Curve, noise: Float[NDArray[np.float64], " n"] | None = None
+    frequency: Float[NDArray[np.float64], " n"], value: Curve, noise: Float[NDArray[np.float64], " n"] | None = None
 ) -> Int[NDArray[np.int64], " j"]:
     """Steps of one curve that are jumps: from point i to point i + 1.
 
     Parameters
     ----------
+    frequency
+        Ascending, shape (n,) [Hz].
     value
-        Values over the frequency, shape (n,); NaN where there is none.
+        Values, shape (n,); NaN where there is none.
     noise
         Standard deviation of each, shape (n,); none by default.
     """
     there = np.flatnonzero(np.isfinite(value) & (np.abs(value) > 0))
+    bands = np.split(there, find_gaps(frequency[there]) + 1)
+    return np.concatenate([_find_in_band(band, value, noise) for band in bands])
+
+
+def _find_in_band(
+    there: Int[NDArray[np.int64], " b"], value: Curve, noise: Float[NDArray[np.float64], " n"] | None
+) -> Int[NDArray[np.int64], " j"]:
+    """Jumps among the points with these numbers."""
     if len(there) < FEWEST:
         return np.zeros(0, dtype=np.int64)
     x = value[there]

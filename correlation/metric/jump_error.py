@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.feature.gap import find_gaps
 from correlation.feature.jump import find_curve_jumps
 from correlation.feature.observation import Observation
 from correlation.prediction import Prediction, SweepJump
@@ -106,7 +107,7 @@ def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Itera
         rows = {way: _rising(observed, of_sensor & np.isin(points.sweep, (0, way))) for way in sweeps}
         for way, own in rows.items():
             if len(sweeps) == 1:
-                steps = find_curve_jumps(observed.value[own]).tolist()
+                steps = find_curve_jumps(points.frequency[own], observed.value[own]).tolist()
             else:
                 steps = _ends(observed, own, rows[-way])
             for step in steps:
@@ -124,7 +125,8 @@ def _rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int
 def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[NDArray[np.int64], " m"]) -> list[int]:
     """Steps of a sweep into, out of or between states with two branches, far larger than those of the other sweep.
 
-    That one may have been read at other frequencies. On one side of a jump the sweeps are on different branches.
+    A step over a gap between two measured bands is none. The other sweep may have been read at other frequencies. On
+    one side of a jump the sweeps are on different branches.
     """
     points, value = observed.points, observed.value
     split, change = points.sweep[own] != 0, np.abs(np.diff(value[own]))
@@ -132,6 +134,7 @@ def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[N
     size, apart = np.abs(value[own]), np.abs(value[own] - beside)
     large = change > np.maximum(LEAST * np.maximum(size[1:], size[:-1]), ALONE * np.abs(np.diff(beside)))
     jumps = (split[1:] | split[:-1]) & large & (np.maximum(apart[1:], apart[:-1]) > change / 2)
+    jumps[find_gaps(points.frequency[own])] = False
     # After a jump a response settles for some steps: the largest of them is the jump.
     near = [change[max(step - SETTLED, 0) : step + SETTLED + 1].max() for step in range(len(change))]
     return [int(step) for step in np.flatnonzero(jumps & (change >= near))]

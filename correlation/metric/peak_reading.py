@@ -169,7 +169,7 @@ def has_jump_at_peak(points: Points, curve: Curve, rows: Rows, sweeps: tuple[int
     beside = np.arange(peak.min() - 1, peak.max() + 1)
     # A step over a gap between two bands is none of the curve.
     own = np.where(curve.span, curve.value, np.nan)
-    steps = find_curve_jumps(own) if len(sweeps) < 2 else beside[:0]
+    steps = find_curve_jumps(curve.frequency, own) if len(sweeps) < 2 else beside[:0]
     return bool(np.isin(steps, beside).any() or points.sweep[rows[peak]].any())
 
 

@@ -78,15 +78,17 @@ def _remaining_error(result: Round) -> Iterator[str]:
 
 
 def _jumps(result: Round) -> Iterator[str]:
-    """Held-out jumps at other frequencies than in the model, which the held-out error does not contain."""
+    """Held-out jumps that the model has elsewhere or not at all, which the held-out error does not contain."""
     jumps = (result.best or result.diagnosis.baseline).held_out_jumps
-    elsewhere = [jump for jump in jumps if abs(jump.frequency_error) > jump.frequency_deviation]
+    elsewhere = [jump for jump in jumps if not abs(jump.frequency_error) <= jump.frequency_deviation]
     if elsewhere:
         listed = "; ".join(describe_jump(jump, result.campaign.drive.unit) for jump in elsewhere)
-        yield (
-            f"Jumps of the held-out data: {listed}. Between a measured and a predicted jump the held-out error is that "
-            "of the branch that the structure was on."
-        )
+        yield f"Jumps of the held-out data: {listed}."
+        if any(isfinite(jump.frequency_error) for jump in elsewhere):
+            yield (
+                "Between a measured and a predicted jump the held-out error is that of the branch that the structure "
+                "was on."
+            )
 
 
 def _shifted_parameters(result: Round) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """Doubts of a diagnosis: what is named, and what is not."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -84,10 +85,26 @@ def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
     found = result()
     found.campaign = SimpleNamespace(drive=SimpleNamespace(unit="V"))
     found.diagnosis.baseline.held_out_jumps = (jump, replace(jump, level=1.0, predicted_frequency=42.31))
-    (doubt,) = list_doubts(found)
-    assert "2 V, up-sweep: jumps down at 42.3 Hz, the model at 42.6 Hz (+0.3 Hz). Between" in doubt
+    doubt, between = list_doubts(found)
+    assert doubt.endswith("2 V, up-sweep: jumps down at 42.3 Hz, the model at 42.6 Hz (+0.3 Hz).")
+    assert between.startswith("Between a measured and a predicted jump")
     # Within the step of the sweep the jump is where it was measured.
     assert "1 V" not in doubt
+
+
+@pytest.mark.parametrize(("missing", "words"), [
+    ({"predicted_frequency": math.nan}, "jumps down at 42.3 Hz, the model does not"),
+    ({"frequency": math.nan}, "the model jumps down at 42.6 Hz, the measured response does not"),
+])  # fmt: skip
+def test_a_held_out_jump_that_only_one_of_both_has_is_said(missing: dict[str, float], words: str) -> None:
+    jump = JumpError(
+        free=False, level=2.0, sweep=1, falls=True, frequency=42.3, frequency_deviation=0.02, predicted_frequency=42.6
+    )
+    found = result()
+    found.campaign = SimpleNamespace(drive=SimpleNamespace(unit="V"))
+    found.diagnosis.baseline.held_out_jumps = (replace(jump, **missing),)
+    (doubt,) = list_doubts(found)
+    assert words in doubt
 
 
 @pytest.mark.parametrize(("value", "doubted"), [(1.0094, True), (0.9906, True), (1.0086, False)])

@@ -88,7 +88,7 @@ def test_the_repeat_that_jumped_earlier_is_recognised() -> None:
     force = 0.01 * (2 * np.pi * 50.0) ** 2
     frequency = np.linspace(48, 54, 80)
     value = np.array([one.sweep(force, frequency, 1)] * 3)
-    (jump,) = find_curve_jumps(value[0])
+    (jump,) = find_curve_jumps(frequency, value[0])
     value[1, jump - 2 : jump + 1] = one.sweep(force, frequency, -1)[jump - 2 : jump + 1]
     value *= 1 + 1e-3 * random.standard_normal(value.shape)
     curves = CurveSet(
