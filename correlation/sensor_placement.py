@@ -76,8 +76,19 @@ def _check_same(measured: MeasuredSensor, sensor: AnySensor, model: Model) -> No
             f'{MANIFEST}: sensor "{measured.name}" measures {reads}, the model\'s sensor of that name {says}: mend '
             "one of them, or give it another name"
         )
-    # The model's sensor may have a gain, lean, or subtract another place, but it reads some of this one.
-    if not isinstance(sensor, Sensor) or measured.place is None or not model.places:
+    if isinstance(sensor, Sensor):
+        _check_same_point(measured, sensor, model)
+
+
+def _check_same_point(measured: MeasuredSensor, sensor: Sensor, model: Model) -> None:
+    # The model's sensor may have a gain, lean, or subtract another place, but it reads some of this motion.
+    axes = {dof.direction for dof, part in zip(model.dofs, sensor.row, strict=False) if part}
+    if measured.direction and axes and not axes & {measured.direction, measured.toward, "modal"}:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{measured.name}" reads along {measured.direction}, the model\'s sensor of that name '
+            f"along {' and '.join(sorted(axes))}: mend one of them, or leave direction out"
+        )
+    if measured.place is None or not model.places:
         return
     if not np.any(_place_row(measured, model, measured.place) * sensor.row):
         raise CampaignError(

@@ -25,7 +25,7 @@ from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, Parameter
+from cyclopts import App, Parameter, Token
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -34,6 +34,17 @@ if TYPE_CHECKING:
     from pipeline.store import Store
 
 Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
+#: Name of the manifest; `correlation.campaign.manifest` would take long to import.
+MANIFEST = "campaign.toml"
+
+
+def _take_folder(_kind: Any, tokens: Sequence[Token]) -> Path:
+    """The folder of a campaign, of which the manifest itself may be given."""
+    path = Path(tokens[0].value)
+    return path.parent if path.name == MANIFEST and path.is_file() else path
+
+
+CampaignFolder = Annotated[Path, Parameter(help=f"Folder with {MANIFEST}.", converter=_take_folder)]
 Without = Annotated[
     tuple[str, ...],
     Parameter(

@@ -52,7 +52,7 @@ class MeasuredSensor:
     quantity
         "displacement", "velocity", "acceleration" or "contact force".
     direction
-        "x", "y", "z", "rx", "ry", "rz"; empty for a contact force.
+        "x", "y", "z", "rx", "ry", "rz"; empty for a contact force, and where it is left to the model's sensor.
     place
         Named place of the model, if it is given by name.
     coordinates

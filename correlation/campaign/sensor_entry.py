@@ -54,14 +54,16 @@ def _readings(table: TomlTable, quantity: str) -> dict[str, Any]:
 
 
 def _position(table: TomlTable) -> dict[str, Any]:
-    """Position and axis of a motion sensor."""
+    """Position and axis of a motion sensor; it needs none that is a sensor of the case."""
     place, point = table.take("place", str, None), table.take("coordinates", list, None)
-    if (place is None) == (point is None):
+    if place is not None and point is not None:
         wanted = 'give place = "..." or coordinates = ["500 mm", "0 mm", "0 mm"], one of them'
         raise table.problem("place", wanted, show=False)
     if point is not None and len(point) != 3:
         raise table.problem("coordinates", 'give three, e.g. ["500 mm", "0 mm", "0 mm"]')
-    direction = table.choice("direction", DIRECTIONS)
+    # The case's sensor of this name knows its axis.
+    has_axis = point is not None or not table.values.keys().isdisjoint({"direction", "inclination"})
+    direction = table.choice("direction", DIRECTIONS) if has_axis else table.take("direction", str, "")
     inclination = table.converted("inclination", lambda value: si_quantity(value, "rad"), 0.0)
     toward = ""
     if inclination:

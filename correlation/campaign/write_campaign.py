@@ -86,10 +86,11 @@ def _sensor(sensor: MeasuredSensor) -> Iterator[str]:
     elif sensor.quantity == LOAD_CELL:
         yield f"cell = {_text(sensor.cell or '')}"
     else:
-        yield f"direction = {_text(sensor.direction)}"
-        if sensor.coordinates is None:
-            yield f"place = {_text(sensor.place or '')}"
-        else:
+        if sensor.direction:
+            yield f"direction = {_text(sensor.direction)}"
+        if sensor.place is not None:
+            yield f"place = {_text(sensor.place)}"
+        if sensor.coordinates is not None:
             yield f"coordinates = [{', '.join(_text(f'{x!r} m') for x in sensor.coordinates.tolist())}]"
         if sensor.relative_to is not None:
             yield f"relative_to = {_text(sensor.relative_to)}"

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Without, command_app
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Without, command_app
 
 app = command_app(
     "bench",
@@ -23,7 +23,7 @@ app = command_app(
 @app.default
 def bench(
     case: Annotated[Path, Parameter(help="Case file.")],
-    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    campaign: CampaignFolder,
     /,
     *,
     port: Annotated[int, Parameter(help="Port on this computer; 0 for one that is free.")] = 0,

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, command_app
 
 app = command_app(
     "calibrate",
@@ -20,7 +20,7 @@ app = command_app(
 @app.default
 def calibrate(
     case: Annotated[Path, Parameter(help="Case file.")],
-    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    campaign: CampaignFolder,
     /,
     *,
     without: Annotated[

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, Without, command_app
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, Scheduler, Without, command_app
 
 app = command_app(
     "diagnose",
@@ -28,7 +28,7 @@ app = command_app(
 @app.default
 def diagnose(
     case: Annotated[Path, Parameter(help="Case file.")],
-    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    campaign: CampaignFolder,
     /,
     *,
     out: Out = Path("diagnosed"),

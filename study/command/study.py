@@ -7,7 +7,7 @@ from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
 from pipeline.blas_threads import one_openblas_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app, format_details
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, command_app, format_details
 
 app = command_app(
     "study",
@@ -57,7 +57,7 @@ def paper(
 @app.command(name="calibrate", help_epilogue=CALIBRATE)
 def calibrate(
     case: Annotated[Path, Parameter(help="Case file of a rig.")],
-    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    campaign: CampaignFolder,
     /,
     *,
     out: Out = Path("calibrated"),

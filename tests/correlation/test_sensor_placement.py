@@ -9,12 +9,12 @@ import pytest
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor
 from correlation.campaign.run_table import join_rows
 from correlation.errors import CampaignError
-from correlation.model import Model, Sensor
+from correlation.model import Dof, Model, Sensor
 from correlation.sensor_placement import with_sensors
 
 
-def campaign(place: str, name: str = "tip") -> Campaign:
-    tip = MeasuredSensor(name=name, quantity="displacement", direction="z", place=place)
+def campaign(place: str | None, name: str = "tip", direction: str = "z") -> Campaign:
+    tip = MeasuredSensor(name=name, quantity="displacement", direction=direction, place=place)
     return Campaign(
         title="", folder=Path(), sensors=(tip,), tests=(), measurement=join_rows([]), held_out=HeldOut()
     )  # fmt: skip
@@ -31,6 +31,22 @@ def test_a_sensor_of_the_model_keeps_its_gain(small: Model) -> None:
     (tip,) = with_sensors(model(small), campaign("tip")).sensors
     assert isinstance(tip, Sensor)
     assert tip.row.max() == 1.2
+
+
+def test_a_sensor_of_the_model_needs_no_place_and_direction(small: Model) -> None:
+    (tip,) = with_sensors(model(small), campaign(None, direction="")).sensors
+    assert isinstance(tip, Sensor)
+    assert tip.row.max() == 1.2
+    with pytest.raises(CampaignError, match=r'no sensor "root": add it to the case, or give its place or coordinates'):
+        with_sensors(model(small), campaign(None, "root", ""))
+
+
+@pytest.mark.parametrize("direction", ["x", "rz"])
+def test_a_direction_that_the_sensor_of_the_model_does_not_read_is_refused(small: Model, direction: str) -> None:
+    along_z = replace(model(small), dofs=tuple(Dof(node=n, direction="z") for n in range(small.system.n_dof)))
+    assert len(with_sensors(along_z, campaign("tip")).sensors) == 1
+    with pytest.raises(CampaignError, match=rf'sensor "tip" reads along {direction}, the model.* along z: mend one'):
+        with_sensors(along_z, campaign("tip", direction=direction))
 
 
 @pytest.mark.parametrize(("place", "message"), [("middle", "does not have; its places: tip, mid"), ("mid", "not read")])

@@ -67,7 +67,6 @@ KEYS = (
     'level = "',
     "frequency =",
     'quantity = "displacement',
-    "direction",
     "configuration",
 )
 
@@ -144,7 +143,12 @@ def test_a_key_under_another_name_is_to_be_renamed(tmp_path: Path) -> None:
     ("old", "new", "words", "key"),
     [
         ('direction = "z"', 'direction = "w"', "direction", r"sensor\[1\]\.direction"),
-        ('direction = "z"\n', "", "[[sensor]]", r"sensor\[1\]\.direction"),
+        (
+            'direction = "z"\nplace = "tip"',
+            'coordinates = ["1 m", "0 m", "0 m"]',
+            "[[sensor]]",
+            r"sensor\[1\]\.direction",
+        ),
         ("level = 1.0", "level = -1.0", "-1.0", r"run\[1\]\.level"),
         ('"f [Hz]"', "7", "frequency = 7", r"run\[1\]\.columns\.frequency"),
         (
