@@ -107,7 +107,7 @@ def judge(
     """
     tone = "nothing" if difference <= AGREES else "ambiguous" if difference <= DIFFERS else "missing"
     tag = {
-        "nothing": "The model agrees with the measurements",
+        "nothing": "The model agrees with the measurements within noise and stated errors",
         "ambiguous": "The model is close to the measurements",
         "missing": "The model differs from the measurements",
     }[tone]

@@ -60,6 +60,6 @@ def test_many_sentences_that_differ_by_names_in_quotes_are_one_with_the_first_na
 def test_a_headline_of_its_own_stands_in_place_of_where_and_agreement_stays_in_doubt() -> None:
     changed = Suspicion(where='test "sine"', sentence="wear?", headline='test "sine" changed', of_time=True)
     tone, tag = judge(0.5, (), [changed])
-    assert tag == 'The model agrees with the measurements; test "sine" changed'
+    assert tag == 'The model agrees with the measurements within noise and stated errors; test "sine" changed'
     assert tone == "ambiguous"
     assert judge(0.5, (), [replace(changed, remark=True)])[0] == "nothing"
