@@ -23,6 +23,7 @@ from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.stand_in import MIN_SHARE_KNOWN
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.added import AddedEffect
+from diagnosis.fit.alike_fit import fit_alike
 from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibrationParameter
@@ -207,6 +208,7 @@ def screen_and_refit(
     report("fits from other starts", progress.tests)
     starts = run_step("other starts", lambda: list(choice.list_starts(scores, best)))
     from_starts = fit_from_starts(problem, scores, fits, starts, run_step)
+    from_starts = fit_alike(problem, scores, from_starts, run_step)
     known = {id(fit): cost for (_, fit), cost in zip(fits, costs, strict=True)}
     costs = [
         known[id(fit)]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
@@ -26,9 +26,22 @@ def compute_log_density(refit: Refit) -> float:
     return refit.gain + refit.held_out_gain if refit.cost is None else -refit.cost
 
 
-def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
-    """Probability of each of several effects, one of which is the true one, shape (n,) [-]."""
+def compute_probabilities(
+    refits: Sequence[Refit], same: Bool[NDArray[np.bool_], "n n"] | None = None
+) -> Float[NDArray[np.float64], " n"]:
+    """Probability of each of several effects, one of which is the true one, shape (n,) [-].
+
+    Parameters
+    ----------
+    refits
+        The effects.
+    same
+        Which of them no data of these tests can tell apart, shape (n, n); none by default. These are equally probable:
+        their densities differ by where their fits ended and by the covariances of their models.
+    """
     log_densities = np.array([compute_log_density(each) for each in refits], dtype=np.float64)
+    if same is not None:
+        log_densities = np.where(same, log_densities, -np.inf).max(axis=1, initial=-np.inf)
     weight = np.exp((log_densities - log_densities.max(initial=-np.inf)) / 2)
     return np.asarray(weight / weight.sum())
 

@@ -11,6 +11,7 @@ from diagnosis.decision.law_of_force import FittedLaw, find_better, fit_other_la
 from diagnosis.decision.pair import Pair, fit_pair
 from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
 from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.calibration import Vector
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep
@@ -34,6 +35,9 @@ class Fits:
         Effects by their own covariances, by name, the best first.
     catalogue, thresholds
         Candidates and detection thresholds.
+    directions
+        Change of the data by each candidate that is visible, calibration parameters projected out, by its name: a unit
+        vector, shape (m + p,).
     run_step
         Looks up the stored result of a step, or computes it.
     """
@@ -44,6 +48,7 @@ class Fits:
     finalists: Mapping[str, Finalist]
     catalogue: Catalogue
     thresholds: Thresholds
+    directions: Mapping[str, Vector]
     run_step: RunStep
 
     @property

@@ -28,6 +28,7 @@ from diagnosis.decision.evidence import (
 )
 from diagnosis.decision.fits import Fits
 from diagnosis.decision.law_of_force import FittedLaw, find_alternatives
+from diagnosis.decision.likeness import find_same
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.pair_search import FoundPair, find_pair, find_pair_that_passes
 from diagnosis.decision.stand_in import find_cause_beside
@@ -135,6 +136,7 @@ def decide(
     fits = Fits(
         baseline=baseline, beyond_priors=beyond_priors, places=places,
         finalists={each.name: each for each in finalists}, catalogue=by.catalogue, thresholds=by.thresholds,
+        directions={score.effect.name: score.direction for score in by.scores if score.size},
         run_step=remember_steps(run_step),
     )  # fmt: skip
     passed = [each for each in fits.refits if passes(each, by.thresholds)]
@@ -195,7 +197,7 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
         The best one, or one in its place, and a further one that is missing as well; None if one explains enough.
     """
     ranked = passed if pair is None else [each.refit for each in pair.ranked]
-    probabilities = compute_probabilities(ranked).tolist()
+    probabilities = compute_probabilities(ranked, find_same(ranked, fits.directions)).tolist()
     count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))  # rule 14
     best, alone = ranked[0], fits.finalists[ranked[0].name].refit
     laws = find_alternatives(fits.fit_other_laws(alone), DECISIVE)  # rule 11

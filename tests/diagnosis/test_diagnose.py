@@ -153,7 +153,7 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     assert {step.partition(" by its")[0] for step in own} == {each.name for each in heavy.refits}
     # The mass moves the resonance by many widths: other starts are sought.
     starts = pickle.loads(kept.results["starts under response control"])
-    begun = {"starts under response control", "branches", "other starts"} | {
+    begun = {"starts under response control", "branches", "other starts", f"starts like {heavy.refits[0].name}"} | {
         f"fit of {effect.name} from start {number}" for number, (effect, _) in enumerate(starts)
     }
     costs = {name.replace("fit of", "cost of", 1) for name in fits}

@@ -1,0 +1,87 @@
+"""Fits that begin where that of another effect ended which changes the data in the same way, but fits them better.
+
+At the onset of slip a derivative tells little of a strong effect, and of two effects that do the same, such as the
+preload and the gap of a closed contact, one fit may find the minimum that the other one misses.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from diagnosis.candidate.effect import Effect
+from diagnosis.fit.calibration import Fit, compute_chi2
+from diagnosis.fit.far_start import list_far_strengths
+from diagnosis.fit.fit_parameter import Values, make_start
+from diagnosis.fit.problem import Problem
+from diagnosis.fit.refit import fit_from_starts
+from diagnosis.screening import Score
+from diagnosis.step import RunStep, compute_step
+
+#: Times that another effect becomes the best one by such a fit, and the rest begins anew from that.
+ROUNDS = 3
+
+
+def fit_alike(
+    problem: Problem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], run_step: RunStep = compute_step
+) -> list[tuple[Score, Fit]]:
+    """The fits, and better ones of effects that should fit as well as the best one and do not.
+
+    Parameters
+    ----------
+    problem
+        Measurements and model.
+    scores
+        Scores of all effects.
+    fits
+        Effects with their quick fits.
+    run_step
+        Looks up the stored result of a step, or computes it.
+    """
+    found, name = list(fits), ""
+    for _ in range(ROUNDS):
+        best = min(found, key=lambda pair: pair[1].chi2, default=None)
+        if best is None or best[0].effect.name == name:
+            break
+        name = best[0].effect.name
+        starts = run_step(f"starts like {name}", partial(list_starts_alike, problem, scores, found, *best))
+        found = fit_from_starts(problem, scores, found, starts, run_step, like=name)
+    return found
+
+
+def list_starts_alike(
+    problem: Problem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], best: Score, best_fit: Fit
+) -> list[tuple[Effect, Values]]:
+    """Effects that should fit as well as the best one and do not, with values from which their fits may begin.
+
+    An effect gains less than another one by the share 1 - cos^2 at most, of which the cosine is that of their changes.
+    A fit of it that gains far less ended in another minimum, or was never made, as its slope misled the screening.
+
+    Parameters
+    ----------
+    problem, scores, fits
+        As for `fit_alike`.
+    best, best_fit
+        The best of the effects, and its fit.
+    """
+    found = {score.effect.name: each.chi2 for score, each in fits}
+    selection, gain = problem.selection, problem.fit.chi2 - best_fit.chi2
+    missed = list[tuple[float, Score]]()
+    for score in scores if gain > 0 else ():
+        behind = (1 - float(score.direction @ best.direction) ** 2) * gain
+        is_worse = found.get(score.effect.name, np.inf) > best_fit.chi2 + behind + selection.least_gain
+        if score.size and best.size and is_worse and behind < selection.largest_chi2_gap:
+            missed.append((behind, score))
+    nearest = sorted(missed, key=lambda pair: pair[0])[: selection.n_finalist]
+    return [(score.effect, _start_like(problem, score, best, best_fit)) for _, score in nearest]
+
+
+def _start_like(problem: Problem, score: Score, best: Score, fit: Fit) -> Values:
+    """Values of a fit with its effect replaced by another one, of the strength that changes as much or a far one."""
+    own, other, n_fitted = score.effect.parameters[0], best.effect.parameters[0], len(problem.fit.values)
+    share = (fit.values[n_fitted] - other.vanishes) / (other.typical - other.vanishes) * best.size / score.size
+    equal = own.vanishes + share * np.sign(score.direction @ best.direction) * (own.typical - own.vanishes)
+    strengths = [float(np.clip(equal, own.lower, own.upper)), *list_far_strengths(own).ravel()]
+    begins = [make_start(fit.values[:n_fitted], score.effect, strength) for strength in strengths]
+    unknowns = problem.unknowns([score.effect])
+    return min(begins, key=lambda begin: compute_chi2(problem.train, unknowns, begin, fit.prediction))
