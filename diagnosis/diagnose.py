@@ -21,7 +21,7 @@ from diagnosis.decision.closeness import (
 )
 from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.stand_in import MIN_SHARE_KNOWN
-from diagnosis.decision.verdict import Verdict
+from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.alike_fit import fit_alike
 from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
@@ -53,6 +53,7 @@ from diagnosis.threshold.detection_threshold import (
 )
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
 from diagnosis.unknown_force import UnknownForce, compute_excess_gain, find_unknown_forces
+from diagnosis.unnamed_place import find_better_elsewhere, list_effects_elsewhere
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import compute_dense_modes
 
@@ -341,10 +342,17 @@ def diagnose(
     )
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", progress.explanation)
+
     criteria = Criteria(
         catalogue=found.catalogue, scores=scores, thresholds=thresholds, far=found.far, refit_by_own_covariance=own
     )
     finalists, verdict = judge(without_effect, finalists, places, criteria, run_step)
+    if verdict.pair is not None or verdict.finding is Finding.UNKNOWN:
+        effects = list_effects_elsewhere(campaign, arrangement, found.catalogue, without)
+        new_scores, better = find_better_elsewhere(screening, effects, verdict, criteria, run_step)
+        scores = [*scores, *new_scores]
+        criteria = replace(criteria, scores=scores)
+        finalists, verdict = judge(without_effect, [*finalists, *better], places, criteria, run_step)
     report("intervals", progress.intervals)
     baseline, refits, verdict = _widen(campaign, without_effect, finalists, verdict, run_step)
     report("done", 1.0)

@@ -69,7 +69,7 @@ class RecordComparison:
     basis: tuple[Float[NDArray[np.float64], "b n"], ...]
     noise: dict[str, float]
 
-    search: ClassVar[Search] = Search(steps=40, failures=12, gain=0.0, share=1e-7, updated=False)
+    search: ClassVar[Search] = Search(steps=40, failures=7, gain=0.0, share=1e-7, updated=False)
 
     @classmethod
     def prepare(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from casefile.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, rea
 from casefile.table import Mistakes
 from casefile.validation import did_you_mean
 from correlation.model import Model
+from correlation.unnamed_place import list_unnamed_places
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
 from diagnosis.fit.added import AddedEffect
@@ -39,7 +41,7 @@ DIGITS = 6
 LISTED = 8
 
 
-def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catalogue:
+def case_catalogue(model: Model, files: Sequence[Path], names: Sequence[str] = (), **options: Any) -> Catalogue:
     """All effects of a model, its case's own and those of installed packages among them.
 
     Parameters
@@ -48,9 +50,15 @@ def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catal
         Without the effects that were added.
     files
         With effects of one's own.
+    names
+        Names of effects, which may act where no place is, such as "mass at dof 7".
     options
         As for `diagnosis.candidate.catalogue.list_effects`.
     """
+    wanted = {name.partition(" at ")[2] for name in names}
+    places = {name: row for name, row in list_unnamed_places(model).items() if name in wanted}
+    if places:
+        model = replace(model, places={**model.places, **places})
     return list_effects(model, extra=files, **options)
 
 
@@ -100,7 +108,7 @@ def read_added_effects(
         return ()
     known: Catalogue | None = None
     with mistakes.at("effects"):
-        known = case_catalogue(model, files)
+        known = case_catalogue(model, files, [table.effect for table in case.added])
     if known is None:
         raise CaseError(mistakes.problems)
     result: list[AddedEffect] = []
@@ -141,7 +149,7 @@ def apply_by_name(
     """
     if not added:
         return apply_all(finer, known, calibrated, ())
-    result = case_catalogue(finer, files)
+    result = case_catalogue(finer, files, [item.effect.name for item in added])
     own = [AddedEffect(effect=result.alike(item.effect), values=item.values) for item in added]
     return apply_all(finer, known, calibrated, own)
 

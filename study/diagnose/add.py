@@ -185,7 +185,7 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
 def _given(case: Path, history: History, name: str, texts: Sequence[str], run: RunContext | None) -> dict[str, Any]:
     """Fields of the step with the values of the user."""
     setup = _setup(case, history, run)
-    effect = find_effect(case_catalogue(setup.model, setup.effect_files), name)
+    effect = find_effect(case_catalogue(setup.model, setup.effect_files, [name]), name)
     if len(texts) != len(effect.parameters):
         listed = ", ".join(key_of(parameter) for parameter in effect.parameters)
         raise EffectError(f'"{effect.name}" has {len(effect.parameters)} values ({listed}), not {len(texts)}')
@@ -207,7 +207,7 @@ def as_written(values: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
 def _checked(case: Path, history: History, name: str, run: RunContext | None) -> str:
     """The name of an effect of the case, as the catalogue writes it; one that is there already is refused."""
     setup = _setup(case, history, run)
-    effect = find_effect(case_catalogue(setup.model, setup.effect_files), name)
+    effect = find_effect(case_catalogue(setup.model, setup.effect_files, [name]), name)
     if effect.name in [item.effect.name for item in setup.added]:
         raise LoopError(
             f'{case}: "{effect.name}" is in the case already, and fitted in every diagnosis: change its value with '

@@ -1,0 +1,43 @@
+"""Displacements of a structure that no place follows: effects may act there as well."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import Model
+
+Row = Float[NDArray[np.float64], " r"]
+
+TRANSLATIONS = ("x", "y", "z")
+
+
+def list_unnamed_places(model: Model) -> Mapping[str, Row]:
+    """Rows of the displacements that are no place, by names such as "node 8 z", "blade node 8 z" or "dof 7".
+
+    Without a description, degrees of freedom are those of points where the mass matrix is diagonal and the stiffness
+    matrix is not; they may be coordinates of modes elsewhere.
+
+    Parameters
+    ----------
+    model
+        Model with its places.
+    """
+    lumped = _is_diagonal(model.system.mass) and not _is_diagonal(model.system.stiffness)
+    directions = (*TRANSLATIONS, "modal") if lumped else TRANSLATIONS
+    named = {int(np.argmax(np.abs(row))) for row in model.places.values() if np.count_nonzero(row) == 1}
+    several = len({dof.body for dof in model.dofs}) > 1
+    found: dict[str, Row] = {}
+    for number, dof in enumerate(model.dofs):
+        if number in named or dof.direction not in directions:
+            continue
+        node = f"{f'{dof.body} ' if several else ''}node {dof.node} {dof.direction}"
+        row = np.zeros(model.system.n_dof)
+        row[number] = 1.0
+        found[f"dof {number}" if dof.direction == "modal" else node] = row
+    return found
+
+
+def _is_diagonal(matrix: NDArray[np.float64]) -> bool:
+    return bool(np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal()))

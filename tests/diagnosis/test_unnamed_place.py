@@ -1,0 +1,86 @@
+"""An effect where no place is: found if what the places offer explains less, and otherwise left alone."""
+
+from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from correlation.campaign.measurement import Campaign
+from correlation.model import Model
+from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
+from diagnosis.decision.rules import Criteria
+from diagnosis.fit.arrangement import Arrangement, arrange
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.finalist import refit_by_own_covariance
+from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.screening import screen
+from diagnosis.step import compute_step
+from diagnosis.threshold.detection_threshold import compute_linear_thresholds
+from diagnosis.unnamed_place import find_better_elsewhere, list_effects_elsewhere
+
+#: Of `heavy_campaign`, where no place is now.
+TRUE, MASS = "mass at node 1 z", 5e-3
+
+
+@pytest.fixture(scope="module")
+def arrangement(small: Model, heavy_campaign: Campaign) -> Arrangement:
+    """Without the place at which the mass is."""
+    lacking = replace(small, places={name: row for name, row in small.places.items() if name != "tip z"})
+    accepted = list_calibration_parameters(lacking, deviation={"kn": 0.0, "E": 0.0})
+    return arrange(heavy_campaign, lacking, accepted, Budget(frequency=0.0, compliance=0.0))
+
+
+@pytest.fixture(scope="module")
+def catalogue(heavy_campaign: Campaign, arrangement: Arrangement) -> Catalogue:
+    return list_campaign_effects(heavy_campaign, arrangement.base)
+
+
+def find(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue, known: Refit) -> tuple[Any, Any]:
+    """Effects that are better than a known fit."""
+    before = baseline_fit(arrangement)
+    own = partial(refit_by_own_covariance, campaign, arrangement, before, partial(list_campaign_effects, campaign))
+    scores = screen(arrangement, catalogue.candidates)
+    by = Criteria(
+        catalogue=catalogue, scores=scores, thresholds=compute_linear_thresholds(scores), refit_by_own_covariance=own
+    )
+    verdict: Any = SimpleNamespace(pair=None, laws=(), nearest=known, baseline=before)
+    effects = list_effects_elsewhere(campaign, arrangement, catalogue)
+    return find_better_elsewhere(arrangement, effects, verdict, by, compute_step)
+
+
+def test_effects_act_at_unnamed_places_alone(
+    heavy_campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue
+) -> None:
+    names = [each.name for each in list_effects_elsewhere(heavy_campaign, arrangement, catalogue)]
+    assert TRUE in names
+    assert {name.partition(" at ")[2] for name in names} <= {"node 1 z", "node 0 x", "node 1 x"}
+    assert not {*names} & {*catalogue.names}
+    without = list_effects_elsewhere(heavy_campaign, arrangement, catalogue, without={"mass"})
+    assert not any(each.kind == "mass" for each in without)
+    finer: Any = replace(arrangement, finer=(SimpleNamespace(),))
+    assert list_effects_elsewhere(heavy_campaign, finer, catalogue) == []
+
+
+def test_the_effect_that_is_there_is_found_with_its_strength(
+    heavy_campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue
+) -> None:
+    scores, better = find(heavy_campaign, arrangement, catalogue, baseline_fit(arrangement))
+    assert better[0].name == TRUE
+    assert TRUE in [score.effect.name for score in scores]
+    assert better[0].refit.strength == pytest.approx(MASS, abs=4 * better[0].refit.deviation)
+
+
+def test_nothing_is_better_than_what_is_true(
+    small: Model, heavy_campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue
+) -> None:
+    whole = replace(arrangement, base=small)
+    (score,) = screen(whole, [list_campaign_effects(heavy_campaign, small).effect("mass at tip z")])
+    before = baseline_fit(whole)
+    known = refit_by_own_covariance(
+        heavy_campaign, whole, before, partial(list_campaign_effects, heavy_campaign), whole.train, refit(whole, score)
+    )
+    assert find(heavy_campaign, arrangement, catalogue, known.refit) == ([], [])
