@@ -23,6 +23,7 @@ from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
 from fe.notebook import Tabular
 from pipeline import fingerprint
+from pipeline.freed_memory import return_freed_memory
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
 from pipeline.worker_pool import Workers
@@ -261,7 +262,10 @@ def summarise_errors(refit: Refit) -> Errors:
 def step(key: str, name: str, make: Callable[[], Any]) -> Any:
     """One step of a round; the key holds all that it depends on, code included."""
     del key, name
-    return make()
+    result = make()
+    # A step changes models and solves them many times; what it keeps is small.
+    return_freed_memory()
+    return result
 
 
 class Steps:
