@@ -74,14 +74,15 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     effects are fitted from the other side as well.
     """
     effect, baseline = score.effect, problem.fit
+    begin = partial(fit_from, problem, effect, ceiling=MAX_CHI2_RATIO * baseline.chi2)
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
     fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, ending=Ending.QUICK)]
     for start in ([] if slopes is None else [score.start]) + [_typical_start(problem, score)]:
         if baseline.chi2 - min(fit.chi2 for fit in fits) < MIN_GAIN_KEPT * score.gain:
-            fits.append(fit_from(problem, effect, start))
+            fits.append(begin(start))
     kind = find_kind(effect)
     if kind is not None and kind.has_two_sides:
-        fits.append(fit_from(problem, effect, _typical_start(problem, score, side=-1.0)))
+        fits.append(begin(_typical_start(problem, score, side=-1.0)))
     return min(fits, key=lambda fit: fit.chi2)
 
 
@@ -122,8 +123,8 @@ def fit_from_starts(
     )
     ceiling = MAX_CHI2_RATIO * problem.fit.chi2
     for number, (effect, start) in enumerate(starts):
-        name, begin = effect.name, partial(fit_from, problem, effect, start, ceiling=ceiling)
-        fit = run_step(f"fit of {name} from {f'that of {like}' if like else f'start {number}'}", begin)
+        name, where = effect.name, f"that of {like}" if like else f"start {number}"
+        fit = run_step(f"fit of {name} from {where}", partial(fit_from, problem, effect, start, ceiling=ceiling))
         if name not in found or fit.chi2 < found[name][1].chi2:
             found[name] = (by_name[name], fit)
     return list(found.values())
