@@ -76,11 +76,17 @@ class Resonator:
     @property
     def sentence(self) -> str:
         """Natural frequency, and size by place, in words."""
-        where = " or ".join(f"{each.mass:.2g} {each.unit} at {each.name}" for each in (self, *self.alike))
+        where = " or ".join(f"{each.size} at {each.name}" for each in (self, *self.alike))
         return (
             f"something small that swings by itself at {self.frequency:.4g} Hz, such as a cable or a loose part, of "
-            f"{where}, in the {self.configuration} structure"
+            f"about {where} (to first order), in the {self.configuration} structure"
         )
+
+    @property
+    def size(self) -> str:
+        """Mass or moment of inertia in words."""
+        mass, unit = (1e3 * self.mass, "g") if self.unit == "kg" and self.mass < 0.1 else (self.mass, self.unit)
+        return f"{mass:.2g} {unit}"
 
 
 def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -> list[Resonator]:

@@ -11,6 +11,7 @@ from diagnosis.missing_law.description import LawDescription, describe
 from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.missing_law.recover import recover_law
+from diagnosis.resonator import Resonator
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,8 +69,10 @@ class RecoveredLaw:
 
 
 def find_missing_law(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
-    """The law, where none of the known effects explains what is missing."""
-    return recover_law(arrangement) if verdict.finding is Finding.UNKNOWN else None
+    """The law, where none of the known effects explains what is missing; something that swings by itself has none."""
+    if verdict.finding is not Finding.UNKNOWN or isinstance(verdict.place, Resonator):
+        return None
+    return recover_law(arrangement)
 
 
 def describe_law(law: MissingLaw | None) -> RecoveredLaw | None:

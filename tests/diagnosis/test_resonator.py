@@ -85,7 +85,7 @@ def test_places_that_move_alike_are_all_told_with_the_mass_there(hung: Arrangeme
     masses = {each.name: each.mass for each in (best, other)}
     # A quarter of the motion's square is felt at half of the motion.
     assert masses["lever z"] == pytest.approx(4 * masses["tip z"])
-    assert f" kg at {best.name} or {mass:.2g} kg at {name}, in the jointed structure" in best.sentence
+    assert f" g at {best.name} or {1e3 * mass:.2g} g at {name} (to first order), in the jointed" in best.sentence
 
 
 def test_at_an_angle_it_is_a_moment_of_inertia(hung: Arrangement) -> None:
