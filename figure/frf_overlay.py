@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from figure.band_axis import use_band_axis
 from figure.registry import draws
 from figure.style import (
     HEADING,
@@ -168,6 +169,9 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
         if number + columns >= len(result.panels):
             block[-1].set_xlabel("frequency [Hz]", labelpad=LABEL_PAD)
             named.append(block[-1])
+    curves = [curve.frequency for panel in result.panels for curve in panel.curves]
+    if first is not None and curves:
+        use_band_axis(first, np.unique(np.concatenate(curves)))
     draw_ticks(figure.axes, named)
     add_heading(figure, result)
     return figure

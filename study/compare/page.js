@@ -85,7 +85,8 @@ function drawResponse() {
     annotations: kind === "sigma" && !panel.static ? [{ xref: "paper", x: 1, yref: "paper", y: middle[1], xanchor: "right", yanchor: "bottom", showarrow: false, font: { size: 12, color: PALE }, text: "filled: real part of " + panel.feature + ", hollow: imaginary part; the band is noise" }] : [],
   };
   if (panel.phase) layout.yaxis3 = axis({ title: { text: "phase [deg]" }, domain: [0, 0.19], nticks: 6, ...(panel.harmonic !== 1 ? { range: [-190, 190], tickvals: [-180, -90, 0, 90, 180] } : {}) });
-  Plotly.react("response", traces, layout, CONFIG);
+  const split = splitBands(traces, layout);
+  Plotly.react("response", split.traces, split.layout, CONFIG);
   [...byId("residuals").children].forEach((button) => {
     button.classList.toggle("on", button.dataset.kind === kind);
     button.disabled = button.dataset.kind === "phase" && !panel.phase;

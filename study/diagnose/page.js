@@ -122,7 +122,8 @@ function drawResponse() {
   if (!panel.static) layout.yaxis2 = axis({ title: { text: "phase [deg]" }, domain: [0, 0.31] });
   if (!panel.static) layout.yaxis2.nticks = 7;
   if (!panel.static && panel.harmonic !== 1) Object.assign(layout.yaxis2, { range: [-190, 190], tickvals: [-180, -90, 0, 90, 180] });
-  Plotly.react("response", traces, layout, CONFIG);
+  const split = splitBands(traces, layout);
+  Plotly.react("response", split.traces, split.layout, CONFIG);
 }
 
 function drawMap(number) {

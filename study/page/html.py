@@ -16,7 +16,9 @@ from study.run_record import current_provenance
 
 STYLE = Path(__file__).with_name("style.css")
 #: Scripts that all pages share; the bench has the first as well.
-LOG_SCALE, COMMON = (Path(__file__).with_name(name) for name in ("log_scale.js", "common.js"))
+LOG_SCALE, COMMON, BAND_AXES = (
+    Path(__file__).with_name(name) for name in ("log_scale.js", "common.js", "band_axes.js")
+)
 
 
 def render_page(
@@ -42,7 +44,7 @@ def render_page(
     scripts = {
         "plotly": _script_safe(_read_plotly()),
         "data": f"const DATA = {content};",
-        "script": "".join(file.read_text(encoding="utf-8") for file in (LOG_SCALE, COMMON, script)),
+        "script": "".join(file.read_text(encoding="utf-8") for file in (LOG_SCALE, COMMON, BAND_AXES, script)),
     }
     return fill_template(template, scripts, filters, **values)
 

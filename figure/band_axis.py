@@ -1,0 +1,59 @@
+"""A frequency axis that leaves out what lies between bands that were measured apart, with a grey strip in its place."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.feature.gap import find_gaps
+from figure.style import GRID, Axes
+
+Frequency = Float[NDArray[np.float64], " f"]
+
+#: Room beside the points of a band, of its width; width of a strip, and the least one of a band, of the axis [-].
+MARGIN, STRIP, LEAST = 0.05, 0.03, 0.2
+#: Steps between ticks of an axis; a band has its share of them, and two at least.
+TICK_STEPS, LEAST_TICK_STEPS = 7, 2
+
+
+def use_band_axis(axes: Axes, frequency: Frequency) -> None:
+    """Put bands of frequencies side by side, each as wide as it has points; of one band the axis stays as it is.
+
+    Parameters
+    ----------
+    axes
+        Axes, with those that share theirs.
+    frequency
+        All measured frequencies, ascending [Hz].
+    """
+    from matplotlib.ticker import FixedLocator, MaxNLocator, ScalarFormatter
+
+    bands = np.split(frequency, find_gaps(frequency) + 1)
+    if len(bands) < 2:
+        return
+    ends, places = _place(bands)
+    axes.set_xscale(
+        "function", functions=(lambda f: np.interp(f, ends, places), lambda place: np.interp(place, places, ends))
+    )
+    axes.set_xlim(ends[0], ends[-1])
+    ticks = []
+    for band, width in zip(bands, np.diff(places)[::2], strict=True):
+        found = MaxNLocator(max(round(TICK_STEPS * width), LEAST_TICK_STEPS)).tick_values(band[0], band[-1])
+        ticks.append(found[(found >= band[0]) & (found <= band[-1])])
+    axes.xaxis.set_major_locator(FixedLocator(np.concatenate(ticks).tolist()))
+    axes.xaxis.set_major_formatter(ScalarFormatter(useOffset=False))
+    for each in axes.get_shared_x_axes().get_siblings(axes):
+        for low, high in zip(ends[1:-1:2], ends[2:-1:2], strict=True):
+            each.axvspan(low, high, facecolor=GRID, linewidth=0, zorder=0.6)
+
+
+def _place(bands: Sequence[Frequency]) -> tuple[Frequency, Frequency]:
+    """Ends of all bands [Hz], and their places on the axis [-], shape (2 b,)."""
+    margins = [MARGIN * max(float(np.ptp(band)), 1e-3 * float(band[0])) for band in bands]
+    ends = [end for band, by in zip(bands, margins, strict=True) for end in (band[0] - by, band[-1] + by)]
+    share = np.maximum([len(band) / sum(map(len, bands)) for band in bands], LEAST)
+    widths = share / share.sum()
+    steps = np.full(2 * len(bands) - 1, STRIP)
+    steps[::2] = widths
+    return np.array(ends), np.concatenate([[0.0], np.cumsum(steps)])
