@@ -304,10 +304,8 @@ def diagnose(
         Kinds of effects to leave out, and the user's own effects, see `diagnosis.candidate.catalogue`.
     thresholds
         Detection thresholds from a bootstrap of this layout; those of the linear theory with a margin by default.
-    run_step
-        Looks up the stored result of a step, or computes it.
-    report
-        Called with the name of a step and the share of the round that is done [-].
+    run_step, report
+        Looks up the stored result of a step, or computes it; called with its name and the share that is done [-].
 
     Raises
     ------
@@ -334,25 +332,19 @@ def diagnose(
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
     # An effect below the threshold is not named, whatever its other gain is.
     chance = min(linear.gain / LINEAR_MARGIN, thresholds.gain)
+    by_own = partial(own, screening.train, chance=chance)
     finalists = refit_each_by_own_covariance(
-        screening,
-        refits,
-        partial(own, screening.train, chance=chance),
-        lambda name, make: run_step(f"{name} beyond {chance:.6g}", make),
+        screening, refits, by_own, lambda name, make: run_step(f"{name} beyond {chance:.6g}", make)
     )
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", progress.explanation)
-
     criteria = Criteria(
         catalogue=found.catalogue, scores=scores, thresholds=thresholds, far=found.far, refit_by_own_covariance=own
     )
-    finalists, verdict = judge(without_effect, finalists, places, criteria, run_step)
-    if verdict.pair is not None or verdict.finding is Finding.UNKNOWN:
-        effects = list_effects_elsewhere(campaign, arrangement, found.catalogue, without)
-        new_scores, better = find_better_elsewhere(screening, effects, verdict, criteria, run_step)
-        scores = [*scores, *new_scores]
-        criteria = replace(criteria, scores=scores)
-        finalists, verdict = judge(without_effect, [*finalists, *better], places, criteria, run_step)
+    list_elsewhere = partial(list_effects_elsewhere, campaign, arrangement, found.catalogue, without)
+    scores, finalists, verdict = _judge(
+        screening, without_effect, finalists, places, criteria, list_elsewhere, run_step
+    )
     report("intervals", progress.intervals)
     baseline, refits, verdict = _widen(campaign, without_effect, finalists, verdict, run_step)
     report("done", 1.0)
@@ -360,6 +352,24 @@ def diagnose(
         arrangement=arrangement, catalogue=found.catalogue, scores=tuple(scores), baseline=baseline,
         refits=tuple(refits), places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
+
+
+def _judge(
+    screening: Arrangement,
+    without_effect: Finalist,
+    finalists: Sequence[Finalist],
+    places: Sequence[UnknownForce],
+    by: Criteria,
+    list_elsewhere: Callable[[], list[Effect]],
+    run_step: RunStep,
+) -> tuple[list[Score], list[Finalist], Verdict]:
+    """Scores, finalists and verdict; with effects where no place is, if no single one at the places explains enough."""
+    ranked, verdict = judge(without_effect, finalists, places, by, run_step)
+    if verdict.pair is None and verdict.finding is not Finding.UNKNOWN:
+        return [*by.scores], ranked, verdict
+    elsewhere, better = find_better_elsewhere(screening, list_elsewhere(), verdict, by, run_step)
+    scores = [*by.scores, *elsewhere]
+    return scores, *judge(without_effect, [*ranked, *better], places, replace(by, scores=scores), run_step)
 
 
 def _find_far(arrangement: Arrangement) -> FarResonance | AbsentPeak | None:
