@@ -5,13 +5,11 @@ rig with 264 coordinates grew to 20 GB so, of which 2 GB were in use.
 """
 
 import ctypes
-import gc
 from functools import cache
 
 
 def return_freed_memory() -> None:
     """Give freed memory back to the system, where the C library can (glibc)."""
-    gc.collect()
     trim = getattr(_load_process(), "malloc_trim", None)
     if trim is not None:
         trim(0)
