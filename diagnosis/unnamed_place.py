@@ -71,9 +71,13 @@ def find_better_elsewhere(
         f"effects elsewhere beyond {by.thresholds.gain:.6g}",
         lambda: _refit_best(screening, effects, by.thresholds.gain) if effects else [],
     )
+    known = _get_best_known(verdict)
+    # Another covariance does not turn what is so far behind.
+    worst = screening.cost_with_error_left(known.fit) + screening.selection.largest_chi2_gap
+    near = [each for _, each in fitted if screening.cost_with_error_left(each.fit) < worst]
     own = partial(by.refit_by_own_covariance, screening.train)
-    finalists = refit_each_by_own_covariance(screening, [each for _, each in fitted], own, run_step)
-    least = compute_log_density(_get_best_known(verdict)) + DECISIVE
+    finalists = refit_each_by_own_covariance(screening, near, own, run_step)
+    least = compute_log_density(known) + DECISIVE
     better = [
         each for each in finalists if passes(each.refit, by.thresholds) and compute_log_density(each.refit) > least
     ]
