@@ -83,6 +83,11 @@ def _check_same(measured: MeasuredSensor, sensor: AnySensor, model: Model) -> No
 def _check_same_point(measured: MeasuredSensor, sensor: Sensor, model: Model) -> None:
     # The model's sensor may have a gain, lean, or subtract another place, but it reads some of this motion.
     axes = {dof.direction for dof, part in zip(model.dofs, sensor.row, strict=False) if part}
+    if not measured.direction and axes and axes <= {"rx", "ry", "rz"}:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{measured.name}" reads a rotation, which decides its unit: add '
+            f'direction = "{min(axes)}"'
+        )
     if measured.direction and axes and not axes & {measured.direction, measured.toward, "modal"}:
         raise CampaignError(
             f'{MANIFEST}: sensor "{measured.name}" reads along {measured.direction}, the model\'s sensor of that name '

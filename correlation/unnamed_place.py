@@ -11,21 +11,24 @@ from correlation.model import Model
 Row = Float[NDArray[np.float64], " r"]
 
 TRANSLATIONS = ("x", "y", "z")
+#: Size of round-off, relative to the root of both diagonal entries [-].
+ROUND_OFF = 1e-10
 
 
 def list_unnamed_places(model: Model) -> Mapping[str, Row]:
     """Rows of the displacements that are no place, by names such as "node 8 z", "blade node 8 z" or "dof 7".
 
-    Without a description, degrees of freedom are those of points where the mass matrix is diagonal and the stiffness
-    matrix is not; they may be coordinates of modes elsewhere.
+    Where none is described, degrees of freedom are those of points if the mass matrix is diagonal and the stiffness
+    matrix is not; they may be coordinates of modes otherwise.
 
     Parameters
     ----------
     model
         Model with its places.
     """
-    lumped = _is_diagonal(model.system.mass) and not _is_diagonal(model.system.stiffness)
-    directions = (*TRANSLATIONS, "modal") if lumped else TRANSLATIONS
+    known = any(dof.direction != "modal" for dof in model.dofs)
+    lumped = not known and _is_diagonal(model.system.mass) and not _is_diagonal(model.system.stiffness)
+    directions = ("modal",) if lumped else TRANSLATIONS
     named = {int(np.argmax(np.abs(row))) for row in model.places.values() if np.count_nonzero(row) == 1}
     several = len({dof.body for dof in model.dofs}) > 1
     found: dict[str, Row] = {}
@@ -40,4 +43,7 @@ def list_unnamed_places(model: Model) -> Mapping[str, Row]:
 
 
 def _is_diagonal(matrix: NDArray[np.float64]) -> bool:
-    return bool(np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal()))
+    """Whether nothing but round-off stands beside the diagonal."""
+    root = np.sqrt(np.abs(np.diag(matrix)))
+    beside = np.abs(matrix - np.diag(np.diag(matrix)))
+    return bool((beside <= ROUND_OFF * np.outer(root, root)).all())

@@ -341,7 +341,7 @@ def diagnose(
     criteria = Criteria(
         catalogue=found.catalogue, scores=scores, thresholds=thresholds, far=found.far, refit_by_own_covariance=own
     )
-    list_elsewhere = partial(list_effects_elsewhere, campaign, arrangement, found.catalogue, without)
+    list_elsewhere = partial(list_effects_elsewhere, campaign, screening, without, extra)
     scores, finalists, verdict = _judge(
         screening, without_effect, finalists, places, criteria, list_elsewhere, run_step
     )
@@ -367,8 +367,11 @@ def _judge(
     ranked, verdict = judge(without_effect, finalists, places, by, run_step)
     if verdict.pair is None and verdict.finding is not Finding.UNKNOWN:
         return [*by.scores], ranked, verdict
-    elsewhere, better = find_better_elsewhere(screening, list_elsewhere(), verdict, by, run_step)
-    scores = [*by.scores, *elsewhere]
+    effects = run_step("effects elsewhere", list_elsewhere)
+    elsewhere, better = find_better_elsewhere(screening, effects, without_effect, ranked, verdict, by, run_step)
+    if not better:
+        return [*by.scores], ranked, verdict
+    scores = sorted([*by.scores, *elsewhere], key=lambda score: -score.gain)
     return scores, *judge(without_effect, [*ranked, *better], places, replace(by, scores=scores), run_step)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from correlation.campaign.measurement import Campaign
 from correlation.unnamed_place import list_unnamed_places
-from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
+from diagnosis.candidate.catalogue import Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.evidence import DECISIVE, compute_log_density, passes
 from diagnosis.decision.rules import Criteria
@@ -21,37 +21,57 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.finalist import Finalist, refit_each_by_own_covariance
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit, refit
-from diagnosis.model_error_share import compute_gains_by_covariance
+from diagnosis.localisation import localise
+from diagnosis.model_error_share import compute_gains_by_covariance, list_covariances
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep
 
+#: Displacements at which an unknown force is tried, evenly among all that no place follows, and those with the largest
+#: gain by it, at which effects are: both keep the time and memory of large structures within those of their places.
+MAX_FORCES, MAX_PLACES = 24, 4
+
 
 def list_effects_elsewhere(
-    campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue, without: Collection[str] = ()
+    campaign: Campaign, arrangement: Arrangement, without: Collection[str] = (), extra: Sequence[Extra] = ()
 ) -> list[Effect]:
-    """Effects of all kinds at displacements that no place follows; none beside finer models, which lack these.
+    """Effects of all kinds at the few displacements without a place at which an unknown force explains most.
+
+    None beside finer models, whose nodes are other points.
 
     Parameters
     ----------
     campaign, arrangement
         Measurements and model.
-    catalogue
-        Effects at the places of the model.
-    without
-        Kinds to leave out.
+    without, extra
+        As for `diagnosis.candidate.catalogue.list_effects`.
     """
-    places = {} if arrangement.finer else list_unnamed_places(arrangement.base)
-    if not places:
+    unnamed = {} if arrangement.finer else dict(list_unnamed_places(arrangement.base))
+    chosen = [*unnamed][:: max(-(-len(unnamed) // MAX_FORCES), 1)]
+    if not chosen:
         return []
-    elsewhere = replace(arrangement.base, places=places)
-    listed = list_campaign_effects(campaign, elsewhere, without=without).candidates
-    return [each for each in listed if each.name not in catalogue.names and each.name.partition(" at ")[2] in places]
+    fit = arrangement.fit
+    forced = replace(fit, model=replace(fit.model, places={name: unnamed[name] for name in chosen}))
+    ranked = localise(replace(arrangement, fit=forced), list_covariances(arrangement))
+    places = [*dict.fromkeys(place.name for place in ranked)][:MAX_PLACES]
+    # Beside the places of the case, so that no effect is listed that is one at these under another name.
+    model = replace(arrangement.base, places={**arrangement.base.places, **{name: unnamed[name] for name in places}})
+    listed = list_campaign_effects(campaign, model, without=without, extra=extra).candidates
+    added = {each.name for each in arrangement.added}
+    return [each for each in listed if each.name not in added and each.name.endswith(tuple(f" at {p}" for p in places))]
 
 
 def find_better_elsewhere(
-    screening: Arrangement, effects: Sequence[Effect], verdict: Verdict, by: Criteria, run_step: RunStep
+    screening: Arrangement,
+    effects: Sequence[Effect],
+    baseline: Finalist,
+    finalists: Sequence[Finalist],
+    verdict: Verdict,
+    by: Criteria,
+    run_step: RunStep,
 ) -> tuple[list[Score], list[Finalist]]:
-    """Effects that pass and are more probable than what a verdict says, to odds of one in twenty, and their scores.
+    """Effects that pass and are more probable than all that is known, and their scores.
+
+    The odds are one in twenty for each effect that is tried.
 
     Parameters
     ----------
@@ -59,6 +79,8 @@ def find_better_elsewhere(
         Arrangement by which effects are screened and fitted.
     effects
         Effects where no place is.
+    baseline, finalists
+        Fit without an effect, and effects at the places, by their own covariance.
     verdict
         Two effects are missing, or something unknown.
     by
@@ -66,21 +88,15 @@ def find_better_elsewhere(
     run_step
         Looks up the stored result of a step, or computes it.
     """
-    assert by.refit_by_own_covariance is not None
-    fitted = run_step(
-        f"effects elsewhere beyond {by.thresholds.gain:.6g}",
-        lambda: _refit_best(screening, effects, by.thresholds.gain) if effects else [],
-    )
-    known = _get_best_known(verdict)
-    # Another covariance does not turn what is so far behind.
-    worst = screening.cost_with_error_left(known.fit) + screening.selection.largest_chi2_gap
-    near = [each for _, each in fitted if screening.cost_with_error_left(each.fit) < worst]
+    if not effects or by.refit_by_own_covariance is None:
+        return [], []
+    name = f"effects elsewhere beyond {by.thresholds.gain:.6g}"
+    fitted = run_step(name, lambda: _refit_best(screening, effects, by.thresholds.gain))
     own = partial(by.refit_by_own_covariance, screening.train)
-    finalists = refit_each_by_own_covariance(screening, near, own, run_step)
-    least = compute_log_density(known) + DECISIVE
-    better = [
-        each for each in finalists if passes(each.refit, by.thresholds) and compute_log_density(each.refit) > least
-    ]
+    found = refit_each_by_own_covariance(screening, [each for _, each in fitted], own, run_step)
+    least = _compute_known_density(baseline, finalists, verdict, by) + DECISIVE + 2 * np.log(len(effects))
+    passed = [each for each in found if passes(each.refit, by.thresholds)]
+    better = [each for each in passed if compute_log_density(each.refit) > least]
     names = {each.name for each in better}
     return [score for score, each in fitted if each.name in names], better
 
@@ -94,9 +110,13 @@ def _refit_best(problem: Arrangement, effects: Sequence[Effect], threshold: floa
     return sorted(fitted, key=lambda pair: problem.cost_with_error_left(pair[1].fit))
 
 
-def _get_best_known(verdict: Verdict) -> Refit:
-    """The fit that explains most of what a verdict says: with both effects, or the nearest law or effect."""
+def _compute_known_density(baseline: Finalist, finalists: Sequence[Finalist], verdict: Verdict, by: Criteria) -> float:
+    """Largest 2 ln of the density of all data by what is known: nothing, effects that pass, two effects, or a law."""
+    densities = [-(baseline.arrangement.cost + baseline.refit.held_out_cost)]
+    densities += [compute_log_density(each.refit) for each in finalists if passes(each.refit, by.thresholds)]
     if verdict.pair is not None:
-        return verdict.pair.first.refit
-    laws = [law.refit for law in verdict.laws]
-    return [*laws, *([] if verdict.nearest is None else [verdict.nearest]), verdict.baseline][0]
+        densities.append(compute_log_density(verdict.pair.first.refit))
+    if verdict.nearest is not None:
+        # The gain of a law is that over the effect in whose place it is.
+        densities += [compute_log_density(verdict.nearest) + law.whole_gain for law in verdict.laws]
+    return max(densities)

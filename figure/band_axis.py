@@ -11,25 +11,26 @@ from figure.style import GRID, Axes
 
 Frequency = Float[NDArray[np.float64], " f"]
 
-#: Room beside the points of a band, of its width; width of a strip, and the least one of a band, of the axis [-].
-MARGIN, STRIP, LEAST = 0.05, 0.03, 0.2
+#: Room beside the points of a band, of its width, and at most of the gap beside it; width of a strip, and the least one
+#: of a band, of the axis [-].
+MARGIN, MOST_OF_GAP, STRIP, LEAST = 0.05, 0.3, 0.03, 0.2
 #: Steps between ticks of an axis; a band has its share of them, and two at least.
 TICK_STEPS, LEAST_TICK_STEPS = 7, 2
 
 
-def use_band_axis(axes: Axes, frequency: Frequency) -> None:
+def use_band_axis(axes: Axes, curves: Sequence[Frequency]) -> None:
     """Put bands of frequencies side by side, each as wide as it has points; of one band the axis stays as it is.
 
     Parameters
     ----------
     axes
         Axes, with those that share theirs.
-    frequency
-        All measured frequencies, ascending [Hz].
+    curves
+        Measured frequencies of each curve [Hz].
     """
     from matplotlib.ticker import FixedLocator, MaxNLocator, ScalarFormatter
 
-    bands = np.split(frequency, find_gaps(frequency) + 1)
+    bands = join_bands(curves)
     if len(bands) < 2:
         return
     ends, places = _place(bands)
@@ -48,12 +49,30 @@ def use_band_axis(axes: Axes, frequency: Frequency) -> None:
             each.axvspan(low, high, facecolor=GRID, linewidth=0, zorder=0.6)
 
 
+def join_bands(curves: Sequence[Frequency]) -> list[Frequency]:
+    """Frequencies of all curves by bands, ascending: those between which no curve goes on.
+
+    Curves of several levels may have been read at slightly different frequencies: gaps are those of single curves.
+    """
+    pieces = [
+        piece for curve in map(np.unique, curves) for piece in np.split(curve, find_gaps(curve) + 1) if len(piece)
+    ]
+    bands = list[Frequency]()
+    for piece in sorted(pieces, key=lambda each: float(each[0])):
+        if bands and piece[0] <= bands[-1][-1]:
+            bands[-1] = np.union1d(bands[-1], piece)
+        else:
+            bands.append(piece)
+    return bands
+
+
 def _place(bands: Sequence[Frequency]) -> tuple[Frequency, Frequency]:
     """Ends of all bands [Hz], and their places on the axis [-], shape (2 b,)."""
-    margins = [MARGIN * max(float(np.ptp(band)), 1e-3 * float(band[0])) for band in bands]
-    ends = [end for band, by in zip(bands, margins, strict=True) for end in (band[0] - by, band[-1] + by)]
+    low, high = (np.array([band[end] for band in bands]) for end in (0, -1))
+    gap = np.concatenate([[np.inf], low[1:] - high[:-1], [np.inf]])
+    margin = MARGIN * np.maximum(high - low, 1e-3 * low)
+    before, after = (np.minimum(margin, MOST_OF_GAP * beside) for beside in (gap[:-1], gap[1:]))
     share = np.maximum([len(band) / sum(map(len, bands)) for band in bands], LEAST)
-    widths = share / share.sum()
     steps = np.full(2 * len(bands) - 1, STRIP)
-    steps[::2] = widths
-    return np.array(ends), np.concatenate([[0.0], np.cumsum(steps)])
+    steps[::2] = share / share.sum()
+    return np.column_stack([low - before, high + after]).ravel(), np.concatenate([[0.0], np.cumsum(steps)])

@@ -170,8 +170,8 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
             block[-1].set_xlabel("frequency [Hz]", labelpad=LABEL_PAD)
             named.append(block[-1])
     curves = [curve.frequency for panel in result.panels for curve in panel.curves]
-    if first is not None and curves:
-        use_band_axis(first, np.unique(np.concatenate(curves)))
+    if first is not None:
+        use_band_axis(first, curves)
     draw_ticks(figure.axes, named)
     add_heading(figure, result)
     return figure

@@ -197,7 +197,11 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
         The best one, or one in its place, and a further one that is missing as well; None if one explains enough.
     """
     ranked = passed if pair is None else [each.refit for each in pair.ranked]
-    probabilities = compute_probabilities(ranked, find_same(ranked, fits.directions)).tolist()
+    # Beside a further effect directions are others.
+    same = find_same(ranked, fits.directions) if pair is None else None
+    chances = compute_probabilities(ranked, same)
+    order = np.argsort(-chances, kind="stable")
+    ranked, probabilities = [ranked[number] for number in order], chances[order].tolist()
     count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))  # rule 14
     best, alone = ranked[0], fits.finalists[ranked[0].name].refit
     laws = find_alternatives(fits.fit_other_laws(alone), DECISIVE)  # rule 11

@@ -18,6 +18,8 @@ from diagnosis.fit.refit import fit_from_starts
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
 
+#: Share of the gain of the best effect that one with another direction loses at most, to be like it: a cosine of 0.92.
+MAX_SHARE_BEHIND = 0.15
 #: Times that another effect becomes the best one by such a fit, and the rest begins anew from that.
 ROUNDS = 3
 
@@ -39,13 +41,14 @@ def fit_alike(
         Looks up the stored result of a step, or computes it.
     """
     found, name = list(fits), ""
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         best = min(found, key=lambda pair: pair[1].chi2, default=None)
         if best is None or best[0].effect.name == name:
             break
         name = best[0].effect.name
-        starts = run_step(f"starts like {name}", partial(list_starts_alike, problem, scores, found, *best))
-        found = fit_from_starts(problem, scores, found, starts, run_step, like=name)
+        like = f"{name}, round {number + 1}"
+        starts = run_step(f"starts like {like}", partial(list_starts_alike, problem, scores, found, *best))
+        found = fit_from_starts(problem, scores, found, starts, run_step, like=like, nearby=best[1].prediction)
     return found
 
 
@@ -70,7 +73,8 @@ def list_starts_alike(
     for score in scores if gain > 0 else ():
         behind = (1 - float(score.direction @ best.direction) ** 2) * gain
         is_worse = found.get(score.effect.name, np.inf) > best_fit.chi2 + behind + selection.least_gain
-        if score.size and best.size and is_worse and behind < selection.largest_chi2_gap:
+        is_alike = behind < min(MAX_SHARE_BEHIND * gain, selection.largest_chi2_gap)
+        if score.size and best.size and is_worse and is_alike:
             missed.append((behind, score))
     nearest = sorted(missed, key=lambda pair: pair[0])[: selection.n_finalist]
     return [(score.effect, _start_like(problem, score, best, best_fit)) for _, score in nearest]

@@ -99,6 +99,7 @@ def fit_from_starts(
     run_step: RunStep = compute_step,
     *,
     like: str = "",
+    nearby: Prediction | None = None,
 ) -> list[tuple[Score, Fit]]:
     """Quick fits of effects, of each the better one of the given fit and that from another start.
 
@@ -114,8 +115,8 @@ def fit_from_starts(
         Effects with the values that their other fits begin from, several for an effect if need be.
     run_step
         Looks up the stored result of a step, or computes it.
-    like
-        Name of the effect whose fit the starts are taken from, if they are.
+    like, nearby
+        Name of the fit that the starts are taken from, if they are, and its prediction.
     """
     found, by_name = (
         {score.effect.name: (score, fit) for score, fit in fits},
@@ -123,8 +124,8 @@ def fit_from_starts(
     )
     ceiling = MAX_CHI2_RATIO * problem.fit.chi2
     for number, (effect, start) in enumerate(starts):
-        name, where = effect.name, f"that of {like}" if like else f"start {number}"
-        fit = run_step(f"fit of {name} from {where}", partial(fit_from, problem, effect, start, ceiling=ceiling))
+        name, begin = effect.name, partial(fit_from, problem, effect, start, nearby, ceiling=ceiling)
+        fit = run_step(f"fit of {name} from {f'that of {like}' if like else f'start {number}'}", begin)
         if name not in found or fit.chi2 < found[name][1].chi2:
             found[name] = (by_name[name], fit)
     return list(found.values())

@@ -55,11 +55,15 @@ def case_catalogue(model: Model, files: Sequence[Path], names: Sequence[str] = (
     options
         As for `diagnosis.candidate.catalogue.list_effects`.
     """
-    wanted = {name.partition(" at ")[2] for name in names}
-    places = {name: row for name, row in list_unnamed_places(model).items() if name in wanted}
-    if places:
-        model = replace(model, places={**model.places, **places})
-    return list_effects(model, extra=files, **options)
+    return list_effects(with_places_of(model, names), extra=files, **options)
+
+
+def with_places_of(model: Model, names: Sequence[str]) -> Model:
+    """The model with the places that effects of these names act at, where it has none."""
+    folded = [_fold(name) for name in names]
+    unnamed = list_unnamed_places(model).items() if names else ()
+    asked = {place: row for place, row in unnamed if any(name.endswith(f" at {_fold(place)}") for name in folded)}
+    return replace(model, places={**model.places, **asked}) if asked else model
 
 
 def find_effect(result: Catalogue, name: str) -> Effect:
@@ -70,7 +74,7 @@ def find_effect(result: Catalogue, name: str) -> Effect:
     EffectError
         There is none, with the nearest names; or it cannot be tested, with the reason.
     """
-    wanted = " ".join(name.split()).casefold()
+    wanted = _fold(name)
     for item in result.candidates:
         if item.name.casefold() == wanted:
             return item
@@ -80,6 +84,10 @@ def find_effect(result: Catalogue, name: str) -> Effect:
     near = _near(wanted, result.names)
     remedy = f"did you mean {near}?" if near else _listed(result.names)
     raise EffectError(f'there is no effect "{name}"; {remedy}')
+
+
+def _fold(name: str) -> str:
+    return " ".join(name.split()).casefold()
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -149,7 +157,7 @@ def apply_by_name(
     """
     if not added:
         return apply_all(finer, known, calibrated, ())
-    result = case_catalogue(finer, files, [item.effect.name for item in added])
+    result = case_catalogue(finer, files)
     own = [AddedEffect(effect=result.alike(item.effect), values=item.values) for item in added]
     return apply_all(finer, known, calibrated, own)
 

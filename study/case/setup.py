@@ -1,6 +1,6 @@
 """From a case to what the numerical packages take: a model, its calibration parameters and its numerical error."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.scoped_parameter import make_scoped_parameter
-from study.case.added import apply_all, apply_by_name, read_added_effects
+from study.case.added import apply_all, apply_by_name, read_added_effects, with_places_of
 from study.case.load_scale import find_scale_warning
 from study.case.model import model_of_case
 from study.case.structure import Structure
@@ -86,9 +86,18 @@ class Setup:
         refined = [with_sensors(finer, campaign) for finer in self.budget.refined]
         return replace(self, model=with_sensors(self.model, campaign), budget=replace(self.budget, refined=refined))
 
-    def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
-        """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
-        return list_campaign_effects(campaign, self.model, without=without, extra=self.effect_files)
+    def candidates(self, campaign: Campaign, without: Collection[str] = (), names: Sequence[str] = ()) -> Catalogue:
+        """Effects of the case, all but some kinds, as strong as the tests of a campaign make them.
+
+        Parameters
+        ----------
+        campaign, without
+            As for `list_campaign_effects`.
+        names
+            Names of effects, which may act where no place is.
+        """
+        model = with_places_of(self.model, names)
+        return list_campaign_effects(campaign, model, without=without, extra=self.effect_files)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -235,7 +235,7 @@ def prepare_setup(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup
     budget = replace(setup.budget, fitted=numbers)
     setup = replace(setup, calibration_parameters=(*setup.calibration_parameters, *corrections), budget=budget)
     if setup.added:
-        known = setup.candidates(campaign)
+        known = setup.candidates(campaign, names=[item.effect.name for item in setup.added])
         setup = replace(setup, added=tuple(_at_levels(item, known) for item in setup.added))
     return setup, remarks
 

@@ -1,15 +1,26 @@
-// Bands that were measured apart, from sorted frequencies: a step far larger than those beside it is a gap, as in
-// `correlation.feature.gap`. Two bands as far apart as 150 and 700 Hz would be two needles on one axis.
+// Bands of the frequencies of one curve: a step far larger than those beside it is a gap, as in `correlation.feature.gap`.
+// Two bands as far apart as 150 and 700 Hz would be two needles on one axis.
 const GAP_RATIO = 5, GAP_BESIDE = 2;
 function findBands(frequency) {
-  const step = frequency.slice(1).map((f, i) => f - frequency[i]), bands = [[]];
-  frequency.forEach((f, i) => {
+  const sorted = [...new Set(frequency)].sort((a, b) => a - b), step = sorted.slice(1).map((f, i) => f - sorted[i]), bands = [];
+  sorted.forEach((f, i) => {
     const beside = [];
     for (let k = i - 1 - GAP_BESIDE; k <= i - 1 + GAP_BESIDE; k += 1) if (k !== i - 1 && step[k] !== undefined) beside.push(step[k]);
-    if (i && beside.length && step[i - 1] > GAP_RATIO * Math.max(...beside)) bands.push([]);
+    if (!i || (beside.length && step[i - 1] > GAP_RATIO * Math.max(...beside))) bands.push([]);
     bands[bands.length - 1].push(f);
   });
-  return bands.map((band) => [band[0], band[band.length - 1], band.length]);
+  return bands;
+}
+
+// Bands of all curves, with their ends and number of points: curves of several levels may differ a little in frequency.
+function joinBands(curves) {
+  const joined = [];
+  for (const piece of curves.flatMap(findBands).sort((a, b) => a[0] - b[0])) {
+    const last = joined[joined.length - 1];
+    if (last && piece[0] <= Math.max(...last)) piece.forEach((f) => last.add(f));
+    else joined.push(new Set(piece));
+  }
+  return joined.map((band) => [Math.min(...band), Math.max(...band), band.size]);
 }
 
 // The points of a trace within a range of x.
@@ -21,8 +32,7 @@ function clipTrace(trace, [low, high]) {
 
 // Traces and layout with one axis of x for each measured band, side by side.
 function splitBands(traces, layout) {
-  const measured = traces.filter((trace) => trace.mode === "markers").flatMap((trace) => trace.x);
-  const bands = findBands([...new Set(measured)].sort((a, b) => a - b));
+  const bands = joinBands(traces.filter((trace) => trace.mode === "markers").map((trace) => trace.x));
   if (bands.length < 2) return { traces, layout };
   const apart = 0.035, room = 1 - apart * (bands.length - 1), total = bands.reduce((sum, band) => sum + band[2], 0);
   // A band of few points still has room for its ticks.
@@ -30,7 +40,9 @@ function splitBands(traces, layout) {
   const widest = shares.indexOf(Math.max(...shares)), split = { ...layout }, parts = [];
   let begin = 0;
   bands.forEach(([low, high], number) => {
-    const pad = 0.04 * (high - low || high), range = [low - pad, high + pad], end = begin + (room * shares[number]) / whole, name = number ? number + 1 : "";
+    const pad = 0.04 * (high - low || high), gap = (one, other) => (one && other ? 0.3 * (other[0] - one[1]) : Infinity);
+    const range = [low - Math.min(pad, gap(bands[number - 1], bands[number])), high + Math.min(pad, gap(bands[number], bands[number + 1]))];
+    const end = begin + (room * shares[number]) / whole, name = number ? number + 1 : "";
     split["xaxis" + name] = { ...layout.xaxis, domain: [begin, end], range, nticks: 6, title: number === widest ? layout.xaxis.title : undefined };
     parts.push(...traces.map((trace) => ({ ...clipTrace(trace, range), xaxis: "x" + name })));
     begin = end + apart;

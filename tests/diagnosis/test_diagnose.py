@@ -153,9 +153,12 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     assert {step.partition(" by its")[0] for step in own} == {each.name for each in heavy.refits}
     # The mass moves the resonance by many widths: other starts are sought.
     starts = pickle.loads(kept.results["starts under response control"])
-    begun = {"starts under response control", "branches", "other starts", f"starts like {heavy.refits[0].name}"} | {
-        f"fit of {effect.name} from start {number}" for number, (effect, _) in enumerate(starts)
-    }
+    begun = {
+        "starts under response control",
+        "branches",
+        "other starts",
+        f"starts like {heavy.refits[0].name}, round 1",
+    } | {f"fit of {effect.name} from start {number}" for number, (effect, _) in enumerate(starts)}
     costs = {name.replace("fit of", "cost of", 1) for name in fits}
     # Where another start led further.
     anew = {step for step in kept.asked if step.startswith("cost of ") and step.endswith(" from another start")}

@@ -14,8 +14,7 @@ from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.decision.rules import Criteria
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.finalist import refit_by_own_covariance
-from diagnosis.fit.problem import Refit
+from diagnosis.fit.finalist import Finalist, refit_by_own_covariance
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.screening import screen
 from diagnosis.step import compute_step
@@ -39,36 +38,40 @@ def catalogue(heavy_campaign: Campaign, arrangement: Arrangement) -> Catalogue:
     return list_campaign_effects(heavy_campaign, arrangement.base)
 
 
-def find(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue, known: Refit) -> tuple[Any, Any]:
-    """Effects that are better than a known fit."""
+def find(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue, known: list[Finalist]) -> tuple[Any, Any]:
+    """Effects that are better than known ones."""
     before = baseline_fit(arrangement)
     own = partial(refit_by_own_covariance, campaign, arrangement, before, partial(list_campaign_effects, campaign))
     scores = screen(arrangement, catalogue.candidates)
     by = Criteria(
         catalogue=catalogue, scores=scores, thresholds=compute_linear_thresholds(scores), refit_by_own_covariance=own
     )
-    verdict: Any = SimpleNamespace(pair=None, laws=(), nearest=known, baseline=before)
-    effects = list_effects_elsewhere(campaign, arrangement, catalogue)
-    return find_better_elsewhere(arrangement, effects, verdict, by, compute_step)
+    verdict: Any = SimpleNamespace(pair=None, laws=(), nearest=None)
+    effects, nothing = list_effects_elsewhere(campaign, arrangement), Finalist(refit=before, arrangement=arrangement)
+    return find_better_elsewhere(arrangement, effects, nothing, known, verdict, by, compute_step)
 
 
 def test_effects_act_at_unnamed_places_alone(
     heavy_campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue
 ) -> None:
-    names = [each.name for each in list_effects_elsewhere(heavy_campaign, arrangement, catalogue)]
+    names = [each.name for each in list_effects_elsewhere(heavy_campaign, arrangement)]
     assert TRUE in names
+    # The mass of a node moves along z and x: that at "root z" is there already, and is not listed once more.
     assert {name.partition(" at ")[2] for name in names} <= {"node 1 z", "node 0 x", "node 1 x"}
+    assert "mass at node 0 x" not in names
+    again = replace(arrangement, added=(list_effects_elsewhere(heavy_campaign, arrangement)[0],))
+    assert again.added[0].name not in [each.name for each in list_effects_elsewhere(heavy_campaign, again)]
     assert not {*names} & {*catalogue.names}
-    without = list_effects_elsewhere(heavy_campaign, arrangement, catalogue, without={"mass"})
+    without = list_effects_elsewhere(heavy_campaign, arrangement, without={"mass"})
     assert not any(each.kind == "mass" for each in without)
     finer: Any = replace(arrangement, finer=(SimpleNamespace(),))
-    assert list_effects_elsewhere(heavy_campaign, finer, catalogue) == []
+    assert list_effects_elsewhere(heavy_campaign, finer) == []
 
 
 def test_the_effect_that_is_there_is_found_with_its_strength(
     heavy_campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue
 ) -> None:
-    scores, better = find(heavy_campaign, arrangement, catalogue, baseline_fit(arrangement))
+    scores, better = find(heavy_campaign, arrangement, catalogue, [])
     assert better[0].name == TRUE
     assert TRUE in [score.effect.name for score in scores]
     assert better[0].refit.strength == pytest.approx(MASS, abs=4 * better[0].refit.deviation)
@@ -83,4 +86,4 @@ def test_nothing_is_better_than_what_is_true(
     known = refit_by_own_covariance(
         heavy_campaign, whole, before, partial(list_campaign_effects, heavy_campaign), whole.train, refit(whole, score)
     )
-    assert find(heavy_campaign, arrangement, catalogue, known.refit) == ([], [])
+    assert find(heavy_campaign, arrangement, catalogue, [known]) == ([], [])

@@ -11,6 +11,7 @@ from diagnosis.fit import alike_fit
 from diagnosis.fit.alike_fit import fit_alike, list_starts_alike
 from diagnosis.fit.problem import EffectSelection
 from diagnosis.screening import Score
+from diagnosis.step import compute_step, remember_steps
 
 SELECTION = EffectSelection()
 FITTED = np.array([1.02, 0.97])
@@ -63,6 +64,7 @@ def test_an_effect_that_does_the_same_begins_where_the_best_fit_ended(problem: A
     (0.1, 311.0, True),
     (0.1, None, True),  # not fitted at all
     (0.3, None, False),  # too far behind to be a finalist
+    (np.pi / 2, None, False),  # another effect altogether
 ])  # fmt: skip
 def test_only_what_is_further_behind_than_its_direction_allows_begins_again(
     problem: Any, angle: float, chi2: float | None, again: bool
@@ -78,23 +80,32 @@ def test_the_nearest_few_begin_again(problem: Any) -> None:
     assert [effect.name for effect, _ in found] == ["0.01", "0.02", "0.03"][: SELECTION.n_finalist]
 
 
+def test_of_a_small_gain_other_effects_are_not_alike(problem: Any) -> None:
+    best, others = score("best", 0.0), [score(f"{angle}", angle) for angle in (0.5, 1.0, np.pi / 2)]
+    assert list_starts_alike(problem, [best, *others], [(best, fit(995.0))], best, fit(995.0)) == []
+
+
 def test_nothing_begins_again_where_no_effect_gains(problem: Any) -> None:
     best, other = score("best", 0.0), score("other", 0.0)
     assert list_starts_alike(problem, [best, other], [(best, fit(BEFORE))], best, fit(BEFORE)) == []
     assert fit_alike(problem, [best, other], []) == []
 
 
-def test_what_becomes_the_best_is_followed_once_more(problem: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("run_step", [compute_step, remember_steps(compute_step)], ids=["computed", "remembered"])
+def test_what_becomes_the_best_is_followed_once_more(
+    problem: Any, run_step: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     ends, asked = {"a": iter([252.0]), "b": iter([250.0]), "c": iter([260.0, 251.0])}, []
 
-    def fit_from(_problem: Any, effect: Any, _start: Any, **_: Any) -> Any:
+    def fit_from(_problem: Any, effect: Any, _start: Any, _nearby: Any, **_: Any) -> Any:
         asked.append(effect.name)
         return fit(next(ends[effect.name]))
 
     monkeypatch.setattr("diagnosis.fit.refit.fit_from", fit_from)
     a, b, c = (score(name, 0.0) for name in "abc")
     found = {
-        each.effect.name: one.chi2 for each, one in fit_alike(problem, [a, b, c], [(a, fit(300.0)), (b, fit(320.0))])
+        each.effect.name: one.chi2
+        for each, one in fit_alike(problem, [a, b, c], [(a, fit(300.0)), (b, fit(320.0))], run_step)
     }
     # Both begin like a; b becomes the best, and then a and c begin like it.
     assert asked[:2] == ["b", "c"]

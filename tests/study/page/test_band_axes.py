@@ -30,12 +30,22 @@ def test_bands_end_at_the_gaps(tmp_path: Path, seed: int) -> None:
     step = random.uniform(0.5, 1.0, 30) * np.where(random.random(30) < 0.1, 40.0, 1.0)
     frequency = 100 + np.cumsum(step)
     print_bands = "console.log(JSON.stringify(findBands(JSON.parse(process.argv[2])[0])));"
-    expected = [[band[0], band[-1], len(band)] for band in np.split(frequency, find_gaps(frequency) + 1)]
+    expected = [band.tolist() for band in np.split(frequency, find_gaps(frequency) + 1)]
     assert run(tmp_path, print_bands, frequency.tolist()) == expected
 
 
-def test_each_point_is_on_the_axis_of_its_band_once(tmp_path: Path) -> None:
-    x = [*np.linspace(112, 154, 15), *np.linspace(705, 735, 7)]
+def test_levels_that_differ_a_little_in_frequency_share_their_bands(tmp_path: Path) -> None:
+    grid = np.array([*np.linspace(112, 154, 15), *np.linspace(705, 735, 7)])
+    curves = [(grid + 1e-3 * number).tolist() for number in range(3)]
+    print_bands = "console.log(JSON.stringify(joinBands(JSON.parse(process.argv[2])[0])));"
+    assert [band[2] for band in run(tmp_path, print_bands, curves)] == [45, 21]
+
+
+@pytest.mark.parametrize("x", [
+    [*np.linspace(112, 154, 15), *np.linspace(705, 735, 7)],
+    [*np.arange(100.0, 401.0), *np.arange(410.0, 501.0)],  # a gap narrower than the room beside a band
+])  # fmt: skip
+def test_each_point_is_on_the_axis_of_its_band_once(tmp_path: Path, x: list[float]) -> None:
     points = {"mode": "markers", "x": x, "y": x, "error_y": {"array": x}}
     print_split = "console.log(JSON.stringify(splitBands(...JSON.parse(process.argv[2]))));"
     split = run(tmp_path, print_split, [points], {"xaxis": {"title": {"text": "frequency [Hz]"}}})
