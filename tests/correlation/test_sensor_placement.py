@@ -49,6 +49,13 @@ def test_a_direction_that_the_sensor_of_the_model_does_not_read_is_refused(small
         with_sensors(along_z, campaign("tip", direction=direction))
 
 
+def test_a_rotation_needs_its_direction_which_decides_the_unit(small: Model) -> None:
+    turned = replace(model(small), dofs=tuple(Dof(node=n, direction="ry") for n in range(small.system.n_dof)))
+    with pytest.raises(CampaignError, match=r'sensor "tip" reads a rotation.*add direction = "ry"$'):
+        with_sensors(turned, campaign(None, direction=""))
+    assert len(with_sensors(turned, campaign(None, direction="ry")).sensors) == 1
+
+
 @pytest.mark.parametrize(("place", "message"), [("middle", "does not have; its places: tip, mid"), ("mid", "not read")])
 def test_a_place_that_the_sensor_of_the_model_does_not_read_is_refused(small: Model, place: str, message: str) -> None:
     with pytest.raises(CampaignError, match=rf'sensor "tip" sits at place "{place}".*{message}'):

@@ -3,6 +3,7 @@
 import pickle
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -344,3 +345,14 @@ def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis)
 def test_nothing_held_out_is_refused(bench: Bench) -> None:
     with pytest.raises(CampaignError, match="nothing is held out"):
         bench.diagnose(bench.campaign(held=()))
+
+
+def test_an_effect_where_no_place_is_is_named_if_those_at_the_places_explain_less(bench: Bench) -> None:
+    lacking = replace(bench.small, places={name: row for name, row in bench.small.places.items() if name != "tip z"})
+    # A density or a spring would do the same to a single mode.
+    without = ("density", "spring", *FRICTION)
+    campaign, accepted = bench.campaign((WHERE, 4 * MASS)), bench.calibration_parameters
+    found = diagnose(campaign, lacking, accepted, EXACT_MODEL, without=without)
+    assert names(found)[0] == "mass at node 1 z"
+    assert found.verdict.effects[0].strength == pytest.approx(4 * MASS, abs=4 * found.verdict.effects[0].deviation)
+    assert "mass at node 1 z" in [score.effect.name for score in found.scores]

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
+from correlation.unnamed_place import list_unnamed_places
+from diagnosis.candidate.effect import EffectError
 from diagnosis.fit.added import AddedEffect
 from study import cli
 from study.beam.model import beam_model
-from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of
+from study.case.added import apply_by_name, case_catalogue, find_effect, key_of, text_of, value_of
 from study.case.setup import read_case
 from study.shipped_cases import BEAM
 from study.solve.model import make_solve_model
@@ -159,3 +161,16 @@ def test_every_command_sees_the_model_that_add_has_mended_and_undo_gives_the_ear
     assert make_solve_model(read_case(case)).system.stiffness[1, 1] == pytest.approx(2.1e4, rel=1e-12)
     assert cli.main(["undo", "--quiet"]) == 0
     assert case.read_bytes() == RUBBING.encode()
+
+
+@pytest.mark.parametrize("name", ["mass at node 6 z", " Mass at  Node 6 Z "])
+def test_an_effect_may_act_where_no_place_is(name: str) -> None:
+    model = beam_model(24)
+    effect = find_effect(case_catalogue(model, [], [name]), name)
+    assert effect.name == "mass at node 6 z"
+    (number,) = np.flatnonzero(list_unnamed_places(model)["node 6 z"])
+    heavier = effect.apply(model, [0.1]).system.mass - model.system.mass
+    assert heavier[number, number] == pytest.approx(0.1)
+    # Nodes of another mesh are other points.
+    with pytest.raises(EffectError, match="there is no effect"):
+        apply_by_name(beam_model(24, n_station=5), [], [], {}, [AddedEffect(effect=effect, values=np.array([0.1]))])

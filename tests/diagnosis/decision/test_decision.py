@@ -572,3 +572,20 @@ def test_smallest_strengths_gain_the_limit() -> None:
     # A strength of one standard deviation, 0.01 / 5, gains 1; gains grow with its square.
     assert verdict.detectable == {"mass": pytest.approx(LIMITS.gain**0.5 * 0.002)}
     assert verdict.units == {"mass": "kg"}
+
+
+def test_what_no_data_can_tell_from_the_best_is_named_before_what_is_improbable() -> None:
+    fits = [refit("mass", 100, 80), refit("spring", 94, 80), refit("shift", 88, 80)]
+    directions = {"mass": [1.0, 0.0], "spring": [0.0, 1.0], "shift": [-1.0, 0.0]}
+    scores: Any = tuple(
+        SimpleNamespace(
+            effect=each.effect, direction=np.array(directions[each.name]), size=1.0, detectable=1.0, gain=each.gain
+        )
+        for each in fits
+    )
+    for score in scores:
+        vars(score.effect.parameters[0]).update(lower=-10.0, upper=10.0)
+    verdict = decided(*fits, scores=scores)
+    assert named(verdict) == ["mass", "shift"]
+    assert verdict.probabilities[0] == verdict.probabilities[1]
+    assert named(decided(*fits)) == ["mass"]
