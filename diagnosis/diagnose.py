@@ -31,7 +31,7 @@ from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.far_start import list_far_starts
 from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.fit.fit_parameter import Values
-from diagnosis.fit.problem import Problem, Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Problem, Refit
 from diagnosis.fit.refit import (
     baseline_fit,
     choose_finalists,
@@ -365,7 +365,8 @@ def _judge(
 ) -> tuple[list[Score], list[Finalist], Verdict]:
     """Scores, finalists and verdict; with effects where no place is, if no single one at the places explains enough."""
     ranked, verdict = judge(without_effect, finalists, places, by, run_step)
-    if verdict.pair is None and verdict.finding is not Finding.UNKNOWN:
+    leaves_much = any(each.reduced_chi2_by_noise > UNEXPLAINED_CHI2 for each in verdict.effects[:1])
+    if verdict.pair is None and verdict.finding is not Finding.UNKNOWN and not leaves_much:
         return [*by.scores], ranked, verdict
     effects = run_step("effects elsewhere", list_elsewhere)
     elsewhere, better = find_better_elsewhere(screening, effects, without_effect, ranked, verdict, by, run_step)

@@ -171,8 +171,8 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
     if candidate is None:
         effect = _checked(case, history, name, run)
         raise LoopError(
-            f'{case}: the last diagnosis did not fit "{effect}", as others explain the measurements far better: give '
-            "its strength with --value"
+            f'{case}: the last diagnosis did not fit "{effect}", as others seemed to explain the measurements better, '
+            "or as no place of the case is there: give its strength with --value"
         )
     # An effect that is there already is fitted with all others, and is no candidate.
     return {

@@ -107,11 +107,11 @@ def _sensors(campaign: Campaign) -> list[list[str]]:
         table = campaign.measurement.where(campaign.measurement.sensor == number)
         if sensor.line is not None:
             place = f"line {sensor.line}, {sensor.component}"
-        elif sensor.place is not None:
-            place = f"{sensor.place}, {sensor.direction}"
         else:
-            at = ", ".join(f"{1e3 * x:g}" for x in (() if sensor.coordinates is None else sensor.coordinates))
-            place = f"({at}) mm, {sensor.direction}"
+            at = sensor.place or "as in the case"
+            if sensor.coordinates is not None:
+                at = f"({', '.join(f'{1e3 * x:g}' for x in sensor.coordinates)}) mm"
+            place = ", ".join(filter(None, (at, sensor.direction)))
         remarks = ["" if sensor.has_phase else "no phase", "" if sensor.calibrated else "gain unknown"]
         rows.append(
             [
