@@ -12,3 +12,8 @@ def plain(value: float, digits: int = 2, sign: Literal["", "+"] = "") -> str:
 def percent(share: float, digits: int = 2) -> str:
     """A share with so many significant digits: 0.0412 is ``4.1 %``; ``unknown`` if it is none."""
     return f"{plain(100 * share, digits)} %" if isfinite(share) else "unknown"
+
+
+def count(number: int, noun: str) -> str:
+    """A number of things: ``1 sensor``, ``3 sensors``."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"

@@ -18,7 +18,7 @@ from correlation.metric.misfit import (
 )
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
-from geometry.plain_number import plain
+from geometry.plain_number import count, plain
 from study.compare.data import data_document, describe_data
 from study.compare.result import SWEEP_WORDS, ComparisonResult
 from study.compare.sentence import CLEAR_PEAK, summarise
@@ -34,8 +34,9 @@ def format_report(compared: ComparisonResult) -> str:
     table, unit = compared.campaign.measurement, compared.campaign.drive.unit
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
     lines = [
-        f"{side_by_side(compared.title, compared.campaign.title)}: {len(compared.campaign.sensors)} sensors, "
-        f"{levels} {unit}, {len(np.unique(table.repeat))} repeats",
+        f"{side_by_side(compared.title, compared.campaign.title)}: "
+        f"{count(len(compared.campaign.sensors), 'sensor')}, {levels} {unit}, "
+        f"{count(len(np.unique(table.repeat)), 'repeat')}",
         "",
     ]
     lines += _calibrated(compared)

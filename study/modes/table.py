@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.dense_modes import RIGID, compute_dense_modes
+from geometry.plain_number import count
 from pipeline.output import replace_file
 from reduction.jointed_system import JointedSystem, modal_damping
 from reduction.stuck import stick_at_rest
@@ -42,7 +43,7 @@ def write_modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     replace_file(file, "\n".join([",".join(["mode", *names]), *_csv(rows), ""]))
     words = {"hz": "frequency [Hz]", "ratio": "damping ratio [%]"}
     heads = [("stuck: " if name.startswith("stuck") else "") + words[name.rpartition("_")[2]] for name in names]
-    lines = [f"{system.n_dof} degrees of freedom, {len(system.joints)} joints", ""]
+    lines = [f"{system.n_dof} degrees of freedom, {count(len(system.joints), 'joint')}", ""]
     lines.append("  mode" + "".join(f"  {head:>24}" for head in heads))
     for number, row in enumerate(rows, start=1):
         cells = (_number(value, name) for name, value in zip(names, row, strict=True))

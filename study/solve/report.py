@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from geometry.plain_number import count
 from study.kind.registry import Extras
 from study.solve.result import Peak
 from study.solve.run import SolveResult
@@ -33,7 +34,7 @@ def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> st
     control = model.curves[0].control
     which = f"points of least force that holds {control.sensor}, and" if control else "highest points of"
     lines += [
-        f"{model.system.n_dof} degrees of freedom, {len(model.system.joints)} joints, "
+        f"{model.system.n_dof} degrees of freedom, {count(len(model.system.joints), 'joint')}, "
         f"harmonics 0 to {model.harmonics}{refined}; {which} {model.outputs[0].name}:",
         "",
         f"  {'curve':<{width}}  frequency [Hz]     level  amplitude [{solved.peaks[0].unit}]  points  "

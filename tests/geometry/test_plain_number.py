@@ -2,7 +2,7 @@
 
 import pytest
 
-from geometry.plain_number import percent, plain
+from geometry.plain_number import count, percent, plain
 
 
 @pytest.mark.parametrize(
@@ -18,3 +18,8 @@ def test_percents_and_degrees_have_no_exponent(value: float, digits: int, text: 
 )
 def test_a_share_is_in_per_cent_and_one_that_is_none_is_unknown(share: float, said: str) -> None:
     assert percent(share) == said
+
+
+@pytest.mark.parametrize(("number", "words"), [(0, "0 joints"), (1, "1 joint"), (1234, "1,234 joints")])
+def test_a_number_of_things_has_its_noun_in_the_right_form(number: int, words: str) -> None:
+    assert count(number, "joint") == words

@@ -8,6 +8,7 @@ from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.feature.observation import arrange_campaign
 from correlation.feature.settling import find_unsettled
 from geometry.name_list import join_first_names
+from geometry.plain_number import count
 from study.compare.curve import Drawing
 from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
@@ -35,10 +36,9 @@ def describe_runs(campaign: Campaign) -> str:
     held = [f"{level:g} {campaign.drive.unit}" for level in campaign.held_out.levels]
     held += [f"repeat {repeat}" for repeat in campaign.held_out.repeats]
     kept = f" Held out from calibration: {', '.join(held)}." if held else ""
-    count = f"{len(repeats)} repeat{'s' if len(repeats) > 1 else ''}"
     return (
-        f"Tests {tests}; levels {levels} {campaign.drive.unit}; {count}{sweeps}; {len(campaign.sensors)} sensors; "
-        f"{len(table):,} readings.{kept}"
+        f"Tests {tests}; levels {levels} {campaign.drive.unit}; {count(len(repeats), 'repeat')}{sweeps}; "
+        f"{count(len(campaign.sensors), 'sensor')}; {count(len(table), 'reading')}.{kept}"
     )
 
 
