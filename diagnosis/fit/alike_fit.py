@@ -10,9 +10,9 @@ from functools import partial
 import numpy as np
 
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.calibration import Fit, compute_chi2
-from diagnosis.fit.far_start import list_far_strengths
-from diagnosis.fit.fit_parameter import Values, make_start
+from diagnosis.fit.calibration import Fit
+from diagnosis.fit.far_start import choose_start, list_far_strengths
+from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Problem
 from diagnosis.fit.refit import fit_from_starts
 from diagnosis.screening import Score
@@ -86,6 +86,4 @@ def _start_like(problem: Problem, score: Score, best: Score, fit: Fit) -> Values
     share = (fit.values[n_fitted] - other.vanishes) / (other.typical - other.vanishes) * best.size / score.size
     equal = own.vanishes + share * np.sign(score.direction @ best.direction) * (own.typical - own.vanishes)
     strengths = [float(np.clip(equal, own.lower, own.upper)), *list_far_strengths(own).ravel()]
-    begins = [make_start(fit.values[:n_fitted], score.effect, strength) for strength in strengths]
-    unknowns = problem.unknowns([score.effect])
-    return min(begins, key=lambda begin: compute_chi2(problem.train, unknowns, begin, fit.prediction))
+    return choose_start(problem, score.effect, fit.values[:n_fitted], strengths, fit.prediction)

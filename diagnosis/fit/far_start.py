@@ -4,12 +4,13 @@ A contact that slips at the vanishing strength may stick at a larger one, and no
 one see what twice the stiffness of a line does to peaks that calibration parameters have moved already.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.prediction import Prediction
 from diagnosis.candidate.effect import Effect, EffectParameter, changes_joints
 from diagnosis.fit.calibration import compute_chi2
 from diagnosis.fit.fit_parameter import Values, make_start
@@ -22,20 +23,26 @@ def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[E
 
     To either side, the far strength that leaves the lesser chi^2.
     """
-    starts: list[tuple[Effect, Values]] = []
     fit, model = problem.fit, problem.fit.model
     far = [
         each
         for each in effects
         if acts_by_slip_alone(each) or (each.parameters[0].is_ratio and changes_joints(each, model))
     ]
-    for effect in far[:MAX_BY_SLIP]:
-        unknowns = problem.unknowns([effect])
-        for strengths in list_far_strengths(effect.parameters[0]):
-            begins = [make_start(fit.values, effect, strength) for strength in strengths]
-            chi2 = [compute_chi2(problem.train, unknowns, begin, fit.prediction) for begin in begins]
-            starts.append((effect, begins[int(np.argmin(chi2))]))
-    return starts
+    return [
+        (effect, choose_start(problem, effect, fit.values, strengths, fit.prediction))
+        for effect in far[:MAX_BY_SLIP]
+        for strengths in list_far_strengths(effect.parameters[0])
+    ]
+
+
+def choose_start(
+    problem: Problem, effect: Effect, fitted: Values, strengths: Iterable[float], nearby: Prediction
+) -> Values:
+    """Fitted values with that strength of an effect which leaves the least chi^2, from a prediction nearby."""
+    unknowns = problem.unknowns([effect])
+    begins = [make_start(fitted, effect, strength) for strength in strengths]
+    return min(begins, key=lambda begin: compute_chi2(problem.train, unknowns, begin, nearby))
 
 
 def list_far_strengths(parameter: EffectParameter) -> Float[NDArray[np.float64], "2 2"]:
