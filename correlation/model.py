@@ -27,7 +27,8 @@ __all__ = [
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "modal")
+TRANSLATIONS, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
+DIRECTIONS = (*TRANSLATIONS, *ROTATIONS, "modal")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import LOAD_CELL, Campaign, MeasuredSensor
 from correlation.errors import CampaignError
-from correlation.model import AnySensor, LineSensor, LoadCell, Model, Row, Sensor
+from correlation.model import ROTATIONS, AnySensor, LineSensor, LoadCell, Model, Row, Sensor
 
 #: A sensor is at a node that is nearer than this share of the structure's size.
 NEAR = 0.01
@@ -83,7 +83,7 @@ def _check_same(measured: MeasuredSensor, sensor: AnySensor, model: Model) -> No
 def _check_same_point(measured: MeasuredSensor, sensor: Sensor, model: Model) -> None:
     # The model's sensor may have a gain, lean, or subtract another place, but it reads some of this motion.
     axes = {dof.direction for dof, part in zip(model.dofs, sensor.row, strict=False) if part}
-    if not measured.direction and axes and axes <= {"rx", "ry", "rz"}:
+    if not measured.direction and axes and axes <= {*ROTATIONS}:
         raise CampaignError(
             f'{MANIFEST}: sensor "{measured.name}" reads a rotation, which decides its unit: add '
             f'direction = "{min(axes)}"'

@@ -6,11 +6,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import Model
+from correlation.model import TRANSLATIONS, Model
 
 Row = Float[NDArray[np.float64], " r"]
 
-TRANSLATIONS = ("x", "y", "z")
 #: Size of round-off, relative to the root of both diagonal entries [-].
 ROUND_OFF = 1e-10
 

@@ -7,14 +7,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import Dof, Model, Sensor
+from correlation.model import ROTATIONS, TRANSLATIONS, Dof, Model, Sensor
 from diagnosis.candidate.effect import Untestable
 from diagnosis.candidate.scale import Scale
 from reduction.jointed_system import CubicSpring, Joint, QuadraticDamper
 
 Row = Float[NDArray[np.float64], " r"]
 
-TRANSLATIONS, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
 #: A place moves if its motion in the mode is this share of the largest.
 MOVES = 1e-2
 

@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import Model
+from correlation.model import ROTATIONS, TRANSLATIONS, Model
 from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.place import ROTATIONS, TRANSLATIONS
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 from reduction.jointed_system import FrictionContact

@@ -9,9 +9,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import Model
+from correlation.model import TRANSLATIONS, Model
 from diagnosis.candidate.effect import EffectError, Untestable
-from diagnosis.candidate.place import TRANSLATIONS, find_dof
+from diagnosis.candidate.place import find_dof
 from diagnosis.candidate.user_effect import read_effects
 from geometry.errors import InputError
 from study.bench.case_text import hash_text, list_effect_files, with_effect_files
