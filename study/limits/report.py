@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from geometry.plain_number import count
 from hbsolve.limits.result import SIDES
 from study.limits.result import LimitCurves
 from study.limits.run import LimitsResult
@@ -97,7 +98,7 @@ def format_limits_report(limited: LimitsResult) -> str:
     n, only = document["n_frequency"], limited.curves.limits.frequency[0]
     lines = [
         f"{limited.curves.label}: {what} {f'over {n} frequencies' if n > 1 else f'at {only:.6g} Hz'}; "
-        f"{document['n_slider']} slider{'s' if document['n_slider'] > 1 else ''}, {box}:",
+        f"{count(document['n_slider'], 'slider')}, {box}:",
         "",
         f"  {'level':>8}  {'lower':>11}  {'at [Hz]':>10}  {'upper':>11}  {'at [Hz]':>10}  {'widest':>8}  "
         f"{'jumps':>5}  {'repaired':>8}  outside of sampled",

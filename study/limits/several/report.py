@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from geometry.plain_number import count
 from hbsolve.limits.result import SIDES
 from study.limits.report import describe_levels, describe_refinement, find_largest, format_number, refinement_remarks
 from study.limits.several.run import SeveralLimitsResult
@@ -46,7 +47,7 @@ def format_several_limits_report(limited: SeveralLimitsResult) -> str:
     width = max(len(f"{item['quantity']} [{item['unit']}]") for item in document["quantities"])
     lines = [
         f"highest points of both limits, of a mean its lowest and highest point, {where}; "
-        f"{document['n_slider']} slider{'s' if document['n_slider'] > 1 else ''}, {box}:",
+        f"{count(document['n_slider'], 'slider')}, {box}:",
         "",
         f"  {'quantity':<{width}}  {'level':>8}  {'lower':>11}  {'at [Hz]':>10}  {'upper':>11}  {'at [Hz]':>10}  "
         f"{'jumps':>5}",
