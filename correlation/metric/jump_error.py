@@ -39,6 +39,8 @@ class JumpError:
         response does not jump.
     predicted_frequency
         [Hz]; NaN if the model's response does not jump.
+    swept_both_ways
+        Whether the other sweep was measured, too. By one sweep alone a steep flank and a jump look alike.
     """
 
     free: bool
@@ -48,6 +50,7 @@ class JumpError:
     frequency: float
     frequency_deviation: float
     predicted_frequency: float
+    swept_both_ways: bool
 
     @property
     def frequency_error(self) -> float:
@@ -69,7 +72,7 @@ def compute_jump_errors(
     sweeps
         Directions in which the structure was swept.
     """
-    found, predicted = [], list(prediction.jumps)
+    found, predicted, both = [], list(prediction.jumps), len(sweeps) > 1
     for jump, width in find_measured_jumps(observed, sweeps):
         own = [each for each in predicted if each[:3] == jump[:3] and each.falls == jump.falls]
         nearest = min(own, key=lambda each: abs(each.frequency - jump.frequency), default=None)
@@ -80,14 +83,16 @@ def compute_jump_errors(
                 **jump._asdict(),
                 frequency_deviation=width / np.sqrt(12),
                 predicted_frequency=np.nan if nearest is None else nearest.frequency,
+                swept_both_ways=both,
             )
         )
     found += [
         JumpError(
-            **each._replace(frequency=np.nan)._asdict(), frequency_deviation=np.nan, predicted_frequency=each.frequency
+            **each._replace(frequency=np.nan)._asdict(), frequency_deviation=np.nan,
+            predicted_frequency=each.frequency, swept_both_ways=both,
         )
         for each in predicted
-    ]
+    ]  # fmt: skip
     return tuple(sorted(found, key=lambda each: (each.free, each.level, -each.sweep)))
 
 
@@ -95,8 +100,7 @@ def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Itera
     """Jumps of the motion that is largest, and the width of the step in which each lies [Hz].
 
     Where both sweeps were measured, one of them jumps at either end of the states at which they differ and the other
-    does not. Where one was,
-    a step far larger than those beside it is a jump.
+    does not. Where one was, a step far larger than those beside it is taken for a jump.
     """
     points, value = observed.points, np.abs(observed.value)
     motion = observed.motion & (points.harmonic == 1) & (observed.count > 0)

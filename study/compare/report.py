@@ -105,6 +105,7 @@ def make_document(compared: ComparisonResult) -> dict[str, Any]:
                 "frequency_hz": jump.frequency,
                 "frequency_deviation_hz": jump.frequency_deviation,
                 "predicted_frequency_hz": jump.predicted_frequency,
+                "swept_both_ways": jump.swept_both_ways,
             }
             for jump in compared.jumps
         ],
@@ -249,7 +250,8 @@ def describe_jump(jump: JumpError, level_unit: str) -> str:
         return f"{where}: the model jumps {way} at {jump.predicted_frequency:.5g} Hz, the measured response does not"
     seen = f"{where}: jumps {way} at {jump.frequency:.5g} Hz"
     if not np.isfinite(jump.predicted_frequency):
-        return f"{seen}, the model does not"
+        doubt = "" if jump.swept_both_ways else " (or has a steep flank there: one sweep cannot tell)"
+        return f"{seen}{doubt}, the model does not"
     return f"{seen}, the model at {jump.predicted_frequency:.5g} Hz ({jump.frequency_error:+.3g} Hz)"
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from math import isfinite
 
-from correlation.feature.observation import find_sweep_directions
 from diagnosis.decision.evidence import errs_on_held_out
 from geometry.plain_number import plain
 from study.compare.report import describe_jump
@@ -81,10 +80,12 @@ def _remaining_error(result: Round) -> Iterator[str]:
 def _jumps(result: Round) -> Iterator[str]:
     """Held-out jumps that the model has elsewhere or not at all, which the held-out error does not contain."""
     jumps = (result.best or result.diagnosis.baseline).held_out_jumps
-    elsewhere = [jump for jump in jumps if not abs(jump.frequency_error) <= jump.frequency_deviation]
-    if elsewhere and len(find_sweep_directions(result.campaign)) < 2:
-        # One sweep cannot tell a jump from a steep flank on a coarse grid.
-        elsewhere = [jump for jump in elsewhere if isfinite(jump.predicted_frequency)]
+    elsewhere = [
+        jump for jump in jumps
+        if not abs(jump.frequency_error) <= jump.frequency_deviation
+        # What one sweep measured may be a steep flank.
+        and (jump.swept_both_ways or isfinite(jump.predicted_frequency))
+    ]  # fmt: skip
     if elsewhere:
         listed = "; ".join(describe_jump(jump, result.campaign.drive.unit) for jump in elsewhere)
         yield f"Jumps of the held-out data: {listed}."

@@ -13,6 +13,7 @@ from correlation.metric.jump_error import JumpError
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.mode_correction import PRIOR_WIDENING, FrequencyCorrection
+from study.compare.report import describe_jump
 from study.diagnose.doubt import list_doubts, list_notes
 from study.diagnose.table import list_frequency_shifts
 
@@ -79,18 +80,14 @@ def test_a_shift_far_from_the_case_is_named_in_its_unit() -> None:
 
 
 @pytest.fixture
-def sweeps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Directions of the sweeps of the campaign: both, unless a test takes one away."""
-    directions = [1, -1]
-    monkeypatch.setattr("study.diagnose.doubt.find_sweep_directions", lambda _: directions)
-    return directions
+def jump() -> JumpError:
+    return JumpError(
+        free=False, level=2.0, sweep=1, falls=True, frequency=42.3, frequency_deviation=0.02, predicted_frequency=42.6,
+        swept_both_ways=True,
+    )  # fmt: skip
 
 
-@pytest.mark.usefixtures("sweeps")
-def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
-    jump = JumpError(
-        free=False, level=2.0, sweep=1, falls=True, frequency=42.3, frequency_deviation=0.02, predicted_frequency=42.6
-    )
+def test_a_held_out_jump_that_the_model_has_elsewhere_is_said(jump: JumpError) -> None:
     found = result()
     found.campaign = SimpleNamespace(drive=SimpleNamespace(unit="V"))
     found.diagnosis.baseline.held_out_jumps = (jump, replace(jump, level=1.0, predicted_frequency=42.31))
@@ -106,18 +103,18 @@ def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
     ({"frequency": math.nan}, "the model jumps down at 42.6 Hz, the measured response does not"),
 ])  # fmt: skip
 def test_a_held_out_jump_that_only_one_of_both_has_is_said(
-    missing: dict[str, float], words: str, sweeps: list[int]
+    missing: dict[str, float], words: str, jump: JumpError
 ) -> None:
-    jump = JumpError(
-        free=False, level=2.0, sweep=1, falls=True, frequency=42.3, frequency_deviation=0.02, predicted_frequency=42.6
-    )
     found = result()
     found.campaign = SimpleNamespace(drive=SimpleNamespace(unit="V"))
     found.diagnosis.baseline.held_out_jumps = (replace(jump, **missing),)
     (doubt,) = list_doubts(found)
     assert words in doubt
-    # What one sweep measured may be a steep flank.
-    sweeps.pop()
+    # What one sweep measured may be a steep flank, and is told as such where it is told.
+    assert ("one sweep cannot tell" in describe_jump(replace(jump, swept_both_ways=False, **missing), "V")) == (
+        "predicted_frequency" in missing
+    )
+    found.diagnosis.baseline.held_out_jumps = (replace(jump, swept_both_ways=False, **missing),)
     assert len(list_doubts(found)) == ("frequency" in missing)
 
 

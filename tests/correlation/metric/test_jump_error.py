@@ -54,6 +54,7 @@ def test_measured_jumps_lie_where_the_sweeps_leave_their_branches(sweeps: tuple[
         assert each.frequency == pytest.approx(GRID[step : step + 2].mean(), abs=1e-9)
         assert each.falls == (each.sweep == 1)
         assert np.isnan(each.predicted_frequency)
+        assert each.swept_both_ways == (len(sweeps) == 2)
 
 
 def test_measured_jumps_are_found_where_the_sweeps_were_read_at_other_frequencies() -> None:
