@@ -59,8 +59,8 @@ def _draw(models: Mapping[str, Sequence[PeakError]], mode: str, unit: str) -> di
     layout = {
         "height": 330,
         "grid": {"rows": 1, "columns": 2, "pattern": "independent"},
-        "xaxis": {"title": {"text": f"level [{unit}], {mode}"}, "anchor": "y"},
-        "xaxis2": {"title": {"text": f"level [{unit}], {mode}"}, "anchor": "y2"},
+        "xaxis": {"title": {"text": f"level [{unit}], {mode}"}, "rangemode": "tozero", "anchor": "y"},
+        "xaxis2": {"title": {"text": f"level [{unit}], {mode}"}, "rangemode": "tozero", "anchor": "y2"},
         "yaxis": {"title": {"text": "frequency [Hz]", "standoff": 16}},
         "yaxis2": {"title": {"text": "damping ratio [%]", "standoff": 16}, "rangemode": "tozero"},
     }

@@ -24,7 +24,7 @@ function drawWaterfall() {
   const bars = (key, scale, name, colour, xaxis, yaxis, show) => ({
     type: "bar", x, y: steps.map((step) => (step[key] === null ? null : scale * step[key])), name, xaxis, yaxis, showlegend: show, legendgroup: name,
     marker: { color: steps.map((step) => (step.proposed ? "white" : colour)), line: { color: colour, width: 1.5 },
-      pattern: { shape: steps.map((step) => (step.proposed ? "/" : "")), fillmode: "overlay", fgcolor: steps.map(() => colour), size: 7, solidity: 0.3 } },
+      pattern: { shape: steps.map((step) => (step.proposed ? "/" : "")), fillmode: "overlay", fgcolor: colour, size: 7, solidity: 0.3 } },
     hovertemplate: "%{y:.4g}<extra>" + name + "</extra>",
   });
   const ticks = { tickvals: x, ticktext: steps.map((step) => fold(step.name)), ticks: "", showgrid: false };

@@ -9,9 +9,7 @@ const label = (value) => (value < 0.001 && value > 0 ? value.toExponential(1) : 
 function logAxis(measured, predicted) {
   const scale = logScale(measured, predicted);
   if (!scale) return null;
-  // From three decades on labels at 2 and 5 lie on each other.
-  const dtick = scale.range[1] - scale.range[0] > 3 ? 1 : "D2";
-  return { ...scale, axis: { type: "log", range: scale.range, dtick, exponentformat: "power", minor: { showgrid: true, gridcolor: "#f0f3f6" } } };
+  return { ...scale, axis: { type: "log", range: scale.range, ...logTicks(scale.range, label), minor: { showgrid: true, gridcolor: "#f0f3f6" } } };
 }
 // Height of a map of the misfit, and its scale: beside few rows the numbers of the scale need room as well.
 const MAP_MARGIN = { t: 34, b: 56 };

@@ -9,3 +9,11 @@ function logScale(measured, predicted) {
   return high > 0 ? { least, range: [Math.log10(low) - 0.1, Math.log10(high) + 0.08] } : null;
 }
 const within = (scale, amplitude) => (scale ? amplitude.map((value) => (value >= scale.least ? value : null)) : amplitude);
+// Whole numbers at such an axis, as many as there is room for: of a decade's 2 and 5 alone nobody sees the decade.
+function logTicks([low, high], write) {
+  const span = high - low, fine = [1, 1.2, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8];
+  const steps = span < 0.6 ? fine : span < 1.2 ? [1, 1.5, 2, 3, 4, 5, 7] : span < 2.5 ? [1, 2, 5] : [1], values = [];
+  for (let decade = Math.floor(low); decade <= high; decade++) values.push(...steps.map((step) => step * 10 ** decade));
+  const seen = values.filter((value) => Math.log10(value) >= low && Math.log10(value) <= high);
+  return { tickvals: seen, ticktext: seen.map((value) => write(value)) };
+}

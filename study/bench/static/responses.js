@@ -105,14 +105,6 @@ function drawResponse() {
   drawMoved();
 }
 
-// Numbers at a logarithmic axis, as many as there is room for.
-function logTicks([low, high]) {
-  const steps = high - low < 1.2 ? [1, 1.5, 2, 3, 4, 5, 7] : high - low < 2.5 ? [1, 2, 5] : [1], values = [];
-  for (let decade = Math.floor(low); decade <= high; decade++) values.push(...steps.map((step) => step * 10 ** decade));
-  const seen = values.filter((value) => Math.log10(value) >= low && Math.log10(value) <= high);
-  return { tickvals: seen, ticktext: seen.map((value) => digits(value)) };
-}
-
 function layoutOf(panel, scale, kind) {
   const words = { sigma: "residual [std. dev.]", amplitude: panel.static ? "residual [" + panel.unit + "]" : "residual [%]", phase: "residual [deg]" }[kind];
   const shapes = kind === "sigma" ? [{ type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y2", y0: -2, y1: 2, layer: "below", line: { width: 0 }, fillcolor: colour("ground") }] : [];
@@ -120,7 +112,7 @@ function layoutOf(panel, scale, kind) {
   return layout({
     height: 520, margin: { l: 70, r: 14, t: 8, b: 44 }, shapes,
     xaxis: axis({ title: "frequency [Hz]", anchor: "y2" }),
-    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", domain: [0.36, 1], ...(scale ? { type: "log", range: scale.range, ...logTicks(scale.range) } : { type: "linear" }) }),
+    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", domain: [0.36, 1], ...(scale ? { type: "log", range: scale.range, ...logTicks(scale.range, digits) } : { type: "linear" }) }),
     yaxis2: axis({ title: words, domain: [0, 0.29], zeroline: true, zerolinecolor: colour("line"), nticks: 6 }),
   });
 }

@@ -40,7 +40,7 @@ def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator
     remarks = [f"Not read: {reason}." for reason in compared.unread]
     jumps = [describe_jump(jump, drawing.unit) for jump in compared.jumps]
     if jumps:
-        remarks.append(f"Jumps between two steady states: {'; '.join(jumps)}.")
+        remarks.append(f"Jumps: {'; '.join(jumps)}.")
     if not compared.peaks:
         if remarks:
             yield Section(title="Resonances and backbone", text=" ".join(remarks))

@@ -50,6 +50,19 @@ def test_without_amplitudes_there_is_no_logarithmic_axis(tmp_path: Path) -> None
 
 
 @pytest.mark.skipif(NODE is None, reason="no node here (apt-get install nodejs)")
+@pytest.mark.parametrize("span", [0.3, 1.0, 2.0, 4.0])
+def test_an_axis_has_whole_numbers_at_any_span(tmp_path: Path, span: float) -> None:
+    ending = """
+const [range] = JSON.parse(process.argv[2]);
+console.log(JSON.stringify(logTicks(range, label)));
+"""
+    low = math.log10(0.021)
+    ticks = run_script(tmp_path, ending, [low, low + span])
+    assert 3 <= len(ticks["tickvals"]) <= 8
+    assert [float(text.replace(",", "")) for text in ticks["ticktext"]] == pytest.approx(ticks["tickvals"])
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here (apt-get install nodejs)")
 @pytest.mark.parametrize("rows", [1, 4, 12, 40, 200])
 def test_the_numbers_of_a_scale_have_room_beside_any_number_of_rows(tmp_path: Path, rows: int) -> None:
     ending = """
