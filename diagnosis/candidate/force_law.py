@@ -205,7 +205,7 @@ def make_clearance_laws(name: str, row: Row, secant: float, largest: float, *, r
 
 
 def make_even_laws(name: str, row: Row, cubic: float, compliance: float, *, rotational: bool) -> list[EvenLaw]:
-    r"""Even laws of either sign that soften the fundamental as a negative cubic spring k_3 does.
+    r"""Even laws of either sign that change the fundamental by as much as a cubic spring k_3 does.
 
     Beside a cosine of amplitude a, k u^2 drives a mean and a second harmonic of -k a^2 / 2 times their compliance. With
     the cosine they give the fundamental -k^2 a^3 (alpha_0 + alpha_2 / 2). Near the resonance of one mode alpha_2 is
@@ -218,7 +218,7 @@ def make_even_laws(name: str, row: Row, cubic: float, compliance: float, *, rota
     row
         Row of the displacement, shape (r,) [-].
     cubic
-        k_3, negative [N/m^3].
+        k_3 [N/m^3].
     compliance
         alpha_0, of the row [m/N].
     rotational

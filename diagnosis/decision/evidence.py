@@ -67,8 +67,12 @@ def passes(refit: Refit, thresholds: Thresholds) -> bool:
 
 def compute_evidence(refit: Refit) -> float:
     """Fall of -2 ln p of the training data, less what the held-out data lose; none if these refute the effect [-]."""
-    refuted = refit.worsens or refit.held_out_gain <= -DECISIVE
-    return 0.0 if refuted else refit.gain + min(refit.held_out_gain, 0.0)
+    return 0.0 if is_refuted(refit) else refit.gain + min(refit.held_out_gain, 0.0)
+
+
+def is_refuted(refit: Refit) -> bool:
+    """Whether the held-out data speak against an effect."""
+    return refit.worsens or refit.held_out_gain <= -DECISIVE
 
 
 def errs_on_held_out(refit: Refit) -> bool:

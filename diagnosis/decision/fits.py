@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.evidence import compute_birge_ratio
+from diagnosis.decision.evidence import compute_birge_ratio, compute_log_density
 from diagnosis.decision.law_of_force import FittedLaw, find_better, fit_other_laws, has_other_laws
 from diagnosis.decision.pair import Pair, fit_pair
 from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
@@ -83,6 +83,14 @@ class Fits:
         """The law of a force, if it is better than that of the effect by more than chance; else None."""
         chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_birge_ratio(refit)
         return find_better(self.fit_other_laws(refit), chance)
+
+    def find_best_law(self, refits: Sequence[Refit]) -> tuple[Refit, FittedLaw] | None:
+        """Of some effects the one in whose place a better law describes all data best, and that law; None if none has.
+
+        An effect that is far from the law of the force may fit poorly, and be far behind others.
+        """
+        laws = [(refit, law) for refit in refits if (law := self.find_better_law(refit)) is not None]
+        return max(laws, key=lambda each: compute_log_density(each[0]) + each[1].whole_gain, default=None)
 
     def fit_pair(self, refit: Refit, further: Refit) -> Pair:
         """Two effects fitted together, and other finalists in place of the first."""

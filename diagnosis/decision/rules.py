@@ -171,7 +171,9 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
     law = fits.find_better_law(best)
     left = find_cause_beside(fits, best) if law is None else None
     pair, instead = FoundPair() if left is None else find_pair(fits, best, left.refit)
-    arrangement = fits.arrangement_of(best) if pair is None else pair.first.arrangement
+    if left is not None:
+        best, law = _find_law_of_another(fits, best, pair)
+    arrangement = fits.arrangement_of(best) if pair is None or law is not None else pair.first.arrangement
     nothing = replace(nothing, instead=instead, model_error_size=arrangement.model_error_size)
     if nothing.model_error_size.is_far:  # rule 9
         return replace(nothing, finding=Finding.NOT_CLOSE)
@@ -182,6 +184,15 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
     if _is_force_missing(fits):  # rule 13
         return _decide_unknown(nothing, fits, fit=best, place=fits.places[0], nearest=best)
     return _decide_unknown(nothing, fits, fit=best, reason=describe_stand_in(best.name, left, fits.thresholds))
+
+
+def _find_law_of_another(fits: Fits, best: Refit, pair: Pair | None) -> tuple[Refit, FittedLaw | None]:
+    """Another effect with a law that is more probable than the best effect and than two; else the best, and None."""
+    found = fits.find_best_law([each for each in fits.refits if each.name != best.name and each.gain > 0])
+    known = max(compute_log_density(each) for each in (best, *([] if pair is None else [pair.first.refit])))
+    if found is None or compute_log_density(found[0]) + found[1].whole_gain <= known + DECISIVE:
+        return best, None
+    return found
 
 
 def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: Pair | None) -> Verdict:

@@ -4,9 +4,13 @@ If another effect or an unknown force explains a good part of what is left, the 
 holds for a linear effect that leaves an unknown force which is no known effect: a force that varies with the amplitude
 has a linear part, and what takes up this part may gain a great deal. An effect that varies with the amplitude as well
 is the known one that is nearest.
+
+What explains the rest of the training data, and is refuted by held-out data that the effect alone explains, is no
+cause: it fits the errors of the model in these training data.
 """
 
 from diagnosis.candidate.effect import changes_joints
+from diagnosis.decision.evidence import is_refuted
 from diagnosis.decision.fits import Fits
 from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
@@ -28,11 +32,19 @@ def find_cause_beside(fits: Fits, refit: Refit) -> ResidualExplanation | None:
     is_known = force is None or residual.known_effect_gain >= MIN_SHARE_KNOWN * force.gain
     assert refit.effect is not None
     is_linear = not changes_joints(refit.effect, fits.arrangement_of(refit).fit.model)
+    if is_known and _explains_held_out(refit, fits.baseline) and residual.refit and is_refuted(residual.refit):
+        return None
     if unknown > 0 and not is_known and refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2 and is_linear:
         return residual
     beyond = max(residual.gain - thresholds.gain, unknown)
     leaves_much = beyond > MAX_SHARE_LEFT * refit.gain and not _explains_nearly_all(refit, fits.baseline)
     return residual if leaves_much else None
+
+
+def _explains_held_out(refit: Refit, baseline: Refit) -> bool:
+    """Whether an effect leaves little of an error of the held-out data that noise and stated errors do not explain."""
+    was, left = baseline.held_out_reduced_chi2_by_noise, refit.held_out_reduced_chi2_by_noise
+    return was > UNEXPLAINED_CHI2 and left - 1 < MAX_SHARE_LEFT * (was - left)
 
 
 def _explains_nearly_all(refit: Refit, baseline: Refit) -> bool:

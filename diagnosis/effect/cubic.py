@@ -62,9 +62,10 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 
 def other_laws(effect: Effect, strength: float, model: Model, states: Sequence[SteadyState]) -> list[ForceLaw]:
-    """Another power, and what hardens or softens as it does; none for a user's own effect, or one of no strength.
+    """Another power, a clearance and an even power; none for a user's own effect, or one of no strength.
 
-    Hardening may be a spring beyond a clearance; softening, a spring that is stiffer on one side.
+    What hardens may be a spring beyond a clearance. A spring that is stiffer on one side softens most resonances, but
+    not all that a cubic spring is fitted to.
     """
     if not isinstance(effect, Cubic) or not strength:
         return []
@@ -74,7 +75,7 @@ def other_laws(effect: Effect, strength: float, model: Model, states: Sequence[S
     name, row, rotational = effect.name, effect.row, effect.parameters[0].unit == "N m"
     laws: list[ForceLaw] = [make_power_law(name, row, strength * largest**2, largest, 3.0, rotational=rotational)]
     if strength > 0:
-        return [*laws, *make_clearance_laws(name, row, 0.75 * strength * largest**2, largest, rotational=rotational)]
+        laws += make_clearance_laws(name, row, 0.75 * strength * largest**2, largest, rotational=rotational)
     stiffness = stuck_stiffness(model.system.stiffness, model.system.joints)
     try:
         compliance = float(row @ np.linalg.solve(stiffness, row))

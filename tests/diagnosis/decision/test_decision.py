@@ -546,6 +546,38 @@ def test_an_effect_that_held_out_data_refute_may_have_another_law(held_out_gain:
     assert decided(refuted, laws=[make_law(50.0, held_out_gain)]).finding is finding
 
 
+@pytest.mark.parametrize(("whole", "left", "finding"), [
+    (200.0 + DECISIVE + 1, 150.0, Finding.UNKNOWN),
+    (200.0 + DECISIVE - 1, 150.0, Finding.UNKNOWN),
+    (200.0 + DECISIVE + 1, 0.0, Finding.MISSING),
+])  # fmt: skip
+def test_where_the_best_effect_leaves_much_another_one_may_have_the_law_that_explains_all(
+    whole: float, left: float, finding: Finding
+) -> None:
+    rest = ResidualExplanation(gain=left, effect_name="gap", places=(), known_effect_gain=left)
+    mass, cubic = refit("mass", 200, 150), refit("cubic at tip", 100, 50)
+    verdict = decided(mass, cubic, rest=rest, laws=[make_law(whole - 50, 50.0)])
+    assert verdict.finding is finding
+    # The mass is a stand-in; what it stands in for is told if its law is more probable, to odds of one in twenty.
+    assert bool(verdict.laws) == (bool(left) and whole > 200 + DECISIVE)
+
+
+@pytest.mark.parametrize(("left", "held", "finding"), [
+    (1.0, -DECISIVE - 1, Finding.MISSING),
+    (1.0, -LIMITS.gain, Finding.MISSING),
+    (1.5, -DECISIVE - 1, Finding.UNKNOWN),
+])  # fmt: skip
+def test_what_held_out_data_refute_is_no_cause_of_what_is_left_where_the_effect_explains_these(
+    left: float, held: float, finding: Finding
+) -> None:
+    """Held-out data of 3 before: an effect that leaves 1.5 of it leaves more than 15 % of what it explains."""
+    further = refit("spring", 150, held)
+    rest = ResidualExplanation(gain=150, effect_name="spring", places=(), known_effect_gain=150, refit=further)
+    before = replace(BEFORE, held_out_reduced_chi2_without_model_error=3.0)
+    mass = replace(refit("mass", 200, 150), held_out_reduced_chi2_without_model_error=left)
+    assert decided(mass, rest=rest, baseline=before).finding is finding
+
+
 def test_gains_count_over_what_a_fit_leaves() -> None:
     """A fit whose residuals are twice as large as the covariance says has gains four times as large by chance."""
     twice = SimpleNamespace(chi2=4.0 * N_TRAIN, n_number=N_TRAIN)

@@ -25,10 +25,10 @@ def kinds(strength: float, *, largest: float = 1e-3, stiffness: Any = None, unit
     return [law.kind for law in other_laws(cubic(unit), strength, model, [state])]
 
 
-def test_what_hardens_may_be_a_clearance_and_what_softens_an_even_law() -> None:
-    assert kinds(1e6) == ["power law", *3 * ["clearance"]]
+def test_what_hardens_may_be_a_clearance_and_all_may_be_an_even_law() -> None:
+    assert kinds(1e6) == ["power law", *3 * ["clearance"], *2 * ["even law"]]
     assert kinds(-1e6) == ["power law", *2 * ["even law"]]
-    assert kinds(1e6, unit="N m") == ["power law", *3 * ["clearance"]]
+    assert kinds(1e6, unit="N m") == ["power law", *3 * ["clearance"], *2 * ["even law"]]
 
 
 @pytest.mark.parametrize(("strength", "largest"), [(0.0, 1e-3), (1e6, 0.0)])
