@@ -1,19 +1,27 @@
 """Fits that a verdict is derived from: those of the finalists, and further ones that its rules ask for."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.evidence import compute_birge_ratio, compute_log_density
-from diagnosis.decision.law_of_force import FittedLaw, find_better, fit_other_laws, has_other_laws
+from diagnosis.decision.law_of_force import (
+    FittedLaw,
+    find_better,
+    fit_by_own_covariance,
+    fit_other_laws,
+    has_other_laws,
+)
 from diagnosis.decision.pair import Pair, fit_pair
 from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Vector
+from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
-from diagnosis.fit.problem import Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import UnknownForce
@@ -40,6 +48,8 @@ class Fits:
         vector, shape (m + p,).
     run_step
         Looks up the stored result of a step, or computes it.
+    refit_one
+        Fits anew by the covariance of its own model what was fitted to a comparison; None where that cannot be done.
     """
 
     baseline: Refit
@@ -50,6 +60,7 @@ class Fits:
     thresholds: Thresholds
     directions: Mapping[str, Vector]
     run_step: RunStep
+    refit_one: Callable[[Comparison, Refit], Finalist] | None = None
 
     @property
     def refits(self) -> list[Refit]:
@@ -70,14 +81,29 @@ class Fits:
         )
 
     def fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
-        """Laws that the force of an effect may have instead, fitted; empty for an effect without any."""
+        """Laws that the force of an effect may have instead, fitted; empty for an effect without any.
+
+        Where noise and stated errors do not explain what the effect leaves, the law that leaves least is fitted by the
+        covariance of its own model as well.
+        """
         if not has_other_laws(refit.effect):
             return []
         arrangement = self.arrangement_of(refit)
-        return self.run_step(
+        laws = self.run_step(
             f"other laws of {refit.name} of {refit.strength:.6g}",
             lambda: fit_other_laws(arrangement, add_effect(arrangement, refit).cost, refit),
         )
+        least = min((law for law in laws if law.is_distinct), key=lambda law: law.chi2_by_noise, default=None)
+        # A finer model has no law of this name.
+        if self.refit_one is None or arrangement.finer or refit.reduced_chi2_by_noise < UNEXPLAINED_CHI2:
+            return laws
+        if least is None or least.refit.reduced_chi2_by_noise > refit.reduced_chi2_by_noise:
+            return laws
+        own = self.run_step(
+            f"{least.refit.name} of {refit.strength:.6g} by its own covariance",
+            partial(fit_by_own_covariance, least, arrangement, refit, self.refit_one),
+        )
+        return [*(law for law in laws if law is not least), own]
 
     def find_better_law(self, refit: Refit) -> FittedLaw | None:
         """The law of a force, if it is better than that of the effect by more than chance; else None."""

@@ -6,15 +6,19 @@ a chi-square of one degree of freedom, for laws of at most one parameter more, a
 cannot be told from the effect where -2 ln p of all data rises by no more than what would refute it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.candidate.force_law import ForceLaw
+from diagnosis.decision.evidence import compute_log_density
 from diagnosis.effect import OtherLaws, find_kind
 from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.comparison import Comparison
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fit_from
 
@@ -40,6 +44,11 @@ class FittedLaw:
     held_out_gain: float
     words: str
     is_distinct: bool
+
+    @property
+    def chi2_by_noise(self) -> float:
+        """Reduced chi-squared of training and of held-out data by noise and stated errors, together [-]."""
+        return self.refit.reduced_chi2_by_noise + self.refit.held_out_reduced_chi2_by_noise
 
     @property
     def whole_gain(self) -> float:
@@ -79,6 +88,31 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
     return [
         _fit(arrangement, beside, refit, law) for law in other_laws(refit.effect, refit.strength, fit.model, states)
     ]
+
+
+def fit_by_own_covariance(
+    law: FittedLaw, arrangement: Arrangement, beside: Refit, refit_one: Callable[[Comparison, Refit], Finalist]
+) -> FittedLaw:
+    """Fit a law by the covariance of its own model: that of an effect which fits poorly is none for a law that is true.
+
+    Parameters
+    ----------
+    law
+        Law, fitted by the covariance of the effect.
+    arrangement, beside
+        Arrangement of the effect, and its fit, which the law is compared with.
+    refit_one
+        Fits anew by another covariance, see `diagnosis.fit.finalist.refit_by_own_covariance`.
+    """
+    refit, effect = refit_one(arrangement.train, law.refit).refit, cast("ForceLaw", law.refit.effect)
+    count = len(effect.start)
+    values, deviations = (each[-count:].tolist() for each in (refit.fit.values, refit.fit.deviation))
+    held_out_gain = beside.held_out_cost - refit.held_out_cost
+    return FittedLaw(
+        refit=refit, gain=compute_log_density(refit) - compute_log_density(beside) - held_out_gain,
+        held_out_gain=held_out_gain, words=effect.describe(values, deviations),
+        is_distinct=effect.is_distinct(values, deviations),
+    )  # fmt: skip
 
 
 def find_better(laws: Sequence[FittedLaw], chance: float) -> FittedLaw | None:

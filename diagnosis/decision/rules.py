@@ -137,7 +137,7 @@ def decide(
         baseline=baseline, beyond_priors=beyond_priors, places=places,
         finalists={each.name: each for each in finalists}, catalogue=by.catalogue, thresholds=by.thresholds,
         directions={score.effect.name: score.direction for score in by.scores if score.size},
-        run_step=remember_steps(run_step),
+        run_step=remember_steps(run_step), refit_one=by.refit_by_own_covariance,
     )  # fmt: skip
     passed = [each for each in fits.refits if passes(each, by.thresholds)]
     verdict = _decide_with_effect(nothing, fits, passed) if passed else _decide_without_effect(nothing, fits)

@@ -86,6 +86,7 @@ def decided(
     laws: Sequence[FittedLaw] = (),
     beyond_priors: Sequence[str] = (),
     pair: Pair | None = None,
+    own_law: FittedLaw | None = None,
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
@@ -93,16 +94,19 @@ def decided(
             asked.append(name)
         if name.endswith("together"):
             return pair
+        if name.endswith("by its own covariance"):
+            return own_law
         return list(laws) if name.startswith("other laws") else rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
-    arrangement = SimpleNamespace(model_error_size=left, fit=SimpleNamespace(model=model))
+    arrangement = SimpleNamespace(model_error_size=left, fit=SimpleNamespace(model=model), finer=())
     ranked: list[Any] = [
         SimpleNamespace(name=each.name, refit=each, arrangement=arrangement)
         for each in sorted(refits, key=lambda each: -compute_log_density(each))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=LIMITS)
+    refit_one: Any = None if own_law is None else object()
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=LIMITS, refit_by_own_covariance=refit_one)
     return decide(criteria, baseline, ranked, places, run_step, left, beyond_priors)
 
 
@@ -532,6 +536,21 @@ def test_a_force_of_another_law_is_none_of_the_known_effects(law: FittedLaw, fin
         assert verdict.place is not None
         assert verdict.place.name == "tip"
         assert "near tip, a force of the kind clearance" in verdict.sentence
+
+
+@pytest.mark.parametrize(("by_cubic", "by_law", "finding"), [
+    (5.0, 3.0, Finding.UNKNOWN),
+    (1.5, 1.0, Finding.MISSING),  # noise explains what the cubic spring leaves
+    (5.0, 5.5, Finding.MISSING),  # no law leaves less
+])  # fmt: skip
+def test_where_a_cubic_spring_leaves_much_a_law_is_weighed_by_its_own_covariance(
+    by_cubic: float, by_law: float, finding: Finding
+) -> None:
+    """By the covariance of the cubic spring, which is that of a poor model, the true law gains nothing."""
+    law, cubic = make_law(-70.0, -15.0), refit("cubic at tip", 100, 80)
+    law = replace(law, refit=replace(law.refit, reduced_chi2_without_model_error=by_law))
+    cubic = replace(cubic, reduced_chi2_without_model_error=by_cubic)
+    assert decided(cubic, laws=[law], own_law=make_law(90.0, 60.0)).finding is finding
 
 
 def test_of_laws_that_cannot_be_told_apart_the_best_of_each_kind_is_told() -> None:
