@@ -60,7 +60,10 @@ def name_causes(indications: Sequence[Indication]) -> str:
     clear = {(each.kind, each.difference > 0) for each in indications if each.is_clear}
     causes = []
     if ("frequency", False) in clear and ("damping", True) in clear:
-        causes.append("a frequency that falls and a damping that rises with the amplitude are signs of slip in joints")
+        causes.append(
+            "a frequency that falls and a damping that rises with the amplitude are signs of slip in joints, or of a "
+            "softening spring with drag"
+        )
     elif ("frequency", True) in clear:
         causes.append("a frequency that rises with the amplitude is a sign of a hardening spring or a stop")
     elif ("frequency", False) in clear:

@@ -296,39 +296,39 @@ def _place(model: Model, decay: FreeDecay) -> _Place:
 
 
 class _Trend(NamedTuple):
-    """Straight line over the logarithm of the amplitude: its ends, measured and predicted."""
+    """Change over the logarithm of the amplitude, from the least to the largest."""
 
     amplitude: tuple[float, float]
     measured: tuple[float, float]
     predicted: tuple[float, float]
+    """Readings at both amplitudes, and what the model predicts there."""
+    change: float
+    """Measured change, by a straight line through all readings."""
+    apart: float
+    """By how much the predicted change is less; NaN if it is not known."""
     variance: float
-    """Of the measured change."""
+    """Variance of the measured change."""
 
     @classmethod
     def of(cls, amplitude: Numbers, value: Numbers, deviation: Numbers, predicted: Numbers) -> "_Trend":
         at, weight = np.log(amplitude), 1 / deviation**2
-        centre = float(weight @ at / weight.sum())
-        moment = float(weight @ (at - centre) ** 2)
-        ends = np.array([at.min(), at.max()])
-
-        def line(numbers: Numbers) -> tuple[float, float]:
-            slope = float(weight @ ((at - centre) * numbers)) / moment
-            low, high = float(weight @ numbers / weight.sum()) + slope * (ends - centre)
-            return float(low), float(high)
-
-        span = float(ends[1] - ends[0])
-        return cls(
-            (float(amplitude.min()), float(amplitude.max())), line(value), line(predicted), span**2 / moment
-        )  # fmt: skip
+        from_centre = at - float(weight @ at / weight.sum())
+        moment, span = float(weight @ from_centre**2), float(np.ptp(at))
+        change, of_model = (span * float(weight @ (from_centre * each)) / moment for each in (value, predicted))
+        least, largest = int(np.argmin(at)), int(np.argmax(at))
+        amplitudes, measured, expected = (
+            (float(each[least]), float(each[largest])) for each in (amplitude, value, predicted)
+        )
+        return cls(amplitudes, measured, expected, change, change - of_model, span**2 / moment)
 
 
 def _indication(
     kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str
 ) -> Indication:
     """Common trend of several decays; their scatter counts where it exceeds their deviations."""
-    measured, predicted = (np.array([getattr(each, name) for each in trends]) for name in ("measured", "predicted"))
-    change = measured[:, 1] - measured[:, 0]
-    apart = change - (predicted[:, 1] - predicted[:, 0])
+    measured, predicted, change, apart = (
+        np.array([getattr(each, name) for each in trends]) for name in ("measured", "predicted", "change", "apart")
+    )
     n = len(trends)
     variance = float(np.mean([each.variance for each in trends])) / n
     if n > 1:

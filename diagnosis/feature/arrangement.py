@@ -20,6 +20,8 @@ from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import EffectSelection, Refit
 from hbsolve.errors import ModelError
 
+#: Frequencies of one mode at neighbouring amplitudes differ by less [-].
+SAME_MODE = 0.03
 #: Where no datum is held out, every third one is.
 EVERY = 3
 
@@ -66,14 +68,21 @@ class FeatureArrangement:
         return make_unknowns(self.base, self.calibration, applied)
 
     def find_worst_frequency(self, fit: Fit) -> tuple[float, float] | None:
-        """The frequency that a fitted model misses most, and its relative error [Hz, -]; None without any."""
+        """The mode that a fitted model misses most, and its relative error [Hz, -]; None without any.
+
+        Where the frequency of a mode varies with the amplitude, its least error counts: whatever the model lacks, it
+        may meet the mode at one amplitude.
+        """
         unit = np.array([unit for features in self.train.features for unit in features.unit])
         rows = np.flatnonzero((unit == "Hz") & np.isfinite(fit.prediction))
         if not len(rows):
             return None
+        rows = rows[np.argsort(self.train.measured[rows])]
         measured = self.train.measured[rows]
         off = fit.prediction[rows] / measured - 1
-        worst = int(np.argmax(np.abs(off)))
+        modes = np.split(np.arange(len(rows)), 1 + np.flatnonzero(np.diff(measured) > SAME_MODE * measured[:-1]))
+        least = [int(mode[np.argmin(np.abs(off[mode]))]) for mode in modes]
+        worst = max(least, key=lambda row: abs(off[row]))
         return float(measured[worst]), float(off[worst])
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:

@@ -87,9 +87,11 @@ def diagnose_features(
     """
     report = report or (lambda _step, _share: None)
     report("calibration", 0.0)
+    level, there = find_level(base, data), {each.effect.name for each in added}
+    known = list_effects(base, extra=extra, level=level) if added else None
+    added = [each if known is None else each.listed_in(known) for each in added]
     arrangement = run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
-    there = {each.effect.name for each in added}
-    catalogue = list_effects(base, without=without, extra=extra, level=find_level(base, data))
+    catalogue = list_effects(base, without=without, extra=extra, level=level)
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
     scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, PROGRESS)
     refits.sort(key=lambda refit: refit.held_out_error)
@@ -176,17 +178,27 @@ def _judge(
     test = FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications)
     finding, effects = test.decide(refits)
     clear = [each for each in indications if each.is_clear]
-    off = arrangement.find_worst_frequency((*effects, baseline)[0].fit)
+    nearest = next((each for each in refits if test.passes(each)), None)
+    off = arrangement.find_worst_frequency((*effects, *([] if nearest is None else [nearest]), baseline)[0].fit)
     if off is not None and abs(off[1]) > MAX_ERROR_SIZES[0]:
         finding, effects = Finding.NOT_CLOSE, []
     elif finding is Finding.NOTHING and clear:
         finding = Finding.UNKNOWN
     units = {each.name: each.parameters[0].unit for each in catalogue.candidates}
-    reason = _reason(finding, baseline, clear, off)
-    return Verdict(finding=finding, effects=effects, baseline=baseline, detectable={}, units=units, reason=reason)
+    reason = _reason(finding, baseline, nearest, clear, off)
+    return Verdict(
+        finding=finding, effects=effects, baseline=baseline, detectable={}, units=units, reason=reason,
+        nearest=nearest if finding is Finding.UNKNOWN else None,
+    )  # fmt: skip
 
 
-def _reason(finding: Finding, baseline: Refit, clear: Sequence[Indication], off: tuple[float, float] | None) -> str:
+def _reason(
+    finding: Finding,
+    baseline: Refit,
+    nearest: Refit | None,
+    clear: Sequence[Indication],
+    off: tuple[float, float] | None,
+) -> str:
     """Finding in words, where no effect is named."""
     size = f"the held-out features differ from the model by {baseline.held_out_error:.2g} standard deviations"
     if finding is Finding.NOTHING:
@@ -196,7 +208,14 @@ def _reason(finding: Finding, baseline: Refit, clear: Sequence[Indication], off:
     if finding is Finding.NOT_CLOSE and off is not None:
         far = f"its resonance near {off[0]:.3g} Hz is {100 * off[1]:+.2g} % off, which nothing known explains"
         return f"The model is not close enough to be diagnosed: {far}. The data show: {shown}.{signs}"
-    return f"Something is missing, and it is none of the known effects.{signs} The data show: {shown}."
+    missing = "Something is missing, and it is none of the known effects."
+    if nearest is not None:
+        errors = f"from {baseline.held_out_error:.3g} to {nearest.held_out_error:.3g} standard deviations"
+        missing = (
+            "Something is missing, and no known effect alone explains it: "
+            f"{nearest.name} comes nearest, and lowers the held-out error {errors}."
+        )
+    return f"{missing}{signs} The data show: {shown}."
 
 
 def _most_clear(clear: Sequence[Indication]) -> str:

@@ -1,8 +1,9 @@
 """Effects that earlier rounds of a diagnosis added to the model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from diagnosis.candidate.effect import Effect
+from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import Effect, EffectError
 from diagnosis.fit.fit_parameter import Values
 
 
@@ -12,3 +13,25 @@ class AddedEffect:
 
     effect: Effect
     values: Values
+
+    def listed_in(self, catalogue: Catalogue) -> "AddedEffect":
+        """The same with the typical size and the bounds of a catalogue, which go with the levels of the data.
+
+        Raises
+        ------
+        EffectError
+            A value is beyond these bounds: a fit would take another one.
+        """
+        try:
+            effect = catalogue.effect(self.effect.name)
+        except EffectError:
+            return self  # The data say nothing about it, yet it is there.
+        for parameter, value in zip(effect.parameters, self.values, strict=True):
+            if not parameter.lower <= value <= parameter.upper:
+                unit = parameter.unit.replace("-", "")
+                raise EffectError(
+                    f'[[added]] effect "{effect.name}": {parameter.name} = {value:.6g} {unit}'.rstrip()
+                    + f" is beyond what a fit to these data tries, {parameter.lower:.4g} to {parameter.upper:.4g}: "
+                    "give a value in between, or make it a [[joint]] of the case"
+                )
+        return replace(self, effect=effect)

@@ -39,7 +39,10 @@ from study.run_context import RunContext
 MOST_ROUNDS = 6
 #: The next step, where it is not that of steady states.
 OWN_ADVICE = {
-    Finding.UNKNOWN: "look at the curves on the page, and describe an effect of your own (docs/effects.md)",
+    Finding.UNKNOWN: (
+        "look at the curves on the page; a [[joint]] of the case can have such a law (docs/case.md), or describe an "
+        "effect of your own (docs/effects.md)"
+    ),
     Finding.NOT_CLOSE: "check supports, masses and modes of the case, and units and places of the sensors",
 }
 TONE = {
@@ -97,6 +100,10 @@ class DataDiagnosisResult:
     def advice(self) -> str:
         """The next step for the user."""
         verdict = self.diagnosis.verdict
+        if verdict.finding is Finding.UNKNOWN and verdict.nearest is not None:
+            return (
+                f'stickslip add "{verdict.nearest.name}" writes the nearest into the case; then diagnose what it leaves'
+            )
         return (ADVICE | OWN_ADVICE)[verdict.finding].format(effect=verdict.effects[0].name if verdict.effects else "")
 
     @property

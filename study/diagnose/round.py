@@ -9,10 +9,8 @@ from correlation.feature.observation import Observation, find_sweep_directions, 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.candidate.effect import EffectError
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.mode_correction import FrequencyCorrection, ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
@@ -236,7 +234,7 @@ def prepare_setup(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup
     setup = replace(setup, calibration_parameters=(*setup.calibration_parameters, *corrections), budget=budget)
     if setup.added:
         known = setup.candidates(campaign, names=[item.effect.name for item in setup.added])
-        setup = replace(setup, added=tuple(_at_levels(item, known) for item in setup.added))
+        setup = replace(setup, added=tuple(item.listed_in(known) for item in setup.added))
     return setup, remarks
 
 
@@ -291,10 +289,3 @@ class Steps:
     def is_stored(self, name: str) -> bool:
         """Whether a step is in the store, and sound."""
         return self._store.has(step, self._key, name, dict)
-
-
-def _at_levels(added: AddedEffect, known: Catalogue) -> AddedEffect:
-    try:
-        return replace(added, effect=known.effect(added.effect.name))
-    except EffectError:
-        return added  # These tests say nothing about it, yet it is there.

@@ -11,7 +11,7 @@ from correlation.data_type.indication import Indication, name_causes
 from correlation.data_type.loop_indication import list_loop_indications
 from correlation.data_type.loop_prediction import predict_loop
 from correlation.data_type.measured_loop import ForceLoop
-from correlation.data_type.ring_down import FreeDecay, list_ring_down_indications, predict_ring_down
+from correlation.data_type.ring_down import FreeDecay, chosen_rows, list_ring_down_indications, predict_ring_down
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 from correlation.signal.ring_down import analyse_ring_down
@@ -55,6 +55,16 @@ def test_a_falling_frequency_and_a_rising_damping_are_signs_of_slip(oscillator: 
     assert "falls from 9" in found["frequency"].measured
     assert "stays at 98.7 Hz" in found["frequency"].predicted
     assert "slip in joints" in name_causes(list(found.values()))
+
+
+def test_a_trend_is_told_by_its_readings(oscillator: Callable[..., Model]) -> None:
+    """A frequency that falls with the square of the amplitude lies on no straight line over its logarithm."""
+    of, model = decay(0.1, 0.0, 1), oscillator()
+    found, _ = list_ring_down_indications(model, [of], [predict_ring_down(model, of)])
+    mode = of.modes[0]
+    rows = chosen_rows(mode)
+    low, high = rows[np.argmin(mode.amplitude[rows])], rows[np.argmax(mode.amplitude[rows])]
+    assert found.measured.startswith(f"falls from {mode.frequency[low]:.4g} to {mode.frequency[high]:.4g} Hz")
 
 
 def test_decays_of_two_structures_and_sensors_are_not_averaged(oscillator: Callable[..., Model]) -> None:
