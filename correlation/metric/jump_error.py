@@ -72,7 +72,10 @@ def compute_jump_errors(
     sweeps
         Directions in which the structure was swept.
     """
-    found, predicted, both = [], list(prediction.jumps), len(sweeps) > 1
+    # The way to a level may lead through others, which are no part of these data.
+    measured = {*zip(observed.points.free.tolist(), observed.points.level.tolist(), strict=True)}
+    predicted = [jump for jump in prediction.jumps if (jump.free, jump.level) in measured]
+    found, both = [], len(sweeps) > 1
     for jump, width in find_measured_jumps(observed, sweeps):
         own = [each for each in predicted if each[:3] == jump[:3] and each.falls == jump.falls]
         nearest = min(own, key=lambda each: abs(each.frequency - jump.frequency), default=None)

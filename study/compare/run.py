@@ -12,7 +12,7 @@ import numpy as np
 from correlation.campaign.measurement import Campaign, name_configuration
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
-from correlation.metric.jump_error import compute_jump_errors
+from correlation.metric.jump_error import JumpError, compute_jump_errors
 from correlation.metric.misfit import Misfit, compute_misfit, summarise_misfit
 from correlation.metric.peak_error import ModePeaks, PeakSource, compute_peak_errors
 from correlation.metric.response import amplitude_error, phase_error
@@ -188,9 +188,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         train=train,
         held_out=rest[0] if rest else None,
         peaks=peaks.errors,
-        jumps=compute_jump_errors(
-            sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
-        ),
+        jumps=find_jumps(sides),
         unread=peaks.unread,
         suspicions=merge_suspicions(suspicions),
         calibrated=calibrated,
@@ -282,6 +280,16 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
         return sides, (), model
     model, gains = gained.refine(model, sides[0].comparison)
     return predict_sides(sets, sweeps, model, budget), gains, model
+
+
+def find_jumps(sides: Sequence[Side]) -> tuple[JumpError, ...]:
+    """Errors of jumps: of the training levels from the training data, of the others from what is held out."""
+    found: list[JumpError] = []
+    for side in sides:
+        known = {(each.free, each.level) for each in found}
+        errors = compute_jump_errors(side.comparison.observed, side.prediction, side.comparison.predictor.sweeps)
+        found += [each for each in errors if (each.free, each.level) not in known]
+    return tuple(found)
 
 
 def find_peaks(sides: Sequence[Side], level_unit: str) -> ModePeaks:

@@ -89,6 +89,13 @@ def test_points_between_a_measured_and_a_predicted_jump_are_found() -> None:
     np.testing.assert_array_equal(between, expected)
 
 
+def test_a_jump_at_a_level_that_is_not_among_the_data_is_none_that_they_lack() -> None:
+    """The way to a level leads through those that are held out."""
+    of = observed((1, -1))
+    model = SweepJump(False, 5.0, 1, 49.0, True), SweepJump(True, 3.0, 1, 49.0, True)
+    assert compute_jump_errors(of, prediction(of, *model), (1, -1)) == compute_jump_errors(of, prediction(of), (1, -1))
+
+
 @pytest.mark.parametrize("sweeps", [(1, -1), (1,)])
 @pytest.mark.parametrize("error", [-0.4, 0.4])
 def test_between_two_jumps_the_model_is_read_on_the_branch_of_the_structure(
