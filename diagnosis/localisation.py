@@ -72,8 +72,8 @@ class Place:
     exponent_deviation
         Standard deviation of the exponent [-].
     phase
-        Phase of the force relative to the displacement [deg]; None where it turns with the level, or depends on how
-        much is model error.
+        Phase of the force relative to the displacement [deg]; None where it turns with the level, depends on how much is
+        model error, or no sensor has a phase.
     configuration
         Configuration in which it is missing: "jointed" or "free".
     units
@@ -154,7 +154,9 @@ def _fit_place(
         changes = _compute_changes(arrangement, free, levels, largest, slopes, motion, exponent)
         chosen = changes if with_third else changes[:, : 2 * len(levels)]
         found.append(_choose_weights([_fit_force(name, free, levels, amplitude, chosen, each) for each in weights]))
-    return replace(_combine_exponents(found), units=choose_units(fit.model, row))
+    place = replace(_combine_exponents(found), units=choose_units(fit.model, row))
+    # Amplitudes alone tell a phase of the force by the scale of the responses, which model error has as well.
+    return place if arrangement.train.observed.phased.any() else replace(place, phase=None)
 
 
 def find_common_phase(force: NDArray[np.complex128], certainty: NDArray[np.float64]) -> float | None:

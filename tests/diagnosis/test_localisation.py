@@ -19,7 +19,7 @@ TIP = along(4, {2: 1.0})
 SPRING, DASHPOT, CUBIC = 20.0, 0.15, 8e6  # N/m, N s/m, N/m^3
 
 
-def located(model: Model, paper: ModuleType, truth: Model, **known: float) -> list[Place]:
+def located(model: Model, paper: ModuleType, truth: Model, *, has_phase: bool = True, **known: float) -> list[Place]:
     campaign = paper.make_campaign(truth, seed=8)
     deviation = {"kn": 0.0, "E": 0.0, **known}
     arrangement = arrange(
@@ -28,6 +28,9 @@ def located(model: Model, paper: ModuleType, truth: Model, **known: float) -> li
         list_calibration_parameters(model, deviation=deviation),
         Budget(frequency=0.0, compliance=0.0),
     )
+    observed = arrangement.train.observed
+    observed = replace(observed, phased=np.full(len(observed.points), has_phase))
+    arrangement = replace(arrangement, train=replace(arrangement.train, observed=observed))
     return localise(arrangement, list_covariances(arrangement))
 
 
@@ -56,6 +59,12 @@ def test_a_spring_is_linear_and_opposite_to_the_displacement(small: Model, paper
     assert "power 1.0" in best.sentence
     assert "near tip z" in best.sentence
     assert best.units is LINEAR
+
+
+def test_where_no_sensor_has_a_phase_none_is_told(small: Model, paper: ModuleType) -> None:
+    best = located(small, paper, spring(small), has_phase=False)[0]
+    assert best.phase is None
+    assert "deg" not in best.sentence
 
 
 def test_a_cubic_spring_is_told_by_its_exponent(
