@@ -72,8 +72,8 @@ class Place:
     exponent_deviation
         Standard deviation of the exponent [-].
     phase
-        Phase of the force relative to the displacement [deg]; None where it turns with the level, depends on how much is
-        model error, or no sensor has a phase.
+        Phase of the force relative to the displacement [deg]; None where it turns with the level, depends on how much
+        is model error, or no sensor has a phase.
     configuration
         Configuration in which it is missing: "jointed" or "free".
     units
