@@ -23,6 +23,7 @@ from correlation.campaign.run_entry import BY_ORDER, RunEntry
 from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
+from correlation.row_table import RowTable
 from correlation.signal.harmonics import Harmonics
 from correlation.signal.record import note_rounded_time
 from correlation.signal.steady_state import fit_steady_state
@@ -63,7 +64,7 @@ class RunUnits:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _States:
+class _States(RowTable):
     """Steady states of a run in the order of measurement, and the amplitude and phase of their force."""
 
     frequency: Real
@@ -72,10 +73,6 @@ class _States:
     order: Whole
     sweep: Whole
     repeat: Whole
-
-    def where(self, rows: NDArray[np.bool_]) -> "_States":
-        """Some of them."""
-        return _States(**{name: column[rows] for name, column in vars(self).items()})
 
 
 def read_run_rows(

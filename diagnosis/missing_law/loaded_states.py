@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from correlation.model import Model, Sensor
 from correlation.model_solver import Tangent
 from correlation.prediction import Key, Points, Prediction, Predictor
+from correlation.row_table import join_tables
 from hbsolve.balance import HarmonicBalance
 from hbsolve.model_rates import ModelParameter
 from hbsolve.state import SteadyState
@@ -113,7 +114,7 @@ def compute_response(
         free=free.astype(bool), level=level, frequency=frequency, sensor=np.tile(_names(p), s),
         harmonic=np.ones(s * p, dtype=np.int64), force=np.repeat(table.force, p),
     )  # fmt: skip
-    both = _join(points, more)
+    both = join_tables([points, more])
     listed = [*(tangent for row in rows for tangent in _list_forces(model, row, count)), *tangents]
     found = np.nan_to_num(replace(predictor, points=both).derivatives(seeing, prediction, listed))
     n = 2 * p * count
@@ -156,7 +157,7 @@ def compute_loaded_response(
     states: dict[Key, SteadyState] = {}
     for number, key in enumerate(table.keys):
         at = np.flatnonzero(table.number == number)
-        alone = Points(**{name: getattr(points, name)[at] for name in _COLUMNS})
+        alone = points.where(at)
         loaded = _load(model, row, loads[number] / table.force[number], loads[number, 0].real)
         start = near[key]
         single = Predictor(points=alone, slider=partial(_take_sliders, start))
@@ -171,17 +172,10 @@ def compute_loaded_response(
     return replace(whole, motion=motion, receptance=own, states=states)
 
 
-_COLUMNS = ("free", "level", "frequency", "sensor", "harmonic", "sweep", "force")
-
-
 def _take_sliders(state: SteadyState, balance: HarmonicBalance) -> NDArray[np.float64]:
     """Sliders at the start of a state, for any balance."""
     del balance
     return state.initial_slider
-
-
-def _join(points: Points, more: Points) -> Points:
-    return Points(**{name: np.concatenate([getattr(points, name), getattr(more, name)]) for name in _COLUMNS})
 
 
 def _names(count: int) -> NDArray[np.str_]:
