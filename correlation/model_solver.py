@@ -156,7 +156,7 @@ class ModelSolver:
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
         if starts:
-            track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, MAX_ITERATION)
+            track = follow_one(balance, condensed, slider, starts[0], MAX_ITERATION)
             if (state := self.states(level, [frequency], track)[0]) is not None:
                 return state
         # For a single state the recovery of all would cost more than its response.
@@ -179,7 +179,7 @@ class ModelSolver:
     ) -> Track:
         """The steady state that a few iterations of Newton's method find from a motion, as a track of one."""
         condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
-        return follow_one(balance, condensed, slider, real_from_complex(guess), TOLERANCE, STEP_ITERATION)
+        return follow_one(balance, condensed, slider, real_from_complex(guess), STEP_ITERATION)
 
     def follow(
         self,

@@ -13,7 +13,6 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import (
-    CHANCE_BEYOND_PRIORS,
     AbsentPeak,
     FarResonance,
     find_absent_peak,
@@ -437,7 +436,7 @@ def _list_starts(
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
     is_missing = unexplained > max(LEAST_UNKNOWN_FORCE_GAIN, thresholds.misfit, gain / MIN_SHARE_KNOWN)
     is_usual = screening.find_error_left(best).is_within(ErrorSize.usual(screening.budget.model))
-    if is_usual and not is_missing and not best.is_beyond_priors(CHANCE_BEYOND_PRIORS):
+    if is_usual and not is_missing and not best.is_beyond_priors:
         return controlled
     return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 

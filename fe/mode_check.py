@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.sparse.solver import Backend, Definiteness, Factor, UnknownInertia, factorise
+from fe.sparse.solver import Backend, Definiteness, UnknownInertia, factorise
 
 #: Two eigenvalues are apart if they differ by more than this [-]: far above their error of about 1e-9, far below the
 #: distance of modes that nothing makes alike.
@@ -52,7 +52,6 @@ def check_modes(
     mass: sp.csr_array,
     lambda_: Float[NDArray[np.float64], " m"],
     shapes: Float[NDArray[np.float64], "n m"],
-    factor: Factor | None = None,
     backend: Backend | str | None = None,
 ) -> ModeCheck:
     """Residuals of the lowest modes, and a Sturm count in the highest gap between them.
@@ -63,10 +62,8 @@ def check_modes(
         Positive definite, shape (n, n) [N/m, kg].
     lambda_, shapes
         Eigenvalues, ascending and positive [rad^2/s^2], and their shapes (n, m).
-    factor
-        Factor of the stiffness, if there is one already.
     backend
-        For the factorisation of K - shift M and, if none is given, of K.
+        For the factorisations of K and of K - shift M.
 
     Raises
     ------
@@ -80,7 +77,7 @@ def check_modes(
     inertia = mass @ shapes
     # With the matrices themselves: what round-off has left in a factor would count as an error of the modes.
     rest = stiffness @ shapes - lambda_ * inertia
-    energy = np.einsum("nm,nm->m", rest, (factor or factorise(stiffness, backend=backend)).solve(rest))
+    energy = np.einsum("nm,nm->m", rest, factorise(stiffness, backend=backend).solve(rest))
     length = lambda_ * np.einsum("nm,nm->m", shapes, inertia)
     low, high, n_found = _highest_gap(lambda_)
     shift, n_below = count_below(stiffness, mass, low, high, backend)

@@ -25,20 +25,24 @@ def add_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64],
     return replace(mesh, node_sets={**mesh.node_sets, **found})
 
 
-def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]], within: float = 1e-9) -> Mesh:
+#: A line that a mesh follows has a corner node no farther than this from each station [m].
+ON_NODE = 1e-9
+
+
+def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]]) -> Mesh:
     """The mesh with a node set for each list of stations, one corner node per station, in the order of the stations.
 
     Raises
     ------
     MeshError
-        A station is farther than `within` [m] from every corner node: the mesh does not follow the line.
+        A station is farther than `ON_NODE` from every corner node: the mesh does not follow the line.
     """
     corners = mesh.corner_nodes()
     tree = cKDTree(mesh.points[corners])
     found = {}
     for name, places in stations.items():
         distance, nearest = (np.atleast_1d(part) for part in tree.query(places))
-        if distance.max() > within:
+        if distance.max() > ON_NODE:
             worst = int(distance.argmax())
             raise MeshError(
                 f'station {worst + 1} of "{name}" is {distance[worst] * 1e6:.3g} um from the nearest corner node: '

@@ -14,7 +14,7 @@ from geometry.blade_solid import blade_part
 from geometry.damper import Damper
 from geometry.decoupler import Decoupler
 from geometry.dimension import SMALLEST, in_millimetres, refuse
-from geometry.interface import N_STATION, ContactLine
+from geometry.interface import ContactLine
 from geometry.part import Part, Point
 from geometry.placement import Placement
 
@@ -108,24 +108,14 @@ def placements(rig: Rig) -> dict[str, Placement]:
     return found
 
 
-def mating_pairs(rig: Rig, n_station: int = N_STATION) -> dict[str, MatingPair]:
+def mating_pairs(rig: Rig) -> dict[str, MatingPair]:
     """The four pairs by name: "left_blade", "left_decoupler", "right_blade" and "right_decoupler".
 
-    Parameters
-    ----------
-    rig
-        The rig.
-    n_station
-        Stations on each line, evenly spaced, ends included [-].
-
-    Raises
-    ------
-    GeometryError
-        Fewer than two stations.
+    Stations are evenly spaced on each line, ends included.
     """
-    blade = blade_geometry.contact_lines(rig.blade, n_station)
-    damper = damper_geometry.contact_lines(rig.damper, n_station)
-    (groove,) = decoupler_geometry.contact_lines(rig.decoupler, n_station).values()
+    blade = blade_geometry.contact_lines(rig.blade)
+    damper = damper_geometry.contact_lines(rig.damper)
+    (groove,) = decoupler_geometry.contact_lines(rig.decoupler).values()
     place = placements(rig)
     found = {}
     for side, (_, blade_line) in SIDES.items():

@@ -5,7 +5,7 @@ import numpy as np
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.response import frequency_response
-from hbsolve.solution import MAX_ITERATION, TOLERANCE
+from hbsolve.solution import MAX_ITERATION
 from hbsolve.stability.stability import stability
 from hbsolve.state_sequence import follow_one
 from hbsolve.steady_state import steady_state
@@ -40,7 +40,7 @@ def compile_kernels() -> None:
     stability(balance, state)
     frequency_response(balance, 0.7, 0.8)
     condensed = balance.at(0.7)
-    follow_one(balance, condensed, state.initial_slider, balance.linear(condensed), TOLERANCE, MAX_ITERATION)
+    follow_one(balance, condensed, state.initial_slider, balance.linear(condensed), MAX_ITERATION)
 
 
 if __name__ == "__main__":

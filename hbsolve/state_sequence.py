@@ -15,6 +15,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.newton import NO_LOAD, BalancePoint, apply_receptance, newton_with_forces
+from hbsolve.solution import TOLERANCE
 from reduction.array_type import Array, Real, Whole
 
 
@@ -148,7 +149,6 @@ def follow_one(
     condensed: Condensed,
     slider: Float[Real, " s"],
     start: Float[Real, "d nh"],
-    tolerance: float,
     max_iteration: int,
 ) -> Track:
     """The state that Newton's method alone finds from a motion, as a track of one; its norm is NaN if there is none.
@@ -161,12 +161,12 @@ def follow_one(
         Slider positions that the state begins with, shape (s,) [m].
     start
         Motion of the joint directions, shape (d, nh) [m].
-    tolerance, max_iteration
+    max_iteration
         As for `follow`.
     """
     linear = balance.linear(condensed)[None]
     omega, columns = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.columns)[None]
     sequence = StateSequence(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, columns, start[None].copy())
     track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
-    follow(0, False, True, sequence, balance.arrays, slider.astype(float), tolerance, max_iteration, track)
+    follow(0, False, True, sequence, balance.arrays, slider.astype(float), TOLERANCE, max_iteration, track)
     return track

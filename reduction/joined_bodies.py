@@ -17,7 +17,7 @@ from reduction.array_input import freeze_arrays
 from reduction.array_type import Array, Matrix, Row, Whole
 from reduction.assembly import ReducedAssembly
 from reduction.errors import JointError
-from reduction.jointed_system import Friction, FrictionContact, JointedSystem
+from reduction.jointed_system import FrictionContact, JointedSystem
 from reduction.line_contact import LineStiffness, Tangents, contact_directions, fixed_tangent_stiffness, line_contacts
 from reduction.rom import ReducedModel
 from reduction.static_contact import StaticState, static_state
@@ -96,7 +96,6 @@ def join_bodies(
     pairs: Sequence[LinePair],
     *,
     tangents: Tangents = Tangents.ALONG,
-    friction: Friction = Friction.COULOMB,
 ) -> JoinedBodies:
     """Put contact elements between bodies, which have no damping of their own yet: `make_jointed_system` gives it.
 
@@ -106,8 +105,8 @@ def join_bodies(
         The bodies.
     pairs
         Lines that touch.
-    tangents, friction
-        In which tangents all of them slide, and how two share the limit.
+    tangents
+        In which tangents all of them slide.
 
     Raises
     ------
@@ -132,7 +131,7 @@ def join_bodies(
         directions = contact_directions(n_dof, pair.line, rows, others)
         result = line_contacts(
             pair.name, pair.line, directions, pair.stiffness, pair.friction_coefficient,
-            tangents=tangents, gaps=pair.gaps, friction=friction,
+            tangents=tangents, gaps=pair.gaps,
         )  # fmt: skip
         contacts += result
         lines[pair.name] = tuple(item.name for item in result)

@@ -87,11 +87,11 @@ def line_contacts(
     *,
     tangents: Tangents = Tangents.ALONG,
     gaps: Sequence[float] | Float[Real, " station"] | None = None,
-    friction: Friction = Friction.COULOMB,
 ) -> list[FrictionContact]:
     """Contact elements of a line of a pair of bodies, named "name.1" and so on along it.
 
-    With `Tangents.ALONG` the second tangent does not slide: `fixed_tangent_stiffness` adds its springs.
+    With `Tangents.ALONG` the second tangent does not slide: `fixed_tangent_stiffness` adds its springs. Two
+    tangents that slide share the limit of Coulomb's law.
 
     Parameters
     ----------
@@ -109,8 +109,6 @@ def line_contacts(
         Tangents in which the stations slide.
     gaps
         Initial gap at each station, shape (n_station,) [m]; none by default.
-    friction
-        How two tangents share the limit.
 
     Raises
     ------
@@ -133,7 +131,7 @@ def line_contacts(
             tangential_stiffness=float(k_t),
             friction_coefficient=friction_coefficient,
             gap=float(opening[station]),
-            friction=Friction.UNCOUPLED if tangents is Tangents.ALONG else friction,
+            friction=Friction.UNCOUPLED if tangents is Tangents.ALONG else Friction.COULOMB,
         )
         for station, (rows, (k_n, k_t)) in enumerate(zip(directions, station_stiffness(line, stiffness), strict=True))
     ]

@@ -181,7 +181,7 @@ def judge_family(
     inside, tight, score = np.nan, np.nan, np.nan
     if compared.any():
         x, ends = value[compared], limit[:, compared]
-        free = (_student(OUTSIDE, freedom) * deviation)[:, compared]
+        free = (_student(freedom) * deviation)[:, compared]
         low, high = ends[0] - free[0], np.maximum(ends[1] + free[1], ends[0] - free[0])
         inside = coverage(x[None], low, high)
         alpha = 1 / (len(x) + 1)
@@ -212,9 +212,9 @@ def _normal(deviations: Values, freedom: Values) -> Values:
     return (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(deviations**2 / freedom))
 
 
-def _student(deviations: float, freedom: Both) -> Both:
-    """The inverse of `_normal`, shape (2, p)."""
-    scaled = (8 * freedom + 3) / (8 * freedom + 1) * deviations
+def _student(freedom: Both) -> Both:
+    """Standard deviations of Student's distribution that `_normal` makes `OUTSIDE`, shape (2, p)."""
+    scaled = (8 * freedom + 3) / (8 * freedom + 1) * OUTSIDE
     return np.sqrt(freedom * np.expm1(scaled**2 / freedom))
 
 
@@ -227,7 +227,7 @@ def _count_critical_points(point: NDArray[np.int64], freedom: Both, chance: floa
     mean = 1 / max(float(np.mean(1 / freedom)) if freedom.size else 0.0, 1 / CERTAIN)
     quantile = (np.arange(N_QUANTILE) + 0.5) / N_QUANTILE
     estimate = np.sqrt(chdtri(mean, 1 - quantile) / mean)
-    reading = 2 * ndtr(-_student(OUTSIDE, np.array(mean)) * estimate)
+    reading = 2 * ndtr(-_student(np.array(mean)) * estimate)
     places = 1 - (1 - reading) ** count.max(initial=1)
     number = np.arange(1, len(place) + 2)
     reached = bdtrc(number[:, None] - 1, len(place), places).mean(axis=1)

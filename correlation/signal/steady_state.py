@@ -23,6 +23,9 @@ from correlation.signal.record import Channels, Samples, check_channels, check_t
 STARTS = tuple(np.linspace(0.0, 0.75, 16))
 #: Periods that a settled part has at least [-]: fewer show no drift.
 FEWEST_PERIODS = 4.0
+#: Relative drift that still counts as settled, extrapolated to half of the record [-]. A residual that fades by less
+#: than this share of the amplitude does so too.
+SETTLED = 0.01
 #: Of noise, a residual fades as much by chance in 1 of 1000 records.
 CHANCE = 1e-3
 
@@ -34,7 +37,6 @@ def fit_steady_state(
     n_harmonic: int,
     *,
     frequency: float | None = None,
-    tolerance: float = 0.01,
     names: Sequence[str] | None = None,
 ) -> Harmonics:
     """Harmonics of channels whose phase counts from the first harmonic of a reference, the force.
@@ -51,9 +53,6 @@ def fit_steady_state(
         H, the highest harmonic [-].
     frequency
         Omega / 2 pi [Hz]; by default that of the reference.
-    tolerance
-        Relative drift that still counts as settled, extrapolated to half of the record [-]. A residual that fades by
-        less than this share of the amplitude does so too.
     names
         Of the channels, for suspicions; their numbers by default.
 
@@ -75,10 +74,10 @@ def fit_steady_state(
         raise CampaignError(f"the reference is {force[0, 0]:.6g} throughout: name the channel of the force that drives")
     everything = np.vstack([force, channels])
     start = find_frequency(instants, force) if frequency is None else float(frequency)
-    first, fit = _settled_part(instants, everything, start, n_harmonic, frequency is None, tolerance)
+    first, fit = _settled_part(instants, everything, start, n_harmonic, frequency is None)
     used = slice(first, None)
     words = ["the reference", *(names or [f"channel {number}" for number in range(len(channels))])]
-    described = fit.describe(instants[used], everything[:, used], _share(instants[used], instants) * tolerance, words)
+    described = fit.describe(instants[used], everything[:, used], _share(instants[used], instants) * SETTLED, words)
     fading = residual_decay(fit, instants[used])
     relative = fading * described.residual
     suspicions = [
@@ -86,13 +85,13 @@ def fit_steady_state(
         *(
             f"{words[row]}: what the harmonics leave fades by {relative[row]:.2g} of the amplitude within the part "
             "used: a motion from before has not decayed"
-            for row in np.flatnonzero(relative > tolerance)
+            for row in np.flatnonzero(relative > SETTLED)
         ),
     ]
     return _in_phase(
         replace(
             described,
-            settled=described.settled and not (relative > tolerance).any(),
+            settled=described.settled and not (relative > SETTLED).any(),
             suspicions=tuple(suspicions),
         )
     )
@@ -124,7 +123,7 @@ def _correlation_sum(values: Samples) -> float:
 
 
 def _settled_part(
-    time: Samples, channels: Channels, frequency: float, n_harmonic: int, refine: bool, tolerance: float
+    time: Samples, channels: Channels, frequency: float, n_harmonic: int, refine: bool
 ) -> tuple[int, DriftingFit]:
     """First sample of the longest settled part up to the end, and the fit to it; the last quarter if there is none."""
     last: tuple[int, DriftingFit] | None = None
@@ -137,8 +136,8 @@ def _settled_part(
         if refine:
             fit = refine_frequency(part, channels[:, first:], fit, n_harmonic)
         last = first, fit
-        described = fit.describe(part, channels[:, first:], _share(part, time) * tolerance)
-        if described.settled and not (residual_decay(fit, part) * described.residual > tolerance).any():
+        described = fit.describe(part, channels[:, first:], _share(part, time) * SETTLED)
+        if described.settled and not (residual_decay(fit, part) * described.residual > SETTLED).any():
             break
     assert last is not None  # the first share is always fitted, or refused
     return last

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 Real = NDArray[np.float64]
 Value = TypeVar("Value")
 
-#: Bootstrap samples of the draws, and the probability that an interval holds.
-RESAMPLES, CONFIDENCE = 500, 0.95
+#: Bootstrap samples of the draws, their seed, and the probability that an interval holds.
+RESAMPLES, SEED, CONFIDENCE = 500, 0, 0.95
 #: Numbers that differ by less than this share come from one that does not vary [-].
 ROUND_OFF = 1e-9
 
@@ -95,7 +95,7 @@ def take_independent_draws(values: Sequence[Value], d: int) -> Sequence[Value]:
     return values[: 2 * (len(values) // (d + 2))]
 
 
-def compute_variance_indices(values: Float[Real, " m"], d: int, seed: int = 0) -> VarianceIndices:
+def compute_variance_indices(values: Float[Real, " m"], d: int) -> VarianceIndices:
     """Indices of a quantity from its values at the points of a `SaltelliDesign`.
 
     Parameters
@@ -105,14 +105,12 @@ def compute_variance_indices(values: Float[Real, " m"], d: int, seed: int = 0) -
         is left out.
     d
         Number of parameters [-].
-    seed
-        Of the bootstrap.
     """
     table = np.asarray(values, dtype=np.float64).reshape(d + 2, -1)
     table = table[:, np.isfinite(table).all(axis=0)]
     n = table.shape[1]
     first, total = _indices(table)
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(SEED)
     resampled = np.full((2, RESAMPLES, d), np.nan)
     for number in range(RESAMPLES if n > 1 else 0):
         resampled[:, number] = _indices(table[:, random.integers(n, size=n)])

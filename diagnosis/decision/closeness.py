@@ -32,9 +32,6 @@ MAX_RESONANCE_ERROR = 0.1
 #: Least ratio of a peak to both ends of its curve, and of a predicted peak to what was measured there. Set on
 #: development seeds [-].
 MIN_PEAK_OVER_ENDS, MIN_PEAK_OVER_MEASURED = 1.5, 3.0
-#: Probability that priors leave the parameters of a model that lacks nothing so far from their centres: that of three
-#: standard deviations of a single one [-].
-CHANCE_BEYOND_PRIORS = 0.0027
 
 
 class FarResonance(NamedTuple):
@@ -132,7 +129,7 @@ def list_beyond_priors(fit: Fit) -> tuple[str, ...]:
     """
     unknowns, first = fit.unknowns, fit.unknowns.n_start
     pulls = np.abs(unknowns.pulls(fit.values))[first:]
-    least = min(TWO_SIDED_95, pulls.max(initial=0.0)) if fit.is_beyond_priors(CHANCE_BEYOND_PRIORS) else np.inf
+    least = min(TWO_SIDED_95, pulls.max(initial=0.0)) if fit.is_beyond_priors else np.inf
     every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], pulls, strict=True)
     return tuple(
         parameter.describe(name, value)

@@ -39,6 +39,9 @@ STEPS_TO_FALL = 6
 NEARER = (1.0, 0.5, 0.25)
 #: Share of the expected gain below which the Jacobian is computed again.
 AGREED = 0.5
+#: Probability that priors leave the parameters of a model that lacks nothing so far from their centres: that of three
+#: standard deviations of a single one [-].
+CHANCE_BEYOND_PRIORS = 0.0027
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,16 +162,11 @@ class Fit:
         """Numbers compared [-]."""
         return len(self.residual) - len(self.values)
 
-    def is_beyond_priors(self, chance: float) -> bool:
-        """Whether values are further from the centres of their priors than these leave them by chance.
-
-        Parameters
-        ----------
-        chance
-            Probability that they are so far in a model that lacks nothing [-].
-        """
+    @property
+    def is_beyond_priors(self) -> bool:
+        """Whether values are further from the centres of their priors than these leave them by chance."""
         pulls = self.unknowns.pulls(self.values)
-        return bool(pulls @ pulls > chdtri(max(int(np.isfinite(self.unknowns.prior).sum()), 1), chance))
+        return bool(pulls @ pulls > chdtri(max(int(np.isfinite(self.unknowns.prior).sum()), 1), CHANCE_BEYOND_PRIORS))
 
     def reweigh(self, change: Callable[[Matrix], Matrix]) -> Matrix:
         """Jacobian by another covariance, shape (m + p, p): with its rows of data changed, and not those of priors."""

@@ -62,8 +62,8 @@ def whiten_difference(
     return errors.with_modes(np.nan_to_num(uncertain))(difference)
 
 
-def compute_decision_probability(separation: Pairs, probability: Probabilities, level: float = CREDIBLE) -> float:
-    r"""Expected probability that the true model gets a probability of `level` and more, one of n being true [-].
+def compute_decision_probability(separation: Pairs, probability: Probabilities) -> float:
+    r"""Expected probability that the true model gets a probability of q = `CREDIBLE` and more, one of n being true [-].
 
     For two models it is :math:`\sum_a p_a \Phi((\ln(p_a / p_b) + d^2/2 - \ln(q / (1 - q))) / d)`. Of more, each rival
     may have the same share of 1 - q, and the chances that one of them has more are added (Boole): a lower bound.
@@ -74,11 +74,9 @@ def compute_decision_probability(separation: Pairs, probability: Probabilities, 
         d^2 of each pair, shape (n, n) [-].
     probability
         Probability of each model before the measurement, shape (n,) [-].
-    level
-        Probability q from which on a model is named alone [-].
     """
     n = len(probability)
-    wanted = np.log(level / (1 - level) * max(n - 1, 1))
+    wanted = np.log(CREDIBLE / (1 - CREDIBLE) * max(n - 1, 1))
     total = 0.0
     for a in range(n):
         failing = 0.0

@@ -21,6 +21,8 @@ Map = Callable[[Lattice, Lattice, Lattice], Coordinates]
 Interval = tuple[float, float]
 #: Names of the six sides of the unit cube, in the order of the faces of a hexahedron.
 SIDES = ("u0", "u1", "v0", "v1", "w0", "w1")
+#: Nodes closer than this are one [m].
+COINCIDENT = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +62,7 @@ def subdivide(blocks: Sequence[Block], times: int) -> list[Block]:
     ]
 
 
-def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float = 1e-9) -> Mesh:
+def mesh_blocks(blocks: Sequence[Block], element: Element) -> Mesh:
     """Cells of all blocks, joined where their nodes coincide; for tetrahedra each hexahedron is cut into six.
 
     The map is sampled at half-cell steps, so midside nodes lie on it: on a curved side they are on the surface itself.
@@ -71,8 +73,6 @@ def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float =
         Conforming blocks: shared sides have the same lattice.
     element
         Any element.
-    merge_within
-        Nodes closer than this are one [m].
 
     Raises
     ------
@@ -98,7 +98,7 @@ def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float =
             face_sets.setdefault(name, []).append(np.stack([on_side + n_cell, np.full_like(on_side, local)], axis=1))
         n_point += len(lattice)
         n_cell += len(block_cells)
-    joined_points, joined = _join(np.concatenate(points), np.concatenate(cells), merge_within)
+    joined_points, joined = _join(np.concatenate(points), np.concatenate(cells))
     bricks = np.full((len(joined), len(BRICK)), -1)
     bricks[:, used] = joined
     brick, places = element.from_brick(bricks)
@@ -140,16 +140,16 @@ def _lattice_cells(
 
 
 def _join(
-    points: Float[NDArray[np.float64], "m 3"], cells: Int[NDArray[np.int64], "cell node"], merge_within: float
+    points: Float[NDArray[np.float64], "m 3"], cells: Int[NDArray[np.int64], "cell node"]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     used, cells_of_used = np.unique(cells, return_inverse=True)
     candidates = points[used]
-    pairs = cKDTree(candidates).query_pairs(merge_within, output_type="ndarray")
+    pairs = cKDTree(candidates).query_pairs(COINCIDENT, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
     _, label = connected_components(graph, directed=False)
     count = np.bincount(label)
     joined = np.stack([np.bincount(label, candidates[:, axis]) / count for axis in range(3)], axis=1)
     joined_cells = label[cells_of_used.reshape(cells.shape)].astype(np.int64)
     if (np.diff(np.sort(joined_cells, axis=1), axis=1) == 0).any():
-        raise MeshError(f"a cell collapses: two of its nodes are closer than {merge_within:g} m")
+        raise MeshError(f"a cell collapses: two of its nodes are closer than {COINCIDENT:g} m")
     return joined, joined_cells

@@ -31,7 +31,6 @@ def refine_branch(
     *,
     rows: Matrix | None = None,
     slider: Real | None = None,
-    most: int | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
     """The same branch with more harmonics where their estimated error, times `MARGIN`, exceeds a tolerance.
@@ -47,7 +46,7 @@ def refine_branch(
         Balance with which the branch was found.
     branch
         Branch over frequency or level, with error estimates.
-    tolerance, rows, most
+    tolerance, rows
         As for `hbsolve.refinement.refine_harmonics`.
     slider
         Slider positions with which the branch was found, shape (s,) [m]; zero by default.
@@ -75,7 +74,7 @@ def refine_branch(
         state = replace(branch.state(balance, index), initial_slider=given)
         at_point = branch.balance_at(balance, index)
         _refuse_foreign(at_point, state)
-        points[index] = refine_harmonics(at_point, state, limit, rows=rows, least=least, most=most)
+        points[index] = refine_harmonics(at_point, state, limit, rows=rows, least=least)
         if report is not None:
             report(len(points), len(wanted))
     return _with_points(widened, points)

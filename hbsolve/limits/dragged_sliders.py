@@ -31,6 +31,8 @@ OVERSHOOT = 2.0
 STEPS = 4
 #: Tests on each way, each from its own sliders.
 N_TEST = 2
+#: Seed of their first sliders.
+SEED = 0
 
 
 def dragged_reaches(
@@ -39,7 +41,6 @@ def dragged_reaches(
     levels: Sequence[float],
     *,
     stops: Sequence[Sequence[int]] = (),
-    seed: int = 0,
     report: Callable[[float, float], None] | None = None,
 ) -> Float[Real, "l s"]:
     """Distance from the centre of the box that sliders reach in some tests at each level, at least that of the box [m].
@@ -61,8 +62,6 @@ def dragged_reaches(
         Levels of the tests, shape (l,) [-].
     stops
         Frequencies at which tests of the laboratory stop on their way, each as rising places in `angular_frequency`.
-    seed
-        Seed of their first sliders.
     report
         Called with the number of frequencies that are done, and of all on the way of all tests.
     """
@@ -76,7 +75,7 @@ def dragged_reaches(
     excess = np.zeros((len(loads), len(line)))
     done, total = 0, 2 * len(loads) * sum(map(len, ways))
     for row, load in enumerate(loads):
-        curve, random = LimitCurve(problem=problem, level=load, angular_frequency=slowly), np.random.default_rng(seed)
+        curve, random = LimitCurve(problem=problem, level=load, angular_frequency=slowly), np.random.default_rng(SEED)
         for first, way in enumerate(ways):
             kinds = range(first, N_TEST * len(ways), len(ways))
             sliders = [box.clip(random_sliders(problem.sliders, box, random, kind)) for kind in kinds]

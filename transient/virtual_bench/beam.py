@@ -78,11 +78,10 @@ class Beam:
 
 
 @lru_cache(maxsize=4)
-def full_beam(n_element: int = N_ELEMENT, stations: tuple[float, ...] = STATIONS) -> Beam:
+def full_beam(stations: tuple[float, ...] = STATIONS) -> Beam:
     """All degrees of freedom w, w' of the nodes behind the clamp."""
-    length = LENGTH / n_element
+    s = LENGTH / N_ELEMENT
     inertia, area = WIDTH * THICKNESS**3 / 12, WIDTH * THICKNESS
-    s = length
     element_stiffness = (YOUNGS_MODULUS * inertia / s**3) * np.array(
         [
             [12, 6 * s, -12, 6 * s],
@@ -99,17 +98,17 @@ def full_beam(n_element: int = N_ELEMENT, stations: tuple[float, ...] = STATIONS
             [-13 * s, -3 * s**2, -22 * s, 4 * s**2],
         ]
     )
-    n = 2 * (n_element + 1)
+    n = 2 * (N_ELEMENT + 1)
     mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
-    for element in range(n_element):
+    for element in range(N_ELEMENT):
         at = slice(2 * element, 2 * element + 4)
         mass[at, at] += element_mass
         stiffness[at, at] += element_stiffness
-    rows = [_hermite_rows(x, n_element) for x in stations]
+    rows = [_hermite_rows(x) for x in stations]
     return Beam(
         mass=mass[2:, 2:],
         stiffness=stiffness[2:, 2:],
-        places={name: _hermite_rows(x, n_element)[0, 2:] for name, x in PLACES.items()},
+        places={name: _hermite_rows(x)[0, 2:] for name, x in PLACES.items()},
         station=np.array(stations),
         deflection=np.array([item[0, 2:] for item in rows]),
         slope=np.array([item[1, 2:] for item in rows]),
@@ -117,14 +116,14 @@ def full_beam(n_element: int = N_ELEMENT, stations: tuple[float, ...] = STATIONS
 
 
 @lru_cache(maxsize=4)
-def reduced_beam(n_mode: int = N_MODE, n_element: int = N_ELEMENT, stations: tuple[float, ...] = STATIONS) -> Beam:
-    """The beam in static shapes of unit forces and moments at all its points, and n_mode vibration shapes."""
+def reduced_beam(stations: tuple[float, ...] = STATIONS) -> Beam:
+    """The beam in static shapes of unit forces and moments at all its points, and `N_MODE` vibration shapes."""
     from scipy.linalg import eigh
 
-    full = full_beam(n_element, stations)
+    full = full_beam(stations)
     points = np.vstack([full.deflection, full.slope, *full.places.values()])
     static = np.linalg.solve(full.stiffness, points.T)
-    modes = eigh(full.stiffness, full.mass, subset_by_index=(0, n_mode - 1))[1]
+    modes = eigh(full.stiffness, full.mass, subset_by_index=(0, N_MODE - 1))[1]
     # Modes of the subspace: mass-normalised, and directions that other shapes contain already drop out.
     shapes = np.column_stack([static / np.linalg.norm(static, axis=0), modes / np.linalg.norm(modes, axis=0)])
     factor = np.linalg.cholesky(full.stiffness).T
@@ -237,12 +236,12 @@ def _system(
     )
 
 
-def _hermite_rows(x: float, n_element: int) -> Matrix:
-    """Rows of w and w' at x over all nodes, shape (2, 2 (n_element + 1))."""
-    s = LENGTH / n_element
-    element = min(int(x / s + 1e-9), n_element - 1)
+def _hermite_rows(x: float) -> Matrix:
+    """Rows of w and w' at x over all nodes, shape (2, 2 (N_ELEMENT + 1))."""
+    s = LENGTH / N_ELEMENT
+    element = min(int(x / s + 1e-9), N_ELEMENT - 1)
     e = x / s - element
-    rows = np.zeros((2, 2 * (n_element + 1)))
+    rows = np.zeros((2, 2 * (N_ELEMENT + 1)))
     rows[0, 2 * element : 2 * element + 4] = [
         1 - 3 * e**2 + 2 * e**3,
         s * (e - 2 * e**2 + e**3),

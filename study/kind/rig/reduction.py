@@ -150,14 +150,14 @@ class RigReduction:
         return self.coordinates[body].places if body in self.coordinates else self.meshes[body].points
 
 
-def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "reduction of the rig") -> RigReduction:
+def reduce_rig(model: RigModel, store: Store, progress: Progress) -> RigReduction:
     """Reduce all bodies, side by side; those on the left are mirror images of those on the right.
 
     Parameters
     ----------
     model
         Rig that is reduced.
-    store, progress, title
+    store, progress
         As in `run_parallel`.
 
     Raises
@@ -168,7 +168,7 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     model = in_tetrahedra(model, store, progress)
     meshed = model.meshed()
     tasks = list_reduction_tasks(model, meshed)
-    outcomes = run_parallel(tasks, store, progress, title, memory=available_memory())
+    outcomes = run_parallel(tasks, store, progress, "reduction of the rig", memory=available_memory())
     return together(model, meshed, tasks, outcomes)
 
 

@@ -14,7 +14,6 @@ from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
 from correlation.prediction import Points
 from diagnosis.decision.closeness import (
-    CHANCE_BEYOND_PRIORS,
     MAX_RESONANCE_ERROR,
     MIN_PEAK_OVER_MEASURED,
     find_absent_peak,
@@ -141,7 +140,7 @@ def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(smal
     first, last = parameters[0], parameters[-1]
     unknowns = Unknowns.from_effects(small, [(first, first.deviation)], [last])
     values = unknowns.vanishing
-    fit: Any = SimpleNamespace(unknowns=unknowns, values=values, is_beyond_priors=lambda _: False)
+    fit: Any = SimpleNamespace(unknowns=unknowns, values=values, is_beyond_priors=False)
     assert list_beyond_priors(fit) == ()
     values[1] = unknowns.bounds[1][1]  # a strength that no prior holds
     assert list_beyond_priors(fit) == ()
@@ -152,9 +151,7 @@ def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(smal
 def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model) -> None:
     shift = CalibratedEffect.from_effect(Shift(name="shift of lid", weight="lid"), 5e-4)
     unknowns = Unknowns.from_effects(small, [(shift, shift.deviation)], [])
-    fit: Any = SimpleNamespace(
-        unknowns=unknowns, values=np.array([unknowns.bounds[0][1]]), is_beyond_priors=lambda _: False
-    )
+    fit: Any = SimpleNamespace(unknowns=unknowns, values=np.array([unknowns.bounds[0][1]]), is_beyond_priors=False)
     assert list_beyond_priors(fit) == ("shift of lid = 0.0025 m",)
 
 
@@ -170,5 +167,5 @@ def test_parameters_that_are_together_beyond_their_priors_are_held_back_the_furt
             residual=np.zeros(len(values)), jacobian=np.eye(len(values)),
         )  # fmt: skip
         # Of five parameters 5 is what chance expects; 18 is exceeded by 0.27 %.
-        assert fit.is_beyond_priors(CHANCE_BEYOND_PRIORS) == bool(beyond_priors)
+        assert fit.is_beyond_priors == bool(beyond_priors)
         assert len(list_beyond_priors(fit)) == beyond_priors

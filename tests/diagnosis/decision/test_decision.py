@@ -49,7 +49,7 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, streng
     )  # fmt: skip
     fit: Any = SimpleNamespace(
         chi2=CHI2 - fall, n_number=n_number, values=np.array([strength]), unknowns=unknowns, deviation=np.ones(1),
-        is_beyond_priors=lambda _: False,
+        is_beyond_priors=False,
     )  # fmt: skip
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
