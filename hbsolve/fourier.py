@@ -56,34 +56,6 @@ def samples_from_coefficients(coefficients: Coefficients, n_sample: int) -> Samp
     return np.asarray(np.fft.irfft(halved, n_sample, axis=0))
 
 
-def coefficients_from_samples(samples: Samples, n_harmonic: int) -> Coefficients:
-    """Coefficients 0 to H = n_harmonic - 1 of a motion sampled equidistantly over one period.
-
-    Exact for a motion without harmonics above n_sample - H - 1; higher ones are folded onto these.
-
-    Parameters
-    ----------
-    samples
-        Values, shape (n_sample, ...) [any unit], n_sample at least 2 H + 1.
-    n_harmonic
-        H + 1 [-].
-
-    Returns
-    -------
-    q_k, shape (n_harmonic, ...) [the same unit].
-
-    Raises
-    ------
-    InputError
-        Too few samples for the harmonics, or n_harmonic below 1.
-    """
-    n_sample = len(samples)
-    _check(n_harmonic, n_sample)
-    coefficients = np.fft.rfft(samples, axis=0)[:n_harmonic] * (2 / n_sample)
-    coefficients[0] /= 2
-    return np.asarray(coefficients)
-
-
 def _check(n_harmonic: int, n_sample: int) -> None:
     if n_harmonic < 1:
         raise InputError(f"n_harmonic = {n_harmonic} must be at least 1: it counts the mean and harmonics 1 to H")

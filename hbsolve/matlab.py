@@ -8,6 +8,7 @@ import numpy as np
 
 from fe.notebook import Labelled
 from hbsolve.errors import BalanceError
+from hbsolve.netcdf import write_netcdf
 from reduction.file.atomic_file import write_atomically
 
 if TYPE_CHECKING:
@@ -53,7 +54,17 @@ def make_matlab_file(data: "xarray.Dataset") -> bytes:
 
 
 class Exported(Labelled):
-    """A result of arrays that MATLAB can read as well."""
+    """A result of arrays that is saved as netCDF and that MATLAB can read as well."""
+
+    def save(self, path: Path | str) -> None:
+        """Write netCDF4 (an HDF5 file), complex arrays as two real variables.
+
+        Raises
+        ------
+        BalanceError
+            The file cannot be written.
+        """
+        write_netcdf(self.to_xarray(), path)
 
     def save_matlab(self, path: Path | str) -> None:
         """Write a MATLAB file, as `make_matlab_file` describes it; one of that name is replaced in one step.

@@ -60,11 +60,6 @@ class ReducedAssembly:
         """Coordinates of all bodies r [-]."""
         return sum(rom.n_dof for rom in self.bodies.values())
 
-    @property
-    def n_modal(self) -> int:
-        """Modal coordinates among them [-]."""
-        return sum(rom.n_dof - rom.n_boundary for rom in self.bodies.values())
-
     def columns(self, body: str) -> slice:
         """Where the coordinates of a body are.
 

@@ -13,7 +13,7 @@ from hbsolve.balance import default_samples
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.matlab import Exported
-from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
+from hbsolve.netcdf import dimensions, read_netcdf
 from hbsolve.sampling import real_from_complex
 from hbsolve.state import SteadyState, harmonic_at
 from reduction.array_input import freeze_arrays, whole_number
@@ -274,16 +274,6 @@ class ResponseBranch(Exported):
             if getattr(self, column).size:
                 columns[f"{column.replace('_', ' ')} [-]"] = getattr(self, column)
         return pandas.DataFrame(columns)
-
-    def save(self, path: Path | str) -> None:
-        """Write netCDF4 (an HDF5 file), the coefficients as two real variables.
-
-        Raises
-        ------
-        BalanceError
-            The file cannot be written.
-        """
-        write_netcdf(self.to_xarray(), path)
 
 
 def load_branch(path: Path | str) -> ResponseBranch:

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from hbsolve.errors import BalanceError
 from hbsolve.matlab import Exported
-from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
+from hbsolve.netcdf import dimensions, read_netcdf
 from reduction.array_input import finite_number, freeze_arrays, whole_number
 from reduction.array_type import Array, Real
 
@@ -145,16 +145,6 @@ class ResponseSurface(Exported):
                 "phase [deg]": np.degrees(self.phase.ravel()),
             }
         )
-
-    def save(self, path: Path | str) -> None:
-        """Write netCDF4 (an HDF5 file).
-
-        Raises
-        ------
-        BalanceError
-            The file cannot be written.
-        """
-        write_netcdf(self.to_xarray(), path)
 
 
 def load_surface(path: Path | str) -> ResponseSurface:

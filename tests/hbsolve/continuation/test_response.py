@@ -21,7 +21,7 @@ from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.forced_response import HarmonicForce, forced_response
-from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients
+from hbsolve.fourier import samples_from_coefficients
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (
@@ -165,7 +165,9 @@ def left_over(balance: HarmonicBalance, state: SteadyState) -> float:
     w = state.angular_frequency * np.arange(len(q))[:, None]
     left = q @ system.stiffness.T + 1j * w * (q @ system.damping.T) - w**2 * (q @ system.mass.T)
     for joint, motion in zip(system.joints, contact_motion(balance, state), strict=True):
-        left += coefficients_from_samples(motion.force.T, len(q)) @ joint.directions
+        force = np.fft.rfft(motion.force.T, axis=0)[: len(q)] * (2 / motion.force.shape[1])
+        force[0] /= 2
+        left += force @ joint.directions
     external = np.zeros_like(q)
     external[: len(system.dynamic)] = state.level * system.dynamic
     external[0] += system.static
