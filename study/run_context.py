@@ -113,15 +113,21 @@ class RunContext:
     def draw(self, results: Mapping[str, object]) -> list[Path]:
         """Write every figure of some results, by the names of their files; those of figures from outside too."""
         from figure.registry import pictures
-        from pipeline.output import replace_file
         from study.run_record import note_pictures
 
+        files = self.write_files({f"{name}.png": picture for name, picture in pictures(results).items()})
+        note_pictures(files)
+        return list(files)
+
+    def write_files(self, contents: Mapping[str, str | bytes]) -> tuple[Path, ...]:
+        """Write files into the output folder, by their names."""
+        from pipeline.output import replace_file
+
         assert self.output is not None
-        drawn = {self.output / f"{name}.png": picture for name, picture in pictures(results).items()}
-        for file, picture in drawn.items():
-            replace_file(file, picture)
-        note_pictures(drawn)
-        return list(drawn)
+        files = {self.output / name: content for name, content in contents.items()}
+        for file, content in files.items():
+            replace_file(file, content)
+        return tuple(files)
 
     def note(self, sentence: str) -> None:
         """Write a note to standard error, unless quiet was asked for."""

@@ -15,7 +15,6 @@ from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from geometry.plain_number import plain
-from pipeline.output import replace_file
 from study.case.setup import Setup
 from study.compare.data import (
     CLEAR,
@@ -29,9 +28,9 @@ from study.compare.data import (
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
 from study.compare.report import side_by_side
-from study.compare.result import DIFFERS, Calibrated
+from study.compare.result import DIFFERS, Calibrated, list_calibrated
 from study.compare.sentence import Summary, judge
-from study.compare.suspicions import find_all_suspicions
+from study.compare.suspicions import find_all_suspicions, require_parameters
 from study.compare.untested_friction import find_untested_friction
 from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
@@ -118,7 +117,6 @@ def run_data_comparison(
     CampaignError
         There is nothing to compare, or nothing to calibrate.
     """
-    assert run.output is not None
     if not campaign.data:
         raise CampaignError(
             f"{campaign.folder}: holds time records alone, which no command compares: diagnose them in Python, as "
@@ -152,14 +150,9 @@ def run_data_comparison(
         suspicions=suspicions,
         sections=sections,
     )
-    files = {
-        run.output / f"{stem}.html": html.encode(),
-        run.output / f"{stem}_data.csv": format_data_csv(data).encode(),
-    }
-    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
-    for file, content in files.items():
-        replace_file(file, content)
-    return replace(result, files=tuple(files))
+    contents = {f"{stem}.html": html.encode(), f"{stem}_data.csv": format_data_csv(data).encode()}
+    contents |= {f"{stem}_{name}.png": picture for name, picture in drawn.items()}
+    return replace(result, files=run.write_files(contents))
 
 
 def name_step(seconds: float, fitted: bool) -> tuple[str, float | None]:
@@ -183,8 +176,7 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     from diagnosis.fit.calibration import Ending, calibrate
     from diagnosis.fit.feature_comparison import FeatureComparison
 
-    if not setup.calibration_parameters:
-        raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
+    require_parameters(setup.calibration_parameters)
     training: Sequence[Datum] = [datum for datum in campaign.data if not datum.held_out]
     if not training:
         raise CampaignError(f"{campaign.folder}: all data are held out: leave some to train on")
@@ -194,8 +186,7 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), ending=Ending.EXACT)
     # Where the model is further off than the deviations say, they are too small in proportion.
     excess = max(1.0, float(np.sqrt(np.mean(comparison.residual(fit.prediction) ** 2))))
-    values = zip(setup.calibration_parameters, fit.values.tolist(), (excess * fit.deviation).tolist(), strict=True)
-    return fit.model, tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
+    return fit.model, list_calibrated(setup.calibration_parameters, fit.values, excess * fit.deviation)
 
 
 def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicion] = ()) -> Summary:

@@ -8,7 +8,6 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.errors import CampaignError
 from correlation.family.family import measured_families
 from correlation.family.frequencies import choose_frequencies
 from correlation.family.noise import estimate_repeat_errors
@@ -19,6 +18,7 @@ from study.case.added import apply_all
 from study.case.setup import Setup
 from study.case.structure import Structure
 from study.compare.families import FamilyCalibration, FamilyComparison, compare_families, select_families
+from study.compare.suspicions import require_parameters
 from study.limits.table import LimitsTable
 from study.run_context import RunContext
 
@@ -88,8 +88,7 @@ def compare_with_families(
 
     if factors is None:
         return compared(model, request.title, stem)
-    if not setup.calibration_parameters:
-        raise CampaignError("the case accepts no parameter, so that none can be fitted to families: add [accepted]")
+    require_parameters(setup.calibration_parameters, "none can be fitted to families")
     before = compared(model, request.title, f"{stem}_mean")
     if not before.verdicts:
         return before

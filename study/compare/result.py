@@ -1,5 +1,6 @@
 """Result of a comparison of a model with measurements."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
 from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.fit.calibration_parameter import CalibrationParameter
 from fe.notebook import Tabular
 from study.compare.data import DataComparison
 from study.compare.section.section import Section
@@ -39,6 +41,14 @@ class Calibrated:
     def half_interval(self) -> float:
         """Half of its 95 % interval [-]."""
         return TWO_SIDED_95 * self.deviation
+
+
+def list_calibrated(
+    parameters: Iterable[CalibrationParameter], factors: Iterable[float], deviations: Iterable[float]
+) -> tuple[Calibrated, ...]:
+    """Parameters with the values that a fit gave them, those of further unknowns after theirs being left out."""
+    values = zip(parameters, factors, deviations, strict=False)
+    return tuple(Calibrated(name=item.name, factor=float(a), deviation=float(b)) for item, a, b in values)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

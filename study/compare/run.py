@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.measurement import Campaign, name_configuration
-from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import JumpError, compute_jump_errors
 from correlation.metric.misfit import Misfit, compute_misfit, summarise_misfit
@@ -29,7 +28,6 @@ from diagnosis.fit.weighting import (
 )
 from fe.blas_threads import on_one_blas_thread
 from pipeline import fingerprint
-from pipeline.output import replace_file
 from pipeline.store import stage
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
@@ -38,8 +36,8 @@ from study.compare.data_run import DataComparisonResult, name_step, run_data_com
 from study.compare.data_view import show_data
 from study.compare.page import make_page
 from study.compare.pictures import draw_pictures
-from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, ComparisonResult
-from study.compare.suspicions import find_all_suspicions, require_noise
+from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, ComparisonResult, list_calibrated
+from study.compare.suspicions import find_all_suspicions, require_noise, require_parameters
 from study.compare.unknown_gain import SetGains, set_gains
 from study.compare.untested_friction import find_untested_friction
 from study.kind.registry import open_case
@@ -87,7 +85,6 @@ def run_compare(
     CaseError, CampaignError
         With what is wrong in the case or the campaign.
     """
-    assert run.output is not None
     calibrate, limits = calibrate or onto_families, limits or onto_families
     opened = open_case(case)  # what is wrong with the file itself is reported first
     campaign = read_measured(folder, run)
@@ -124,14 +121,12 @@ def run_compare(
         data = compare_data(compared.model, campaign.data)
         others, shown = show_data(compared.model, campaign.data, data, title)
     compared = replace(compared, data=data, sections=(*compared.sections, *shown))
-    files = {run.output / f"{stem}.html": make_page(compared, drawing).encode()}
-    files[run.output / f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
-    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in (drawn | others).items()}
+    contents = {f"{stem}.html": make_page(compared, drawing).encode()}
+    contents[f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
+    contents |= {f"{stem}_{name}.png": picture for name, picture in (drawn | others).items()}
     if compared.data:
-        files[run.output / f"{stem}_data.csv"] = format_data_csv(compared.data).encode()
-    for file, content in files.items():
-        replace_file(file, content)
-    return replace(compared, files=(*files, *compared.files))
+        contents[f"{stem}_data.csv"] = format_data_csv(compared.data).encode()
+    return replace(compared, files=(*run.write_files(contents), *compared.files))
 
 
 def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> ComparisonResult:
@@ -249,8 +244,7 @@ def predict_sides(observed: Sequence[Observation], sweeps: tuple[int, ...], mode
 def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
     setup, unknown = gained.setup, gained.gains.parameters
     if calibrate:
-        if not (setup.calibration_parameters or unknown):
-            raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
+        require_parameters((*setup.calibration_parameters, *unknown))
         # The search takes long to import, and a comparison of a model as it is has no use for it.
         from diagnosis.fit.arrangement import arrange
         from diagnosis.fit.feature_comparison import fit_together
@@ -269,8 +263,7 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
             Side(comparison=leave_out_model_error(arrangement.held_out), prediction=held_out),
         ]
         n = len(setup.calibration_parameters)
-        result = zip(setup.calibration_parameters, fit.values[:n].tolist(), fit.deviation[:n].tolist(), strict=True)
-        calibrated = tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in result)
+        calibrated = list_calibrated(setup.calibration_parameters, fit.values, fit.deviation)
         return sides, (*calibrated, *gained.report(fit.values[n:], fit.deviation[n:])), fit.model
     model, budget = setup.complete, setup.complete_budget
     sweeps, none_held_out = find_sweep_directions(campaign), not (campaign.held_out.levels or campaign.held_out.repeats)

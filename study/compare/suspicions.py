@@ -1,8 +1,9 @@
 """All that looks wrong in a campaign or that it lacks for a study: reported before anything is concluded from it."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -175,6 +176,25 @@ def _single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         "taken as usual, 0.03 % of frequencies and 1 % of preloads: repeat at least one level",
         remark=True,
     )
+
+
+def require_parameters(parameters: Collection[Any], without: str = "nothing can be calibrated") -> None:
+    """Refuse a case that has no parameters to fit.
+
+    Parameters
+    ----------
+    parameters
+        Those that a fit would change.
+    without
+        What is therefore impossible, in words.
+
+    Raises
+    ------
+    CampaignError
+        There are none.
+    """
+    if not parameters:
+        raise CampaignError(f"the case accepts no parameter, so that {without}: add [accepted]")
 
 
 def require_repeats(campaign: Campaign, folder: Path) -> None:

@@ -14,13 +14,12 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.feature.arrangement import split_data
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
 from diagnosis.fit.problem import Refit
-from pipeline.output import replace_file
 from study.case.setup import Setup, read_case
 from study.compare.data import compare_data
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
 from study.compare.report import side_by_side
-from study.compare.result import Calibrated
+from study.compare.result import Calibrated, list_calibrated
 from study.compare.section.section import Section
 from study.compare.sentence import Summary
 from study.compare.suspicions import find_all_suspicions
@@ -28,15 +27,13 @@ from study.diagnose.add import add
 from study.diagnose.advice import ADVICE
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
-from study.diagnose.round import Steps, summarise_errors
+from study.diagnose.round import MOST_ADDED, Steps, summarise_errors
 from study.diagnose.table import format_fitted_strength, list_case_values
 from study.json_value import plain
 from study.merge_sentences import merge_suspicions
 from study.page.table import Table
 from study.run_context import RunContext
 
-#: Rounds of ``--auto`` at most.
-MOST_ROUNDS = 6
 #: The next step, where it is not that of steady states.
 OWN_ADVICE = {
     Finding.UNKNOWN: (
@@ -110,8 +107,7 @@ class DataDiagnosisResult:
     def calibrated(self) -> tuple[Calibrated, ...]:
         """Calibration parameters."""
         fit = self.diagnosis.baseline.fit
-        values = zip(self.setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False)
-        return tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
+        return list_calibrated(self.setup.calibration_parameters, fit.values, fit.deviation)
 
     def text(self) -> str:
         """For people: verdict, indications, calibration, candidates."""
@@ -206,16 +202,14 @@ def run_data_diagnosis(
         found = _diagnose(case, setup, campaign, folder, run, without, suspicions)
         n_round += 1
         verdict = found.diagnosis.verdict
-        if not auto or n_round == MOST_ROUNDS or verdict.finding is not Finding.MISSING:
+        if not auto or n_round > MOST_ADDED or verdict.finding is not Finding.MISSING:
             break
         add(case, verdict.effects[0].name, run=run)
         setup = _read_setup(case, campaign, run)
         suspicions = _find_suspicions(setup, campaign)
     with run.progress.step("page and figures", expected=5):
-        files = _draw(found, case, run)
-    for file, content in files.items():
-        replace_file(file, content)
-    return replace(found, files=tuple(files))
+        contents = _draw(found, case.stem)
+    return replace(found, files=run.write_files(contents))
 
 
 def diagnose_data(
@@ -274,9 +268,8 @@ def _chi2(refit: Refit) -> Errors:
     return replace(summarise_errors(refit), training=nan, held_out=nan)
 
 
-def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path, bytes]:
-    """Page, pictures and JSON by their paths."""
-    assert run.output is not None
+def _draw(found: DataDiagnosisResult, case: str) -> dict[str, bytes]:
+    """Page, pictures and JSON by the names of their files, which begin with that of the case."""
     best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.baseline)
     held_out = found.held_out
     compared = tuple(
@@ -301,11 +294,11 @@ def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path,
         sections=[*_sections(found), *sections],
         kind="Diagnosis",
     )  # fmt: skip
-    stem = f"{case.stem}_diagnosis"
-    files = {run.output / f"{stem}.html": html.encode()}
-    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
+    stem = f"{case}_diagnosis"
+    contents = {f"{stem}.html": html.encode()}
+    contents |= {f"{stem}_{name}.png": picture for name, picture in drawn.items()}
     document = json.dumps(plain(found.document()), indent=1, ensure_ascii=False)
-    return {**files, run.output / f"{stem}.json": document.encode()}
+    return {**contents, f"{stem}.json": document.encode()}
 
 
 def _sections(found: DataDiagnosisResult) -> Iterator[Section]:

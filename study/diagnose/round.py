@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+#: Effects that ``--auto`` adds at most.
+MOST_ADDED = 5
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Round(Tabular):

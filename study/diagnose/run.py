@@ -13,7 +13,6 @@ from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit.problem import Refit
-from pipeline.output import replace_file
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
@@ -21,16 +20,13 @@ from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.document import make_document
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import format_headline, format_report
-from study.diagnose.round import Round, Steps, diagnose_case, summarise_errors
+from study.diagnose.round import MOST_ADDED, Round, Steps, diagnose_case, summarise_errors
 from study.diagnose.table import list_case_values
 from study.json_value import plain
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
-
-#: Effects that ``--auto`` adds at most.
-MOST_ADDED = 5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,12 +88,10 @@ def run_diagnose(
 
     with run.progress.step("page and figures", expected=10):
         drawn = make_files(diagnosed.last, diagnosed.history, case)
-    files = {run.output / name: content for name, content in drawn.items()}
-    table = run.output / f"{case.stem}_diagnosis.json"
-    diagnosed = replace(diagnosed, files=(*files, table))
-    files[table] = json.dumps(plain(make_full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
-    for file, content in files.items():
-        replace_file(file, content)
+    table = f"{case.stem}_diagnosis.json"
+    diagnosed = replace(diagnosed, files=tuple(run.output / name for name in (*drawn, table)))
+    document = json.dumps(plain(make_full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
+    run.write_files({**drawn, table: document})
     return diagnosed
 
 

@@ -8,7 +8,6 @@ from casefile.table import load_case
 from correlation.errors import CampaignError
 from figure.registry import pictures
 from geometry.errors import InputError
-from pipeline.output import replace_file
 from pipeline.progress import SilentProgress
 from study.case.setup import read_case
 from study.estimate.first_estimate import FirstEstimate, choose_estimate
@@ -101,7 +100,6 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
     ComputationFailed
         No resonance in the tests, no rest under the dead weights, or a process that was killed.
     """
-    assert run.output is not None
     opened, paper = open_case(case), load_case(PAPER, PaperCase)
     if opened.kind.name != KIND:
         raise InputError(
@@ -131,6 +129,4 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
     written: dict[str, str | bytes] = {f"{name}.png": picture for name, picture in drawn.items()}
     written[f"{case.stem}_calibrated.toml"] = calibrated
     written[PAGE] = make_calibration_page(result.title, guesses, hand, missing, drawn)
-    for name, content in written.items():
-        replace_file(run.output / name, content)
-    return replace(result, files=tuple(run.output / name for name in written))
+    return replace(result, files=run.write_files(written))

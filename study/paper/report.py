@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from figure.registry import pictures
-from pipeline.output import replace_file
 from study.paper.by_hand import make_hand_document
 from study.paper.findings import list_findings
 from study.paper.page import count_pattern, make_page
@@ -24,15 +23,12 @@ class Report:
 
 def write_report(run: RunContext, *, seed: int, like: int, quick: bool) -> Report:
     """Replay the paper, and write everything into the run's output folder; see `study.paper.replay.replay`."""
-    assert run.output is not None
     result = replay(run, seed=seed, like=like, quick=quick)
     with run.progress.step("figures"):
         drawn = pictures(draw_replay(result))
     written: dict[str, str | bytes] = {f"{name}.png": picture for name, picture in drawn.items()}
     written["paper.html"] = make_page(result, drawn)
-    for name, content in written.items():
-        replace_file(run.output / name, content)
-    return Report(result=result, files=tuple(run.output / name for name in written))
+    return Report(result=result, files=run.write_files(written))
 
 
 def make_document(report: Report) -> dict[str, Any]:

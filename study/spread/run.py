@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-from pipeline.output import replace_file
 from study.kind.registry import open_case
 from study.run_context import RunContext
 from study.spread.pictures import draw_spread
@@ -22,7 +21,6 @@ def run_spread(path: Path, run: RunContext, *, draws: int = 64, seed: int = 0, l
     ComputationFailed
         No curve could be started.
     """
-    assert run.output is not None
     result = spread(path, draws=draws, seed=seed, limits=limits, run=run, workers=run.scheduler)
     title, stem = open_case(path).title, f"{path.stem}_spread"
     content: dict[str, str | bytes] = {
@@ -31,8 +29,6 @@ def run_spread(path: Path, run: RunContext, *, draws: int = 64, seed: int = 0, l
     }
     if result.sampled.curves is not None:
         content[f"{stem}_draws.csv"] = format_peaks_csv(result.sampled)
-    for name, text in content.items():
-        replace_file(run.output / name, text)
-    files = [run.output / name for name in content]
-    files += run.draw({f"{path.stem}_{name}": drawn for name, drawn in draw_spread(result, title).items()})
-    return replace(result, files=tuple(files))
+    files = run.write_files(content)
+    drawn = run.draw({f"{path.stem}_{name}": figure for name, figure in draw_spread(result, title).items()})
+    return replace(result, files=(*files, *drawn))

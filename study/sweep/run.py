@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.output import replace_file
 from pipeline.worker_pool import Workers
 from study.case.setup import read_case
 from study.case.sweep_table import ControlledSweepTable
@@ -134,7 +133,6 @@ def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool
     ComputationFailed
         No curve could be started.
     """
-    assert run.output is not None
     swept = sweep(path, words, limits=limits, run=run, workers=run.scheduler)
     title = open_case(path).title
     files = write_samples(swept.sampled, f"{path.stem}_sweep", title, run)
@@ -145,7 +143,6 @@ def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool
 
 def write_samples(sampled: SampledCase, stem: str, title: str, run: RunContext) -> list[Path]:
     """Write curves and limits of all points as netCDF and CSV."""
-    assert run.output is not None
     content: dict[str, str | bytes] = {
         f"{stem}.nc": bytes(make_dataset(sampled, title).to_netcdf(engine="h5netcdf")),
     }
@@ -154,6 +151,4 @@ def write_samples(sampled: SampledCase, stem: str, title: str, run: RunContext) 
         content[f"{stem}_peaks.csv"] = format_peaks_csv(sampled)
     if sampled.limits:
         content[f"{stem}_limits.csv"] = format_limits_csv(sampled)
-    for name, text in content.items():
-        replace_file(run.output / name, text)
-    return [run.output / name for name in content]
+    return list(run.write_files(content))

@@ -8,7 +8,6 @@ from casefile.table import load_case, read_case_head, refuse_other_case
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.registry import pictures
 from figure.scene.off_screen import require_egl
-from pipeline.output import replace_file
 from study.kind.blade.reduce import compute_blade_shapes
 from study.modes.files import picture_modes
 from study.modes.shapes import Shapes
@@ -43,7 +42,6 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
     run
         Output folder, store and progress.
     """
-    assert run.output is not None
     require_egl()  # before anything is computed: the page needs its pictures
     for path in cases:
         if "structure" in read_case_head(path):
@@ -65,15 +63,13 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
             **{f"{name}.png": picture for name, picture in drawn.items()},
             f"{stem}.step": study.solid.step,
         }
-        for name, content in written.items():
-            replace_file(run.output / name, content)
-            files.append(run.output / name)
+        files += run.write_files(written)
         files += [picture.file for picture in modes]
         parts.append(
             StudyPage(study=study, case_file=path.name, figure=drawn[stem], pictures=modes, step=f"{stem}.step")
         )
-    replace_file(run.output / "table1.html", page(parts))
-    return Report(studies=tuple(study for _, study in result), files=(*files, run.output / "table1.html"))
+    files += run.write_files({"table1.html": page(parts)})
+    return Report(studies=tuple(study for _, study in result), files=tuple(files))
 
 
 def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
