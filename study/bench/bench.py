@@ -45,7 +45,7 @@ from study.compare.families import find_families
 from study.compare.result import ComparisonResult
 from study.compare.run import comparison_key, find_comparison
 from study.compare.suspicions import require_noise
-from study.diagnose.add import LoopError, add, undo
+from study.diagnose.add import CaseEditError, add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file
 from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
 from study.diagnose.round import Steps, summarise_errors
@@ -216,7 +216,7 @@ class Bench:
 
         Raises
         ------
-        LoopError
+        CaseEditError
             The case is another one than was seen; and as `stickslip add`.
         """
         self._require_seen(seen)
@@ -227,12 +227,12 @@ class Bench:
 
         Raises
         ------
-        LoopError
+        CaseEditError
             The case is another one than was seen; and as `stickslip undo`.
         """
         self._require_seen(seen)
         if count < 1:
-            raise LoopError(f"{count} steps cannot be taken back: give 1 or more")
+            raise CaseEditError(f"{count} steps cannot be taken back: give 1 or more")
         for _ in range(count):
             step = undo(self.case)
         return self._written(step)
@@ -242,7 +242,7 @@ class Bench:
 
         Raises
         ------
-        LoopError
+        CaseEditError
             The case is another one than was seen; and as `stickslip calibrate`.
         """
         self._require_seen(seen)
@@ -258,7 +258,7 @@ class Bench:
 
         Raises
         ------
-        LoopError
+        InputError
             A parameter that the case does not have.
         """
         # A slider moves many times: files are read for the first of them alone.
@@ -308,7 +308,7 @@ class Bench:
         ------
         EffectError
             The file has a mistake, with its line.
-        LoopError
+        CaseEditError
             The case or the file is another one than was seen.
         UntrustedCode
             Others may change what is in the folder, and the user does not trust them.
@@ -316,7 +316,7 @@ class Bench:
         self._require_seen(seen)
         own = OwnFile(case=self.case, name=file, is_copy=self.is_copy)
         if before is not None and own.hash != before:
-            raise LoopError(
+            raise CaseEditError(
                 f"{own.path} was changed since the page showed it, and nothing was written: reload the page"
             )
         numbers, model = save_own_effect(own, text, self._read_campaign(), self.run)
@@ -362,7 +362,7 @@ class Bench:
 
     def _require_seen(self, seen: str | None) -> None:
         if seen is not None and hash_text(read_text(self.case)) != seen:
-            raise LoopError(
+            raise CaseEditError(
                 f"{self.case.name} was changed since the page showed it, by hand or in another page, and nothing was "
                 "written: look at it as it is now, and click again"
             )

@@ -15,12 +15,12 @@ from correlation.prediction import Points, Prediction, Predictor
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.tangent import differentiate
 from fe.blas_threads import on_one_blas_thread
+from geometry.errors import InputError
 from pipeline.store import stage
 from study.case.setup import Setup
 from study.compare.curve import LINE_TOLERANCE, join_sides, refine_points
 from study.compare.result import ComparisonResult
 from study.compare.unknown_gain import set_gains
-from study.diagnose.add import LoopError
 
 #: Step of a difference for a parameter that moves points, as a share of its size [-].
 STEP = 0.02
@@ -75,13 +75,13 @@ def move_values(unknowns: Unknowns, values: Values, given: Mapping[str, float], 
 
     Raises
     ------
-    LoopError
+    InputError
         A parameter that the case does not have.
     """
     moved = np.array(values)
     for name, value in given.items():
         if name not in unknowns.names:
-            raise LoopError(f'"{name}" is no parameter of {case}: there are {", ".join(unknowns.names)}')
+            raise InputError(f'"{name}" is no parameter of {case}: there are {", ".join(unknowns.names)}')
         moved[unknowns.names.index(name)] = value
     return moved
 

@@ -48,11 +48,11 @@ def diagnose(
 ) -> Answer:
     """Diagnose a case."""
     one_thread_by_default()
-    from study.diagnose.add import LoopError
+    from geometry.errors import InputError
     from study.diagnose.run import format_full_report, make_full_document, run_diagnose
 
     if trials < 0 or trials == 1:
-        raise LoopError(f"--trials {trials} is too few: give 0 for linear theory, or at least 2, such as 40")
+        raise InputError(f"--trials {trials} is too few: give 0 for linear theory, or at least 2, such as 40")
     diagnosed = run_diagnose(
         case,
         campaign,

@@ -18,7 +18,7 @@ app = command_app(
 @app.default
 def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
     """Take a step back."""
-    from study.diagnose.add import LoopError, find_case
+    from study.diagnose.add import CaseEditError, find_case
     from study.diagnose.add import undo as take_back
     from study.diagnose.report import describe_step
     from study.diagnose.run import make_step_document
@@ -26,6 +26,6 @@ def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
     del options
     file = case if case is not None else find_case(Path())
     if not file.is_file():
-        raise LoopError(f"{file}: there is no such case file; check the spelling and the folder")
+        raise CaseEditError(f"{file}: there is no such case file; check the spelling and the folder")
     step = take_back(file)
     return Answer(document={"case": str(file), **make_step_document(step)}, text=describe_step(step, file))

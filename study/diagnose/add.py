@@ -31,8 +31,8 @@ from study.run_context import RunContext, silent_run
 LISTED = 5
 
 
-class LoopError(InputError):
-    """A step that cannot be taken, or taken back."""
+class CaseEditError(InputError):
+    """An edit of a case that cannot be made, or taken back."""
 
 
 def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | None = None) -> Step:
@@ -55,7 +55,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
 
     Raises
     ------
-    LoopError
+    CaseEditError
         No diagnosis to take the strength from, or an effect that is there already.
     EffectError
         An unknown effect, or a value that does not fit it.
@@ -93,22 +93,22 @@ def undo(case: Path) -> Step:
 
     Raises
     ------
-    LoopError
+    CaseEditError
         Nothing was added, or the very lines were edited since.
     CaseError, OutputError
         A history that is damaged, a case that cannot be written.
     """
     history = history_of(case)
     if not history.active_steps:
-        raise LoopError(f"{case}: nothing was added by stickslip, so that nothing can be taken back")
+        raise CaseEditError(f"{case}: nothing was added by stickslip, so that nothing can be taken back")
     last = history.active_steps[-1]
     try:
         text = read_text(case)
     except OSError as error:
-        raise LoopError(f"{case}: cannot be read ({error.strerror}): check its name and folder") from None
+        raise CaseEditError(f"{case}: cannot be read ({error.strerror}): check its name and folder") from None
     old = revert_change(last.case_before, last.case_after, text)
     if old is None or not _is_toml(old):
-        raise LoopError(
+        raise CaseEditError(
             f'{case}: the lines of "{last.effect}" were edited since they were written: take that edit back, or '
             "remove them by hand"
         )
@@ -124,12 +124,12 @@ def read_effect_name(words: Sequence[str]) -> str:
 
     Raises
     ------
-    LoopError
+    CaseEditError
         There are none.
     """
     name = " ".join(" ".join(words).split())
     if not name:
-        raise LoopError('no effect is named: give one as the diagnosis writes it, e.g. stickslip add "mass at tip"')
+        raise CaseEditError('no effect is named: give one as the diagnosis writes it, e.g. stickslip add "mass at tip"')
     return name
 
 
@@ -138,7 +138,7 @@ def find_case(folder: Path) -> Path:
 
     Raises
     ------
-    LoopError
+    CaseEditError
         There is none, or there are several.
     """
     cases = {file: case for file in sorted(folder.glob("*.toml")) if (case := _case(file)) is not None}
@@ -152,7 +152,7 @@ def find_case(folder: Path) -> Path:
         return files[0]
     listed = ", ".join(file.name for file in files[:LISTED]) + (", ..." if len(files) > LISTED else "")
     found = f"{len(files)} cases ({listed})" if files else "no case"
-    raise LoopError(f"there {'are' if files else 'is'} {found} in {folder.resolve()}: name the case with --case")
+    raise CaseEditError(f"there {'are' if files else 'is'} {found} in {folder.resolve()}: name the case with --case")
 
 
 def _diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:
@@ -162,7 +162,7 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
     if not steps:
         why = "the case was edited since its last diagnosis" if history.last_diagnosis else "it has no diagnosis"
         _checked(case, history, name, run)
-        raise LoopError(
+        raise CaseEditError(
             f'{case}: {why}, from which to take the strength of "{name}": run stickslip diagnose, or give --value'
         )
     wanted = " ".join(name.split()).casefold()
@@ -170,7 +170,7 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
     candidate = next((item for item in diagnosis.candidates if item["effect"].casefold() == wanted), None)
     if candidate is None:
         effect = _checked(case, history, name, run)
-        raise LoopError(
+        raise CaseEditError(
             f'{case}: the last diagnosis did not fit "{effect}", as others seemed to explain the measurements better, '
             "or as no place of the case is there: give its strength with --value"
         )
@@ -209,7 +209,7 @@ def _checked(case: Path, history: History, name: str, run: RunContext | None) ->
     setup = _setup(case, history, run)
     effect = find_effect(case_catalogue(setup.model, setup.effect_files, [name]), name)
     if effect.name in [item.effect.name for item in setup.added]:
-        raise LoopError(
+        raise CaseEditError(
             f'{case}: "{effect.name}" is in the case already, and fitted in every diagnosis: change its value with '
             "--value"
         )

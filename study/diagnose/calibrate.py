@@ -5,7 +5,7 @@ from pathlib import Path
 from correlation.errors import CampaignError
 from study.case.setup import read_case, require_loads
 from study.compare.suspicions import require_held_out, require_repeats
-from study.diagnose.add import LoopError, as_written, save_step
+from study.diagnose.add import CaseEditError, as_written, save_step
 from study.diagnose.edit import edit_case, list_changes
 from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
 from study.diagnose.round import summarise_errors
@@ -34,7 +34,7 @@ def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str
 
     Raises
     ------
-    LoopError
+    CaseEditError
         The case has nothing to fit, or was edited meanwhile.
     CaseError, CampaignError, OutputError
         With what is wrong in the case, the campaign or the folder.
@@ -75,14 +75,14 @@ def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text:
 
     Raises
     ------
-    LoopError
+    CaseEditError
         The case has nothing to fit, or another text now.
     """
     values = list_case_values(screened.setup, screened.baseline)
     if not values["calibrated"] and not values["added"]:
-        raise LoopError(f"{case}: there is no calibration parameter to fit: give one in [accepted]")
+        raise CaseEditError(f"{case}: there is no calibration parameter to fit: give one in [accepted]")
     if read_text(case) != text:
-        raise LoopError(f"{case}: was edited during the fit, which is not written: calibrate again")
+        raise CaseEditError(f"{case}: was edited during the fit, which is not written: calibrate again")
     added = {effect: as_written(numbers) for effect, numbers in values["added"].items()}
     new = edit_case(text, added, as_written(values["calibrated"]), str(case))
     drawn, after = summarise_errors(screened.uncalibrated), summarise_errors(screened.baseline)
