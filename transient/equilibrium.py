@@ -28,9 +28,9 @@ from reduction.array_type import Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_forces import joint_forces
-from transient.march import StepEquation, solve_positions
 from transient.state import TransientState
 from transient.state_transition import ModalStructure, modal_structure, modes
+from transient.time_steps import StepEquation, solve_positions
 
 #: Equal parts in which the load is put on, so that sliders move as on a slow ramp.
 N_PART = 50

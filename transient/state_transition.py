@@ -59,7 +59,7 @@ class ModalStructure:
 
 
 class Transition(NamedTuple):
-    """One step of a structure, as the compiled march reads it."""
+    """One step of a structure, as the compiled integration reads it."""
 
     step: float
     """Its length [s]."""

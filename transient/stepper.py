@@ -10,9 +10,9 @@ from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import StepError, TransientError
 from transient.joint_forces import joint_forces, set_instant_forces
-from transient.march import Marched, march
 from transient.state import TransientState, check_state
 from transient.state_transition import ModalStructure, modal_structure, transition
+from transient.time_steps import IntegrationState, integrate_steps
 
 NONE = np.zeros((0, 0))
 
@@ -50,7 +50,7 @@ class Record(JointHistory):
 
 
 class Stepper:
-    """Marches over whole periods and stores the state between calls.
+    """Integrates over whole periods and stores the state between calls.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Stepper:
         )
 
     def advance(self, level: Vector | None = None, load: Vector | None = None) -> None:
-        """March over one period without a record.
+        """Integrate over one period without a record.
 
         Parameters
         ----------
@@ -129,13 +129,13 @@ class Stepper:
         StepError
             Joint forces that were not found within a step.
         """
-        self._march(NONE, NONE, NONE, level, load)
+        self._integrate(NONE, NONE, NONE, level, load)
 
     def record(self, level: Vector | None = None, load: Vector | None = None) -> Record:
-        """March over one period and return it; arguments as for `advance`."""
+        """Integrate over one period and return it; arguments as for `advance`."""
         n, r, table = self.steps_per_period, self.structure.system.n_dof, self.structure.table
         states, forces, sliders = np.empty((n, 2 * r)), np.empty((n, len(table.rows))), np.empty((n, table.n_slider))
-        self._march(states, forces, sliders, level, load)
+        self._integrate(states, forces, sliders, level, load)
         rows = self.transition.rows
         displacement, velocity = (rows @ part.T for part in (states[:, :r], states[:, r:]))
         force = forces.T.copy()
@@ -159,17 +159,17 @@ class Stepper:
         end, mean = np.zeros(d), np.zeros(d)
         # A step of no length: sliders move at once where the friction force exceeds its limit.
         joint_forces(table.packed, position, position, slider.copy(), self.step, mean, end, slider)
-        self._now = Marched(state, position, slider, end, end - structure.offset * position, np.eye(d))
+        self._now = IntegrationState(state, position, slider, end, end - structure.offset * position, np.eye(d))
         terms = np.where(end > 0, table.normal_terms, 0.0)
         round_off = np.abs(self.transition.flexibility) @ terms
         self._scale = float(np.abs(np.concatenate([position, round_off])).max(initial=0.0))
 
-    def _march(
+    def _integrate(
         self, states: Matrix, forces: Matrix, sliders: Matrix, level: Vector | None, load: Vector | None
     ) -> None:
         ones = np.ones(self.steps_per_period)
         level, load = self.level * (ones if level is None else level), ones if load is None else load
-        failed, self._scale, iterations = march(
+        failed, self._scale, iterations = integrate_steps(
             self._now, self._scale, self.transition, self.structure.table.packed, level, load, states, forces, sliders
         )
         self.iterations += iterations

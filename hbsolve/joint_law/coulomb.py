@@ -19,8 +19,8 @@ The slider may need many periods to settle. A period whose last slip is at insta
 that spring to :math:`F(\theta)`, where :math:`F'`, between -1 and 1, is the product of what each slip keeps of a turn.
 So Newton's method finds the cycle, :math:`\theta = F(\theta)`, in a few periods. A cycle that slips is the only one:
 two springs that keep their distance slip at the same instants in the same direction, and so are one. A cycle that only
-sticks is one of many: then periods are marched as they are until the slider returns to where it began one (shakedown),
-and the derivative is carried through all of them. A contact that stays within its limit needs no march. A spring of
+sticks is one of many: then periods are iterated as they are until the slider returns to where it began one (shakedown),
+and the derivative is carried through all of them. A contact that stays within its limit needs no iteration. A spring of
 direction :math:`n` on the limit turns by :math:`d\theta`, and
 
 .. math:: dw = du - n\, dr - r\, n_\perp\, d\theta ,
@@ -45,7 +45,7 @@ from reduction.array_type import Real, Whole
 
 #: Periods at most; sliders that creep on after these are told.
 MAX_PERIOD = 200
-#: 1 - F' below which a spring hardly turns towards a cycle, and is marched.
+#: 1 - F' below which a spring hardly turns towards a cycle, and periods are iterated.
 TURNS = 1e-6
 #: Steps of Newton's method towards a cycle at most, and the largest turn of one [rad].
 MAX_NEWTON, MAX_STEP = 40, 1.0
@@ -123,7 +123,7 @@ def force(
     n_slip = 0
     which = np.zeros(n, np.int64)
     if moves:
-        n_slip = _march(u, radius, w, rows, which, r_by, r_by_v, sampling, derive, out)
+        n_slip = _iterate_periods(u, radius, w, rows, which, r_by, r_by_v, sampling, derive, out)
     else:
         for d in range(2):
             out.slider[d] = w[d]
@@ -158,7 +158,7 @@ def force(
 
 
 @compiled
-def _march(
+def _iterate_periods(
     u: Any, radius: Any, w: Any, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, derive: bool, out: Any
 ) -> int:
     """Move the slider w through periods until it settles; of the last one record w, the slips and their number."""

@@ -90,7 +90,7 @@ def force(
             if state[i] != begin[i]:
                 part = abs(state[i] - begin[i]) / largest[i]
                 changed = max(changed, part if np.isfinite(part) else np.inf)
-        if changed == np.inf and least < np.inf:  # a jump to where the law is not defined: march from there
+        if changed == np.inf and least < np.inf:  # a jump to where the law is not defined: iterate from there
             state[:], S[:], least = last_state, last_S, 0.0
         elif changed <= SETTLED or (changed <= ROUND_OFF and changed >= least):
             break

@@ -29,7 +29,7 @@ from hbsolve.sampling import add_products, add_sums
 def slide(
     u: Any, limit: Any, stiffness: float, start: float, by_multiplier: int, w: Any, event: Any, sign: Any
 ) -> None:
-    """March two periods and record the second.
+    """Follow the slider over two periods and record the second.
 
     `limit` is mu N, shape (n,). `event` receives j, -1 for a slider that has not moved since the start; `sign` s,
     which for a start by multiplier is the multiplier itself.
@@ -59,7 +59,7 @@ def write_slider(
     tangent: int, u: Any, limit: Any, stiffness: float, reference: float, start: float, by_multiplier: int, event: Any,
     sign: Any, closed: Any, out: Any,
 ) -> None:  # fmt: skip
-    """March one tangent and write its force beyond D u, the slider and its state; arguments as of `slide`."""
+    """Follow one tangent and write its force beyond D u, the slider and its state; arguments as of `slide`."""
     w, force, status = out.slider[tangent], out.force[tangent], out.status[tangent]
     slide(u, limit, stiffness, start, by_multiplier, w, event, sign)
     # A slider that every period puts to the same place only touches its limit there.

@@ -1,6 +1,6 @@
 r"""Monodromy matrix: what a small disturbance of a periodic motion has become one period later.
 
-The disturbance is marched along the periodic motion of the balance, instant by instant. The structure moves exactly
+The disturbance is integrated along the periodic motion of the balance, instant by instant. The structure moves exactly
 between instants (`hbsolve.stability.linear_step`), and the joint forces change by the slopes of their laws, which are
 implicit in the motion at the end of the step,
 
@@ -78,7 +78,7 @@ def monodromy(
     slider = forces_at(balance, angular_frequency, motion, start, want=FORCE).slider
     step = linear_step(modes, 2 * np.pi / (angular_frequency * balance.n_sample))
     table, slopes = balance.table, slope_table(balance.system.joints)
-    matrix, n_force = _march(step, modes.rows, table, slopes, u, velocity, slider)
+    matrix, n_force = _integrate_disturbances(step, modes.rows, table, slopes, u, velocity, slider)
     return matrix, int(n_force)
 
 
@@ -190,8 +190,8 @@ def _add_sliders(block: Any, p: int, number: Any, now: Any, past: Any, W: Any, m
 
 
 @compiled
-def _march(step: Any, rows: Any, table: Any, slopes: Any, u: Any, velocity: Any, slider: Any) -> Any:
-    """`monodromy`."""
+def _integrate_disturbances(step: Any, rows: Any, table: Any, slopes: Any, u: Any, velocity: Any, slider: Any) -> Any:
+    """Matrix of what each disturbance of the start has become after one period, and its number of forces."""
     n, r = u.shape[1], rows.shape[1]
     active = _find_active(table, slopes, u, velocity, slider)
     n_active = len(active.direction)

@@ -233,7 +233,7 @@ def joint_law(
 
 
 def _wrong_function(law: type[FunctionJoint]) -> str | None:
-    """Compile a law's function and march it through a random motion, with derivatives against differences."""
+    """Compile a law's function and take it through a random motion, with derivatives against differences."""
     from numba.core.errors import NumbaError
 
     try:

@@ -1,4 +1,4 @@
-"""A model's march through a time record: exact solutions, an independent integrator, order of convergence, rates."""
+"""Integration of a model over a time record: exact solutions, an independent integrator, convergence, rates."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -133,7 +133,7 @@ def test_a_force_that_rises_evenly_is_answered_exactly() -> None:
     ],
     ids=["linear", "cubic", "air", "both", "stop"],
 )
-def test_the_march_agrees_with_an_independent_integrator(joints: tuple[Joint, ...], tolerance: float) -> None:
+def test_the_integration_agrees_with_an_independent_integrator(joints: tuple[Joint, ...], tolerance: float) -> None:
     # 8 steps a sample are 47 a period of the second resonance: second order leaves (2 pi / 47)^2 / 12 = 1.5e-3 of the
     # joints' forces, and 9 times that of their third harmonics; the record's own force is right to the 1e-4 of its
     # interpolation.
@@ -193,7 +193,7 @@ def test_rates_are_the_slopes_of_the_prediction() -> None:
     for number in range(7):
         low, high, step = pair(number, 1e-5)
         slope = (predicted(high, driven, start) - predicted(low, driven, start)) / step
-        # The march is differentiated as it stands; a kink of the stop that moves past an instant is what is left.
+        # The integration is differentiated as it stands; a kink of the stop that moves past an instant is what is left.
         tolerance = 1e-3 if number == 3 else 1e-5
         assert np.linalg.norm(rates[number] - slope) < tolerance * np.linalg.norm(slope), number
     for rate, row, size in zip(rates[7:], basis, (1e-9, 1e-7), strict=True):

@@ -73,7 +73,7 @@ def test_a_sensor_that_reads_the_other_way_turns_the_force() -> None:
 def test_a_fit_finds_the_oscillator_exactly() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[1.05 * STIFFNESS]])
     found = arrange_records(base, [driven(1), driven(2)], list_calibration_parameters(base), run_in=1.0).fit
-    # The march: 8 steps a sample are right to 1e-4 here.
+    # The integration: 8 steps per sample are right to 1e-4 here.
     np.testing.assert_allclose(matrices(found.model), [MASS, DAMPING, STIFFNESS], rtol=5e-4)
 
 
@@ -83,7 +83,7 @@ def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
     runs = [ring_down(0.1, 0.3, held_out=False), ring_down(0.05, -1.0, held_out=False)]
     runs.append(ring_down(0.2, 2.0, held_out=True))
     found = diagnose_records(base, runs, list_calibration_parameters(base))
-    # Without a force the march is exact: the fit ends when it gains no more than 1e-7 of the squared error.
+    # Without a force the integration is exact: the fit ends when it gains no more than 1e-7 of the squared error.
     np.testing.assert_allclose(matrices(found.baseline.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
     # Each has a start of its own, the held-out one as well.
     assert found.baseline.held_out_error < 1e-5

@@ -377,7 +377,7 @@ def test_a_third_period_changes_nothing(seed: int) -> None:
     p = Prescribed(joint, random_motion(2, seed, mean=rng.uniform(0, 0.6)), start=[rng.uniform(-0.5, 0.5)])
     again = Prescribed(joint, random_motion(2, seed, mean=p.u[1].mean()), start=p.slider[:, -1])
     np.testing.assert_allclose(again.slider, p.slider, atol=ROUND_OFF)
-    # March on from the end of the steady period by eq. 7 as it stands: T = clip(k_t (u - w)).
+    # Go on from the end of the steady period by eq. 7 as it stands: T = clip(k_t (u - w)).
     w, limit = p.slider[0, -1], 0.4 * p.force[1]
     for k in range(p.u.shape[1]):
         T = np.clip(1.1 * (p.u[0, k] - w), -limit[k], limit[k])
@@ -417,7 +417,7 @@ def test_in_one_tangent_coulomb_friction_is_the_uncoupled_one(seed: int) -> None
     motion[1] = 0
     coupled = Prescribed(contact(2, friction=Friction.COULOMB), motion)
     alone = Prescribed(contact(1), motion[[0, 2]])
-    np.testing.assert_allclose(coupled.force[[0, 2]], alone.force, atol=1e-10)  # marched until it settles to 1e-11
+    np.testing.assert_allclose(coupled.force[[0, 2]], alone.force, atol=1e-10)  # iterated until it settles to 1e-11
     np.testing.assert_array_equal(coupled.force[1], 0)
     constant = motion.copy()
     constant[2] = [0.5, *np.zeros(6)]  # N = 1.1

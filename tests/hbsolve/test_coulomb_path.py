@@ -22,7 +22,7 @@ from transient.steady import steady_motion
 
 Array = NDArray[np.float64]
 KT, KN, MU = 1.1, 2.0, 0.4
-#: The march ends when a period moves the slider by less than 1e-11 of its motion.
+#: The iteration ends when a period moves the slider by less than 1e-11 of its motion.
 SETTLED = 1e-10
 
 
@@ -86,7 +86,7 @@ def test_points_on_straight_paths_change_nothing(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_a_cycle_that_settles_slowly_is_where_many_periods_lead(seed: int) -> None:
-    """A path 300 times round is one long period, which is marched; a spring that hardly slips turns little in each.
+    """A path 300 times round is one long period, which is iterated; a spring that hardly slips turns little in each.
 
     Some cycles slip, some only stick.
     """

@@ -269,7 +269,7 @@ def test_a_contact_in_flight_carries_no_friction_and_its_slider_follows() -> Non
     normal, open_ = motion.force[2], motion.force[2] == 0
     assert 0.05 < open_.mean() < 0.95
     assert not motion.force[:2, open_].any()
-    # Displacements of the record and of the march sum the same modes in another order.
+    # Displacements of the record and of the integration sum the same modes in another order.
     np.testing.assert_allclose(motion.slider[:2, open_], motion.displacement[:2, open_], atol=1e-12)
     # Coulomb's limit, to the round-off of a square root.
     assert (np.hypot(*motion.force[:2]) <= 0.5 * normal * (1 + 1e-12)).all()

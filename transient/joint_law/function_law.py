@@ -1,4 +1,4 @@
-"""A user's own law, marched along the straight path of a step: it has no second writing, but another integrator."""
+"""A user's own law, followed along the straight path of a step: it has no second writing, but another integrator."""
 
 import numpy as np
 

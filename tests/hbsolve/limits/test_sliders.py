@@ -45,11 +45,11 @@ def test_a_slider_inside_its_interval_stays_and_one_outside_is_dragged_to_its_en
     sticks = intervals.low <= intervals.high
     for start in (0.5 * (intervals.low + intervals.high), intervals.low - 1e-5, intervals.high + 1e-5):
         sliders = InitialSliders(start, np.zeros(3, dtype=np.int64))
-        marched = forces_at(balance, OMEGA, x, sliders, FORCE).slider
+        followed = forces_at(balance, OMEGA, x, sliders, FORCE).slider
         expected = np.clip(start, intervals.low, intervals.high)
         # The same numbers in another order of operations.
-        np.testing.assert_allclose(marched[sticks], np.tile(expected[sticks][:, None], (1, 64)), atol=1e-18)
-        m = multipliers(table, x, marched[:, -1], evaluate)
+        np.testing.assert_allclose(followed[sticks], np.tile(expected[sticks][:, None], (1, 64)), atol=1e-18)
+        m = multipliers(table, x, followed[:, -1], evaluate)
         assert (np.abs(m) <= 1).all()
 
 

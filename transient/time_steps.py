@@ -171,7 +171,7 @@ def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matr
     return -1
 
 
-class Marched(NamedTuple):
+class IntegrationState(NamedTuple):
     """State of an integration, which updates all of these arrays in place."""
 
     state: Vector
@@ -189,9 +189,9 @@ class Marched(NamedTuple):
 
 
 @compiled
-def march(
-    now: Marched, scale: float, by: Transition, joints: JointArrays, level: Vector, load: Vector, states: Matrix,
-    forces: Matrix, sliders: Matrix,
+def integrate_steps(
+    now: IntegrationState, scale: float, by: Transition, joints: JointArrays, level: Vector, load: Vector,
+    states: Matrix, forces: Matrix, sliders: Matrix,
 ) -> tuple[int, float, int]:  # fmt: skip
     """Integrate over len(level) steps.
 
