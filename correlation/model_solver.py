@@ -22,7 +22,7 @@ from hbsolve.sensitivity import ReadingResponse, derivatives
 from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.state_sequence import StateSequence, Track, empty_track, follow, follow_one
-from hbsolve.steady_state import rescue
+from hbsolve.steady_state import solve_from_other_starts
 
 #: Motions of two sweeps whose relative difference is larger are of two branches; Newton's method ends at 1e-9 [-].
 ONE_BRANCH = 1e-6
@@ -168,7 +168,7 @@ class ModelSolver:
                 found = newton_from(balance, condensed, start, sliders, recovery)
                 if found is not None:
                     return found
-        return rescue(balance, condensed, None, sliders)
+        return solve_from_other_starts(balance, condensed, None, sliders)
 
     def follow_near(
         self,

@@ -1,6 +1,6 @@
 """Line of each key of a TOML document.
 
-`tomllib` reads the values but forgets the lines. This walks over the same text once more, after `tomllib` has accepted
+`tomllib` reads the values but forgets the lines. This scans the same text once more, after `tomllib` has accepted
 it, and therefore need not check the grammar: it only has to know where keys, strings and brackets end.
 """
 
@@ -40,7 +40,7 @@ def key_lines(text: str) -> dict[Path, int]:
     exists only through dotted keys or deeper headers has the line of the first of them. The document itself, ``()``,
     has line 1.
     """
-    return _Walk(text).lines
+    return _TomlScanner(text).lines
 
 
 def explain_syntax(message: str, text: str) -> tuple[str, int]:
@@ -72,7 +72,7 @@ def explain_syntax(message: str, text: str) -> tuple[str, int]:
     return f"this is not TOML: {words[0].lower()}{words[1:]}{where} of: {source[0].strip()}{hint}", number
 
 
-class _Walk:
+class _TomlScanner:
     """One pass over a document, with the position reached."""
 
     def __init__(self, text: str) -> None:

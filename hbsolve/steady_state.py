@@ -76,7 +76,9 @@ def steady_state(
     except NoSteadyState as error:
         if error.failure is Failure.DRIFT:
             raise
-        state = rescue(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
+        state = solve_from_other_starts(
+            balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None
+        )
         if state is None:
             if _rest_leads_on(balance, condensed, sliders):
                 raise NoSteadyState(error.args[0], Failure.SLIDERS_UNSET) from None
@@ -99,7 +101,7 @@ def _rest_leads_on(balance: HarmonicBalance, condensed: Condensed, sliders: Init
     return True
 
 
-def rescue(
+def solve_from_other_starts(
     balance: HarmonicBalance,
     condensed: Condensed,
     x: Real | None,

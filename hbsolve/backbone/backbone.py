@@ -151,13 +151,15 @@ def backbone(
         > ASYMMETRY * np.abs(balance.system.damping).max()
     ):
         raise BalanceError("the damping is not symmetric: backbones of gyroscopic structures are not computed")
-    walk = _Walk(ModalBalance(balance, number - 1), make_initial_sliders(balance, slider), float(np.log(last)), step)
-    points = walk.follow(float(np.log(first)), report)
-    return walk.result(points)
+    continuation = _BackboneContinuation(
+        ModalBalance(balance, number - 1), make_initial_sliders(balance, slider), float(np.log(last)), step
+    )
+    points = continuation.follow(float(np.log(first)), report)
+    return continuation.result(points)
 
 
-class _Walk:
-    """The continuation."""
+class _BackboneContinuation:
+    """Continuation of a backbone curve in the logarithm of the amplitude."""
 
     def __init__(self, modal: ModalBalance, sliders: InitialSliders, last: float, longest: float) -> None:
         self.modal, self.sliders, self.last, self.longest = modal, sliders, last, longest

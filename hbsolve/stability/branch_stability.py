@@ -114,15 +114,15 @@ def branch_stability(
     BalanceError
         A branch of another balance, or one along which neither frequency nor level alone changes.
     """
-    walk = _Walk(balance, branch, n_sample)
+    analysis = _BranchFloquetAnalysis(balance, branch, n_sample)
     count = len(branch.angular_frequency)
     results = []
     for index in range(count):
-        results.append(walk.at_point(index))
+        results.append(analysis.at_point(index))
         if report is not None:
             report(index + 1, count)
     n_unstable = np.array([item.n_unstable for item in results], dtype=np.int64)
-    bifurcations = [walk.locate(index, n_unstable) for index in np.flatnonzero(np.diff(n_unstable)).tolist()]
+    bifurcations = [analysis.locate(index, n_unstable) for index in np.flatnonzero(np.diff(n_unstable)).tolist()]
     return BranchStability(
         n_unstable=n_unstable,
         leading=np.array([item.multipliers[0] if len(item.multipliers) else 0.0 for item in results]),
@@ -130,8 +130,8 @@ def branch_stability(
     )
 
 
-class _Walk:
-    """A branch, and what lies between its points."""
+class _BranchFloquetAnalysis:
+    """Floquet multipliers at the points of a branch and between them."""
 
     def __init__(self, balance: HarmonicBalance, branch: ResponseBranch, n_sample: int) -> None:
         if branch.coefficients.shape[1:] != (balance.n_harmonic, balance.system.n_dof):

@@ -16,7 +16,7 @@ from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
-from hbsolve.steady_state import along_an_arc, from_many_starts, rescue, steady_state
+from hbsolve.steady_state import along_an_arc, from_many_starts, solve_from_other_starts, steady_state
 from reduction.jointed_system import (
     CubicSpring,
     ElasticStop,
@@ -123,7 +123,7 @@ def test_sliders_of_the_states_found_are_those_given() -> None:
         np.testing.assert_allclose(mean, 0.5 * 0.6 / 1.5, atol=1e-8)  # residual, of a motion of 0.1
 
 
-def test_a_steady_state_is_rescued_by_few_starts_by_an_arc_and_by_many_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_steady_state_is_found_by_few_starts_by_an_arc_and_by_many_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     balance = duffing()
     before = steady_state(balance, ONE_HIGH)
     low, _, high = amplitudes(THREE)
@@ -153,7 +153,7 @@ def test_a_steady_state_is_rescued_by_few_starts_by_an_arc_and_by_many_starts(mo
     assert tried == ["Newton", "few"] * 3 + ["many"]
 
 
-def test_a_rescue_tries_no_start_twice_and_the_same_as_many_starts_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_start_is_tried_twice_and_they_are_the_same_as_many_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     balance, tried = duffing(), list[bytes]()
     condensed = balance.at(THREE)
 
@@ -163,11 +163,11 @@ def test_a_rescue_tries_no_start_twice_and_the_same_as_many_starts_at_once(monke
 
     monkeypatch.setattr(hbsolve.steady_state, "newton_at", fails)
     monkeypatch.setattr(hbsolve.steady_state, "along_an_arc", lambda *_: None)
-    assert rescue(balance, condensed, None, none(balance)) is None
-    rescued = tried.copy()
+    assert solve_from_other_starts(balance, condensed, None, none(balance)) is None
+    first = tried.copy()
     tried.clear()
     assert from_many_starts(balance, condensed, None, none(balance)) is None
-    assert rescued == tried
+    assert first == tried
     assert len(set(tried)) == len(tried) > hbsolve.steady_state.FEW_STARTS
 
 
