@@ -28,7 +28,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hbsolve.limits.linear_program import best_step
-from hbsolve.limits.point import HASTY, LimitPoint, TrialState
+from hbsolve.limits.point import STRICT_RATIO, LimitPoint, TrialState
 from hbsolve.linearised import active_rows, small_matrix
 from reduction.array_type import Real, Whole
 
@@ -159,7 +159,8 @@ def take_step(point: LimitPoint, trial: TrialState, linear: LinearStep, step: Fl
     """The steady state after a step, started from where the derivative predicts it, else from where it was."""
     w = trial.initial_slider.copy()
     w[linear.derivative.undetermined] += step
-    return point.settle(trial.motion + linear.derivative.motion @ step, w) or point.settle(trial.motion, w, HASTY)
+    stepped = point.settle(trial.motion + linear.derivative.motion @ step, w)
+    return stepped or point.settle(trial.motion, w, STRICT_RATIO)
 
 
 def local_search(point: LimitPoint, trial: TrialState, side: LimitSide, max_step: int = MAX_STEP) -> TrialState:

@@ -25,9 +25,10 @@ Sliders = Float[Real, " s"]
 #: Motion and sliders that a search starts from.
 SearchStart = tuple[Real, Sliders]
 
-#: Most Newton steps; after each three of them |R| must have fallen to a share: to a small one where a failure costs
-#: little, to any where the state matters.
-LIMIT, PATIENCE, HASTY, PATIENT = 15, 3, 0.3, 1e3
+#: Most Newton steps, and after how many of them |R| is compared with what it was.
+LIMIT, CHECK_INTERVAL = 15, 3
+#: Largest ratio of |R| to what it was: a small one where a failure costs little, any where the state matters [-].
+STRICT_RATIO, ANY_RATIO = 0.3, 1e3
 #: Trials of a Newton step, by how much each is shorter, and the decrease that ends them; the last is taken in any case.
 TRIALS, SHORTENED, DECREASE = 4, 0.4, 1e-4
 #: Changes of the sliders per state: dragged ones are moved to where they end.
@@ -110,21 +111,21 @@ class LimitPoint:
             motion=x, initial_slider=w, value=value, residual_norm=residual_norm, forces=forces, intervals=intervals
         )
 
-    def solve(self, x: Real, w: Sliders, hopeless: float = HASTY) -> TrialState | None:
+    def solve(self, x: Real, w: Sliders, largest_ratio: float = STRICT_RATIO) -> TrialState | None:
         """Newton's method from a motion nearby; none where it fails."""
         balance, tolerance = self.balance, TOLERANCE * self.scale
         at = BalancePoint(self.linear, self.condensed.angular_frequency, self.condensed.columns, balance.arrays)
         result, norm, forces, intervals = newton_near(
-            np.array(x), at, _start(w), self.sliders, tolerance, LIMIT, PATIENCE, hopeless
+            np.array(x), at, _start(w), self.sliders, tolerance, LIMIT, CHECK_INTERVAL, largest_ratio
         )
         return self._trial(result, w, norm / self.scale, forces, intervals) if norm <= tolerance else None
 
-    def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> TrialState | None:
+    def settle(self, x: Real, w: Sliders, largest_ratio: float = ANY_RATIO) -> TrialState | None:
         """As `solve` from the nearest state in the box; dragged sliders then start where they end, if the box has it.
 
         Afterwards each slider is undetermined, or slips, or is dragged from a bound of the box.
         """
-        trial = self.solve(x, self.box.clip(w), hopeless)
+        trial = self.solve(x, self.box.clip(w), largest_ratio)
         for _ in range(ROUNDS):
             if trial is None or not trial.dragged.any():
                 break
@@ -133,7 +134,7 @@ class LimitPoint:
             moved = self.box.clip(np.where(trial.dragged, ended, trial.initial_slider))
             if np.array_equal(moved, trial.initial_slider):
                 break
-            trial = self.solve(trial.motion, moved, hopeless)
+            trial = self.solve(trial.motion, moved, largest_ratio)
         return trial
 
     def towards(self, w: Sliders, known: TrialState, tries: int = TRIES) -> TrialState | None:
@@ -178,13 +179,20 @@ class LimitPoint:
 
 @compiled
 def newton_near(
-    x: Any, point: Any, start: Any, sliders: Any, tolerance: float, limit: int, patience: int, hopeless: float
+    x: Any,
+    point: Any,
+    start: Any,
+    sliders: Any,
+    tolerance: float,
+    limit: int,
+    check_interval: int,
+    largest_ratio: float,
 ) -> Any:
     """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and where the sliders stick.
 
     Steps in the sliders often leave the branch of a solution, and a search that waits for `hbsolve.newton` to try all
-    it can spends most of its time on states that do not exist. So this gives up where |R| is not below the share
-    `hopeless` of the first one after `patience` iterations, or its square after twice as many.
+    it can spends most of its time on states that do not exist. So this gives up where |R| is not below
+    `largest_ratio` times the first one after `check_interval` iterations, or its square after twice as many.
     """
     linear, omega, columns, arrays = point
     table, first, count, sampling = arrays
@@ -205,8 +213,8 @@ def newton_near(
             step *= SHORTENED
         x = x + step * dx
         norm = new if new <= STALLED * norm else imbalance(R, columns, x, forces.coefficients)
-        if iteration % patience == 0:
-            most *= hopeless
+        if iteration % check_interval == 0:
+            most *= largest_ratio
             if norm > most:
                 break
         if not np.isfinite(norm):

@@ -17,7 +17,7 @@ from hbsolve.continuation.multiple_states import motions_along_the_level
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import LimitKey
-from hbsolve.limits.point import PATIENT, LimitPoint, SearchStart, Sliders, TrialState
+from hbsolve.limits.point import ANY_RATIO, LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.population import SAME, number_of_starts, swept_states
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.random_histories import RUN_IN, random_states
@@ -122,7 +122,7 @@ def _branches(point: LimitPoint) -> Iterator[TrialState]:
     w = point.box.nominal
     start = make_initial_sliders(point.balance, w)
     for x in motions_along_the_level(point.balance, point.condensed.angular_frequency, start):
-        trial = point.solve(x, w, PATIENT)
+        trial = point.solve(x, w, ANY_RATIO)
         if trial is not None:
             yield trial
 
