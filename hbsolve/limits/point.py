@@ -62,7 +62,7 @@ class TrialState:
         return self.intervals.low <= self.intervals.high
 
     @property
-    def dragged(self) -> Bool[NDArray[np.bool_], " s"]:
+    def outside_interval(self) -> Bool[NDArray[np.bool_], " s"]:
         """Those of them whose start lies outside their interval."""
         return self.sticking & (
             (self.initial_slider < self.intervals.low) | (self.initial_slider > self.intervals.high)
@@ -71,7 +71,7 @@ class TrialState:
     @property
     def undetermined(self) -> Whole:
         """Sliders that the motion leaves where they start, so that it depends on their history."""
-        return np.flatnonzero((self.intervals.low < self.intervals.high) & ~self.dragged)
+        return np.flatnonzero((self.intervals.low < self.intervals.high) & ~self.outside_interval)
 
     @property
     def periodic_slider(self) -> Sliders:
@@ -127,11 +127,11 @@ class LimitPoint:
         """
         trial = self.solve(x, self.box.clip(w), largest_ratio)
         for _ in range(ROUNDS):
-            if trial is None or not trial.dragged.any():
+            if trial is None or not trial.outside_interval.any():
                 break
             margin = INSIDE * (trial.intervals.high - trial.intervals.low)
             ended = np.clip(trial.initial_slider, trial.intervals.low + margin, trial.intervals.high - margin)
-            moved = self.box.clip(np.where(trial.dragged, ended, trial.initial_slider))
+            moved = self.box.clip(np.where(trial.outside_interval, ended, trial.initial_slider))
             if np.array_equal(moved, trial.initial_slider):
                 break
             trial = self.solve(trial.motion, moved, largest_ratio)
@@ -179,20 +179,13 @@ class LimitPoint:
 
 @compiled
 def newton_near(
-    x: Any,
-    point: Any,
-    start: Any,
-    sliders: Any,
-    tolerance: float,
-    limit: int,
-    check_interval: int,
-    largest_ratio: float,
+    x: Any, point: Any, start: Any, sliders: Any, tolerance: float, limit: int, interval: int, largest_ratio: float
 ) -> Any:
     """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and where the sliders stick.
 
     Steps in the sliders often leave the branch of a solution, and a search that waits for `hbsolve.newton` to try all
     it can spends most of its time on states that do not exist. So this gives up where |R| is not below
-    `largest_ratio` times the first one after `check_interval` iterations, or its square after twice as many.
+    `largest_ratio` times the first one after `interval` iterations, or its square after twice as many.
     """
     linear, omega, columns, arrays = point
     table, first, count, sampling = arrays
@@ -213,7 +206,7 @@ def newton_near(
             step *= SHORTENED
         x = x + step * dx
         norm = new if new <= STALLED * norm else imbalance(R, columns, x, forces.coefficients)
-        if iteration % check_interval == 0:
+        if iteration % interval == 0:
             most *= largest_ratio
             if norm > most:
                 break

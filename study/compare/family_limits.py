@@ -17,13 +17,13 @@ from correlation.noise.nuisance import Budget
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
-from hbsolve.limits.dragged_sliders import dragged_reaches
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import several_limits
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
+from hbsolve.limits.vibration_bounds import compute_vibration_bounds
 from pipeline.store import stage
 from study.limits.several.progress import SeveralSearchProgress
 
@@ -131,9 +131,9 @@ class FamilySearch:
 
 @stage("reach of the sliders", ignore=("report",))
 def find_reaches(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> Reaches:
-    """Largest displacement of each slider from the box at each level, shape (l, s) [m]; see `dragged_reaches`."""
+    """Bounds of the sliders at each level by `compute_vibration_bounds`, shape (l, s) [m]."""
     largest = [level * float(np.exp(span)) for level, span in zip(rest.levels, rest.force_spans, strict=True)]
-    return dragged_reaches(rest.problem(), rest.angular_frequency, largest, stops=rest.stops, report=report)
+    return compute_vibration_bounds(rest.problem(), rest.angular_frequency, largest, stops=rest.stops, report=report)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -25,14 +25,14 @@ EVERYTHING = "all"
 UNBOUNDED = "unbounded"
 
 
-#: A length as sliders are dragged.
-DRAGGED = Dimension("a length", "m", "5 um")
+#: A length by which sliders are displaced.
+SLIDER_BOUND = Dimension("a length", "m", "5 um")
 
 
 def _reach(value: object) -> object:
     if value in (None, UNBOUNDED):
         return value
-    reach = DRAGGED.read(value)
+    reach = SLIDER_BOUND.read(value)
     if reach <= 0:
         raise ValueError(f'must be positive: it is how far a slider may have been dragged, or "{UNBOUNDED}"')
     return reach
@@ -52,7 +52,7 @@ class LimitsTable(CaseModel):
     levels: Annotated[tuple[Level, ...] | None, Field(min_length=1)] = None
     reach: Annotated[Literal["unbounded"] | float | None, BeforeValidator(_reach)] = None
     nominal: Annotated[
-        Literal["rest", "stuck"] | tuple[Annotated[float, BeforeValidator(DRAGGED.read)], ...],
+        Literal["rest", "stuck"] | tuple[Annotated[float, BeforeValidator(SLIDER_BOUND.read)], ...],
         Field(examples=["stuck"]),
     ] = "rest"
     population: Number = 24

@@ -43,7 +43,7 @@ def partly_sliding(system: JointedSystem, objective: Objective) -> tuple[LimitPo
             trial.undetermined
         ]
         inside = point.solve(trial.motion, w)
-        if inside is not None and 0 < len(inside.undetermined) < 4 and not inside.dragged.any():
+        if inside is not None and 0 < len(inside.undetermined) < 4 and not inside.outside_interval.any():
             return point, inside
     raise AssertionError("no state sticks in part")
 

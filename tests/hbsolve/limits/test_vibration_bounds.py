@@ -7,12 +7,12 @@ import pytest
 
 from benchmarks.family_coverage import frequencies, random_model
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.dragged_sliders import MARGIN, dragged_reaches
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import several_limits
+from hbsolve.limits.vibration_bounds import MARGIN, compute_vibration_bounds
 from reduction.jointed_system import JointedSystem
 from tests.slow import slow
 from transient.virtual_bench.sweep import VirtualSweepTest
@@ -51,7 +51,7 @@ def variant(damped: JointedSystem) -> JointedSystem:
 
 def test_without_slip_the_box_at_rest_is_enough(problem: LimitProblem) -> None:
     seen: list[tuple[float, float]] = []
-    reach = dragged_reaches(
+    reach = compute_vibration_bounds(
         problem, 2 * np.pi * FREQUENCY, [1e-6], report=lambda done, total: seen.append((done, total))
     )
     np.testing.assert_array_equal(reach, [problem.box.reach])
@@ -64,7 +64,7 @@ def test_without_slip_the_box_at_rest_is_enough(problem: LimitProblem) -> None:
 def test_sliders_that_stick_in_a_test_integrated_in_time_lie_in_the_box_of_its_level(
     damped: JointedSystem, problem: LimitProblem
 ) -> None:
-    reach = dragged_reaches(problem, 2 * np.pi * FREQUENCY, LEVELS)
+    reach = compute_vibration_bounds(problem, 2 * np.pi * FREQUENCY, LEVELS)
     bench = VirtualSweepTest(damped, {"blade": np.eye(4)[0]}, 256)
     further = False
     for level, own in zip(LEVELS, reach, strict=True):
@@ -85,7 +85,7 @@ def test_a_load_that_begins_at_once_drags_no_slider_out_of_the_box(variant: Join
     balance, levels = HarmonicBalance(system=variant, n_harmonic=8, n_sample=128), [0.7, 1.0]
     rest = limit_problem(balance, OutputHarmonic(row=0)).box
     problem = limit_problem(balance, OutputHarmonic(row=0), nominal=rest.middle, reach=rest.static)
-    reach = dragged_reaches(problem, 2 * np.pi * FREQUENCY, levels)
+    reach = compute_vibration_bounds(problem, 2 * np.pi * FREQUENCY, levels)
     bench = VirtualSweepTest(variant, {"blade": np.eye(4)[0]}, 256)
     further = 0
     for level, own in zip(levels, reach, strict=True):
@@ -103,8 +103,8 @@ def test_a_load_that_begins_at_once_drags_no_slider_out_of_the_box(variant: Join
 
 def test_what_one_level_drags_does_not_count_at_another(problem: LimitProblem) -> None:
     levels = [1.0, 1.5]
-    both = dragged_reaches(problem, 2 * np.pi * FREQUENCY, levels)
-    alone = dragged_reaches(problem, 2 * np.pi * FREQUENCY, levels[:1])
+    both = compute_vibration_bounds(problem, 2 * np.pi * FREQUENCY, levels)
+    alone = compute_vibration_bounds(problem, 2 * np.pi * FREQUENCY, levels[:1])
     np.testing.assert_array_equal(both[0], alone[0])
     assert (both[1] != both[0]).any()
     # Contacts of one line move together.
@@ -124,7 +124,7 @@ def test_histories_integrated_in_time_stay_inside_limits_that_are_narrower_than_
     frequency, levels = 284.0 * np.linspace(0.9, 1.02, 9), [1.0]
     rest = limit_problem(balance, output).box
     still = limit_problem(balance, output, nominal=rest.middle, reach=rest.static)
-    reach = dragged_reaches(still, 2 * np.pi * frequency, levels)
+    reach = compute_vibration_bounds(still, 2 * np.pi * frequency, levels)
     excess = (reach - rest.static).max() / MARGIN
     widths = []
     for each in (reach[0], float(2 * rest.radius.max() + MARGIN * excess)):
@@ -156,8 +156,8 @@ def test_the_steps_of_the_laboratory_drag_sliders_as_integration_in_time_does() 
     problem = limit_problem(balance, OutputHarmonic(row=0), nominal=rest.middle, reach=rest.static)
     measured = frequencies(model)
     finer = np.interp(np.arange(11) / 2, np.arange(6), measured)
-    (reach,) = dragged_reaches(problem, 2 * np.pi * finer, [0.3], stops=[range(0, 11, 2)])
-    (by_half_steps,) = dragged_reaches(problem, 2 * np.pi * finer, [0.3])
+    (reach,) = compute_vibration_bounds(problem, 2 * np.pi * finer, [0.3], stops=[range(0, 11, 2)])
+    (by_half_steps,) = compute_vibration_bounds(problem, 2 * np.pi * finer, [0.3])
     stepped = VirtualSweepTest(model.system, {"near": np.eye(6)[0]}, 256).sweep(list(measured), 0.3)
     # A slider that sticks stands where it was at the frequency before.
     still = np.abs(stepped.slider[-1] - stepped.slider[-2]) < 1e-3 * rest.static

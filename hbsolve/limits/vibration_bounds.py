@@ -1,4 +1,4 @@
-r"""How far the vibration of a test drags its sliders.
+r"""Bounds of slider positions under the vibration of a test.
 
 The static load bounds the friction forces at rest, and so where each slider may be when a vibration begins. Vibration
 raises normal forces, and a slider that it has dragged stays there while the vibration goes on, at other frequencies
@@ -35,7 +35,7 @@ N_TEST = 2
 SEED = 0
 
 
-def dragged_reaches(
+def compute_vibration_bounds(
     problem: LimitProblem,
     angular_frequency: Real,
     levels: Sequence[float],
