@@ -165,11 +165,11 @@ class Arrangement:
 
     def downweight_other_branch(self, model: Model) -> "Arrangement":
         """The same with next to no weight where a model is on another branch than the structure was."""
-        unseen = self.held_out.predictor.predict(model)
+        predicted = self.held_out.predictor.predict(model)
         train = downweight_other_branch(self.train, self.train.predictor.predict(model))
         downweighted = replace(
-            self, held_out=downweight_other_branch(self.held_out, unseen),
-            held_out_without_jitter=downweight_other_branch(self.held_out_without_jitter, unseen),
+            self, held_out=downweight_other_branch(self.held_out, predicted),
+            held_out_without_jitter=downweight_other_branch(self.held_out_without_jitter, predicted),
         )  # fmt: skip
         if train is self.train:
             return downweighted
@@ -279,23 +279,28 @@ def _compared(
     finer: Sequence[FinerModel],
 ) -> dict[str, Any]:
     """Fields of an arrangement that depend on the campaign: comparisons, jitter and fit."""
-    sides = _sides(campaign)
+    data_sets = _split_data_sets(campaign)
     model = unknowns.compose(values)
     # The error of a mesh does not depend on the measurements.
     known = all(each.shift is not None for each in finer)
-    prediction = sides[0].predictor.predict(model)
+    prediction = data_sets[0].predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
     refined = [each.compose(values) for each in finer]
-    first, _ = make_comparison(sides[0], model, prediction, budget, refined, FEW_DRAWS, fitted=False)
+    first, _ = make_comparison(data_sets[0], model, prediction, budget, refined, FEW_DRAWS, fitted=False)
     first, fit = fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
     if not known:
         finer = [each.calibrated(first, fit) for each in finer]
     refined = [each.compose(fit.values) for each in finer]
-    (train, _), unseen = _weigh_sides(sides, fit, budget, refined)
+    (train, _), held_out = _weigh_data_sets(data_sets, fit, budget, refined)
     train, fit = fit_from_fit(train, fit, budget.model)
     if not known:
         finer = [each.calibrated(train, fit) for each in finer]
-    return {"train": train, "fit": fit, "finer": tuple(finer), **_unseen(unseen, fit, budget, get_error_size(train))}
+    return {
+        "train": train,
+        "fit": fit,
+        "finer": tuple(finer),
+        **_arrange_held_out(held_out, fit, budget, get_error_size(train)),
+    }
 
 
 def expect_usual_error(arrangement: Arrangement) -> Arrangement:
@@ -329,33 +334,35 @@ def arrange_with_effect(
     of = arrangement
     finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
-    (train, _), unseen = _weigh_sides(_sides(campaign), fit, of.budget, refined, [of.train, of.held_out])
+    (train, _), held_out = _weigh_data_sets(
+        _split_data_sets(campaign), fit, of.budget, refined, [of.train, of.held_out]
+    )
     train, fit = fit_from_fit(train, fit, of.budget.model)
-    return replace(of, train=train, fit=fit, **_unseen(unseen, fit, of.budget, get_error_size(train)))
+    return replace(of, train=train, fit=fit, **_arrange_held_out(held_out, fit, of.budget, get_error_size(train)))
 
 
-def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
+def _split_data_sets(campaign: Campaign) -> tuple[Measured, Measured]:
     """Training and held-out measurements."""
-    seen, unseen = split_held_out(campaign)
+    training, held_out = split_held_out(campaign)
     sweeps = find_sweep_directions(campaign)
-    return Measured.prepare(seen, sweeps), Measured.prepare(unseen, sweeps)
+    return Measured.prepare(training, sweeps), Measured.prepare(held_out, sweeps)
 
 
-def _weigh_sides(
-    sides: Sequence[Measured],
+def _weigh_data_sets(
+    data_sets: Sequence[Measured],
     fit: Fit,
     budget: Budget,
     refined: Sequence[Model],
     likes: Sequence[Comparison] | None = None,
 ) -> list[tuple[Comparison, Scatter]]:
     """Comparisons of training and held-out data by the covariance of a fitted model, which solves each state once."""
-    prediction = join_measured(sides).predictor.predict(fit.model, fit.prediction)
-    return make_comparisons(sides, fit.model, prediction, budget, refined, likes=likes)
+    prediction = join_measured(data_sets).predictor.predict(fit.model, fit.prediction)
+    return make_comparisons(data_sets, fit.model, prediction, budget, refined, likes=likes)
 
 
-def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: ErrorSize) -> dict[str, Any]:
+def _arrange_held_out(weighed: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: ErrorSize) -> dict[str, Any]:
     """Fields of an arrangement for the held-out data, with model error of the size that the training data show."""
-    comparison, scatter = unseen
+    comparison, scatter = weighed
     prediction = comparison.predictor.predict(fit.model, fit.prediction)
     held_out = allow_model_error(comparison, fit.model, prediction, budget.model, size)
     without_jitter, shifts = _take_out_jitter(held_out, scatter, fit.model)
@@ -363,10 +370,10 @@ def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: 
 
 
 def _take_out_jitter(
-    comparison: Comparison, seen: Scatter, model: Model
+    comparison: Comparison, scatter: Scatter, model: Model
 ) -> tuple[Comparison, list[tuple[Effect, float]]]:
     """Comparison without jitter in its covariance, and the jitter as effects with priors."""
-    n_jitter = sum(len(covariance) for covariance in seen.jitter)
+    n_jitter = sum(len(covariance) for covariance in scatter.jitter)
     modes = comparison.whitening.modes
     assert modes is not None
     without = replace(comparison.whitening, modes=modes[:, n_jitter:])
@@ -378,7 +385,7 @@ def _take_out_jitter(
     # The jitter of a mean over as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))
     return replace(comparison, whitening=without, model_error=error), list_jitter(
-        model, [each / repeats for each in seen.jitter]
+        model, [each / repeats for each in scatter.jitter]
     )
 
 

@@ -98,7 +98,7 @@ def make_comparison(
 
 
 def make_comparisons(
-    sides: Sequence[Measured],
+    data_sets: Sequence[Measured],
     model: Model,
     prediction: Prediction,
     budget: Budget,
@@ -116,7 +116,7 @@ def make_comparisons(
 
     Parameters
     ----------
-    sides
+    data_sets
         Sets of measurements.
     prediction
         At the points of all sets, see `join_measured`.
@@ -127,38 +127,40 @@ def make_comparisons(
     predictor
         Of all sets, with what `Predictor.share` keeps of the model; made anew by default.
     """
-    together = join_measured(sides)
+    together = join_measured(data_sets)
     predictor = together.predictor.share(model) if predictor is None else predictor
     nominal = ModelFeatures(predictor, together.features, model, prediction)
-    rows = _split_rows(sides, together.features)
+    rows = _split_rows(data_sets, together.features)
     repeats, errors = make_nuisance_modes(nominal, budget, refined)
 
-    def scatters(history: Modes) -> list[Scatter]:
+    def estimate(history: Modes) -> list[Scatter]:
         return [
-            estimate_scatter(side.observed, side.features, [block[at] for block in repeats], history[at], errors[at])
-            for side, at in zip(sides, rows, strict=True)
+            estimate_scatter(
+                data_set.observed, data_set.features, [block[at] for block in repeats], history[at], errors[at]
+            )
+            for data_set, at in zip(data_sets, rows, strict=True)
         ]
 
     coarse = nominal.coarse()
-    seen = scatters(make_history_modes(coarse, min(n_draw, FEW_DRAWS), SEED))
+    scatters = estimate(make_history_modes(coarse, min(n_draw, FEW_DRAWS), SEED))
     if n_draw > FEW_DRAWS:
-        covariance, modes = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
-        seen = scatters(make_history_modes(coarse, n_draw, SEED, covariance, modes))
+        covariance, modes = (scatters[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
+        scatters = estimate(make_history_modes(coarse, n_draw, SEED, covariance, modes))
     free = together.features.points.free[together.features.row]
-    remainders = [compute_remainder(coarse, shift) for shift in _list_shifts(coarse.model, repeats, seen[0])]
+    remainders = [compute_remainder(coarse, shift) for shift in _list_shifts(coarse.model, repeats, scatters[0])]
     # The free structure is linear.
     remainders = [each._replace(kink=np.where(free[:, None], 0.0, each.kink)) for each in remainders]
     return [
         _finish_comparison(
-            side,
+            data_set,
             at,
             scatter,
             remainders,
-            take_prediction(prediction, sides, number),
+            take_prediction(prediction, data_sets, number),
             fitted,
             None if likes is None else likes[number],
         )
-        for number, (side, at, scatter) in enumerate(zip(sides, rows, seen, strict=True))
+        for number, (data_set, at, scatter) in enumerate(zip(data_sets, rows, scatters, strict=True))
     ]
 
 
@@ -241,38 +243,40 @@ def _downweight_rows(comparison: Comparison, rows: NDArray[np.bool_]) -> Compari
     return comparison.scale_deviations(np.where(numbers, EXCLUDED_FACTOR * size, 1.0))
 
 
-def join_measured(sides: Sequence[Measured]) -> Measured:
+def join_measured(data_sets: Sequence[Measured]) -> Measured:
     """All measurements of several sets as one; rows of one point in two sets are two rows."""
-    if len(sides) == 1:
-        return sides[0]
-    starts = np.cumsum([0, *(len(side.features.points) for side in sides[:-1])])
+    if len(data_sets) == 1:
+        return data_sets[0]
+    starts = np.cumsum([0, *(len(data_set.features.points) for data_set in data_sets[:-1])])
     columns: dict[str, Any] = {}
     for column in fields(FeatureVector):
-        parts = [getattr(side.features, column.name) for side in sides]
+        parts = [getattr(data_set.features, column.name) for data_set in data_sets]
         if column.name == "reference":
             parts = [np.where(part >= 0, part + start, part) for part, start in zip(parts, starts, strict=True)]
         columns[column.name] = join_tables(parts) if isinstance(parts[0], RowTable) else np.concatenate(parts)
     features = FeatureVector(**columns)
-    observed = join_tables([side.observed for side in sides])
-    return Measured(observed=observed, features=features, predictor=replace(sides[0].predictor, points=features.points))
+    observed = join_tables([data_set.observed for data_set in data_sets])
+    return Measured(
+        observed=observed, features=features, predictor=replace(data_sets[0].predictor, points=features.points)
+    )
 
 
-def take_prediction(prediction: Prediction, sides: Sequence[Measured], number: int) -> Prediction:
+def take_prediction(prediction: Prediction, data_sets: Sequence[Measured], number: int) -> Prediction:
     """The part of a prediction of joined measurements that is of one of their sets."""
-    first = sum(len(side.features.points) for side in sides[:number])
-    rows = first + np.arange(len(sides[number].features.points))
+    first = sum(len(data_set.features.points) for data_set in data_sets[:number])
+    rows = first + np.arange(len(data_sets[number].features.points))
     return prediction.where(rows)
 
 
-def _split_rows(sides: Sequence[Measured], together: FeatureVector) -> list[NDArray[np.int64]]:
+def _split_rows(data_sets: Sequence[Measured], together: FeatureVector) -> list[NDArray[np.int64]]:
     """Numbers of the joined features that are of each set, in the order of its own."""
-    ends = np.cumsum([len(side.features.points) for side in sides])
+    ends = np.cumsum([len(data_set.features.points) for data_set in data_sets])
     owner = np.searchsorted(ends, together.row, side="right")
-    return [np.flatnonzero(owner == number) for number in range(len(sides))]
+    return [np.flatnonzero(owner == number) for number in range(len(data_sets))]
 
 
 def _finish_comparison(
-    side: Measured,
+    data_set: Measured,
     rows: NDArray[np.int64],
     scatter: Scatter,
     remainders: Sequence[Remainder],
@@ -281,18 +285,18 @@ def _finish_comparison(
     like: Comparison | None,
 ) -> tuple[Comparison, Scatter]:
     """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
-    n_repeat = float(np.median(side.observed.count))
-    free = side.features.points.free[side.features.row]
+    n_repeat = float(np.median(data_set.observed.count))
+    free = data_set.features.points.free[data_set.features.row]
     curvature = make_curvature_modes([each.smooth[rows] for each in remainders], free, n_repeat)
     kinks = make_kink_modes(
-        side.features.state, [each.kink[rows] for each in remainders], scatter.whitening.deviation, n_repeat
+        data_set.features.state, [each.kink[rows] for each in remainders], scatter.whitening.deviation, n_repeat
     )
     comparison = Comparison(
-        observed=side.observed,
-        features=side.features,
-        measured=side.features.of_repeats(side.observed.repeat, side.observed.taken),
+        observed=data_set.observed,
+        features=data_set.features,
+        measured=data_set.features.of_repeats(data_set.observed.repeat, data_set.observed.taken),
         whitening=scatter.whitening.with_modes(np.column_stack([curvature, kinks])),
-        predictor=side.predictor,
+        predictor=data_set.predictor,
         noise=scatter.noise,
     )
     comparison = downweight_between_jumps(comparison, prediction)
@@ -303,9 +307,9 @@ def _finish_comparison(
     return comparison, scatter._replace(whitening=comparison.whitening)
 
 
-def _list_shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
+def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> list[Shift]:
     """Shifts by `REACH` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
-    sizes = [REACH * float(np.sqrt(each[0, 0])) for each in seen.jitter[:2]]
+    sizes = [REACH * float(np.sqrt(each[0, 0])) for each in scatter.jitter[:2]]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
     found = [
         _make_shift(
@@ -315,7 +319,7 @@ def _list_shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[
             np.asarray(change),
         )
     ]
-    if len(seen.jitter) > N_COMMON and (patterns := list_preload_jitter(model, seen.jitter[-1])):
+    if len(scatter.jitter) > N_COMMON and (patterns := list_preload_jitter(model, scatter.jitter[-1])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.preload_groups])

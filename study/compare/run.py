@@ -168,22 +168,22 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         A sensor that does not fit the model, or a campaign without repeats.
     """
     gained = set_gains(setup.with_sensors(campaign), campaign)
-    sides, calibrated, model = _sides(gained, campaign, calibrate)
-    train, *rest = (side.misfit for side in sides)
-    suspicions = (*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks)
+    data_sets, calibrated, model = _list_data_sets(gained, campaign, calibrate)
+    train, *rest = (data_set.misfit for data_set in data_sets)
+    suspicions = (*find_all_suspicions(campaign, model, data_sets[0].prediction), *gained.remarks)
     if summarise_misfit(train).whitened <= DIFFERS:
-        states = sides[0].comparison, sides[0].prediction
+        states = data_sets[0].comparison, data_sets[0].prediction
         suspicions = (*suspicions, *find_untested_friction(model, campaign.data, states))
-    peaks = find_peaks(sides, campaign.drive.unit)
+    peaks = find_peaks(data_sets, campaign.drive.unit)
     return ComparisonResult(
         title=setup.title,
         campaign=campaign,
         model=model,
-        prediction=sides[0].prediction,
+        prediction=data_sets[0].prediction,
         train=train,
         held_out=rest[0] if rest else None,
         peaks=peaks.errors,
-        jumps=find_jumps(sides),
+        jumps=find_jumps(data_sets),
         unread=peaks.unread,
         suspicions=merge_suspicions(suspicions),
         calibrated=calibrated,
@@ -191,7 +191,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Side:
+class DataSet:
     """Training or held-out measurements beside a prediction."""
 
     comparison: Comparison
@@ -219,7 +219,9 @@ class Side:
         )  # fmt: skip
 
 
-def predict_sides(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
+def predict_data_sets(
+    observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget
+) -> list[DataSet]:
     """Sets of measurements beside a model as it is, weighted by noise, friction histories and numerical error.
 
     Parameters
@@ -236,12 +238,14 @@ def predict_sides(observed: Sequence[Observation], sweeps: tuple[int, ...], mode
     prediction = predictor.predict(model)
     weights = make_comparisons(sets, model, prediction, budget, budget.refined, fitted=False, predictor=predictor)
     return [
-        Side(comparison=comparison, prediction=take_prediction(prediction, sets, number))
+        DataSet(comparison=comparison, prediction=take_prediction(prediction, sets, number))
         for number, (comparison, _) in enumerate(weights)
     ]
 
 
-def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
+def _list_data_sets(
+    gained: SetGains, campaign: Campaign, calibrate: bool
+) -> tuple[list[DataSet], tuple[Calibrated, ...], Model]:
     setup, unknown = gained.setup, gained.gains.parameters
     if calibrate:
         require_parameters((*setup.calibration_parameters, *unknown))
@@ -258,36 +262,36 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
         fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
         fit = fit_together(arrangement.train, fit, training_data(campaign, fit.model))
         held_out = arrangement.held_out.predict(fit.model, fit.prediction)
-        sides = [
-            Side(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),
-            Side(comparison=leave_out_model_error(arrangement.held_out), prediction=held_out),
+        data_sets = [
+            DataSet(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),
+            DataSet(comparison=leave_out_model_error(arrangement.held_out), prediction=held_out),
         ]
         n = len(setup.calibration_parameters)
         calibrated = list_calibrated(setup.calibration_parameters, fit.values, fit.deviation)
-        return sides, (*calibrated, *gained.report(fit.values[n:], fit.deviation[n:])), fit.model
+        return data_sets, (*calibrated, *gained.report(fit.values[n:], fit.deviation[n:])), fit.model
     model, budget = setup.complete, setup.complete_budget
     sweeps, none_held_out = find_sweep_directions(campaign), not (campaign.held_out.levels or campaign.held_out.repeats)
     sets = [take_training_part(campaign)] if none_held_out else split_held_out(campaign)
-    sides = predict_sides(sets, sweeps, model, budget)
+    data_sets = predict_data_sets(sets, sweeps, model, budget)
     if not unknown:
-        return sides, (), model
-    model, gains = gained.refine(model, sides[0].comparison)
-    return predict_sides(sets, sweeps, model, budget), gains, model
+        return data_sets, (), model
+    model, gains = gained.refine(model, data_sets[0].comparison)
+    return predict_data_sets(sets, sweeps, model, budget), gains, model
 
 
-def find_jumps(sides: Sequence[Side]) -> tuple[JumpError, ...]:
+def find_jumps(data_sets: Sequence[DataSet]) -> tuple[JumpError, ...]:
     """Errors of jumps: of the training levels from the training data, of the others from what is held out."""
     found: list[JumpError] = []
-    for side in sides:
+    for data_set in data_sets:
         known = {(each.free, each.level) for each in found}
-        errors = compute_jump_errors(side.comparison.observed, side.prediction, side.comparison.predictor.sweeps)
+        errors = compute_jump_errors(data_set.comparison.observed, data_set.prediction, data_set.comparison.predictor.sweeps)
         found += [each for each in errors if (each.free, each.level) not in known]
     return tuple(found)
 
 
-def find_peaks(sides: Sequence[Side], level_unit: str) -> ModePeaks:
+def find_peaks(data_sets: Sequence[DataSet], level_unit: str) -> ModePeaks:
     """Errors of resonances: of the training levels from the training data, of the others from what is held out."""
-    return compute_peak_errors([side.peak_source for side in sides], level_unit)
+    return compute_peak_errors([data_set.peak_source for data_set in data_sets], level_unit)
 
 
 def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None) -> str:
@@ -304,18 +308,18 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for name, side in (("training", train), ("held out", held_out)):
-        if side is None:
+    for name, misfit in (("training", train), ("held out", held_out)):
+        if misfit is None:
             continue
-        points = side.points
+        points = misfit.points
         with np.errstate(invalid="ignore", divide="ignore"):
-            amplitude = amplitude_error(side.measured, side.predicted)
-            phase = np.degrees(phase_error(side.measured, side.predicted))
-        phase[~side.phased & (points.harmonic > 0)] = np.nan
+            amplitude = amplitude_error(misfit.measured, misfit.predicted)
+            phase = np.degrees(phase_error(misfit.measured, misfit.predicted))
+        phase[~misfit.phased & (points.harmonic > 0)] = np.nan
         numbers = np.column_stack(
             [
-                side.measured.real, side.measured.imag, side.deviation, side.predicted.real, side.predicted.imag,
-                amplitude, phase, side.standardised, side.whitened,
+                misfit.measured.real, misfit.measured.imag, misfit.deviation,
+                misfit.predicted.real, misfit.predicted.imag, amplitude, phase, misfit.standardised, misfit.whitened,
             ]
         ).tolist()  # fmt: skip
         columns = (points.free, points.level, points.frequency, points.sweep, points.sensor, points.harmonic)

@@ -24,7 +24,7 @@ from study.compare.curve import (
 from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.section.misfit import map_misfit
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage, list_sides
+from study.diagnose.stages import Stage, list_data_sets
 from study.page.number import round_list
 
 Numbers = Float[NDArray[np.float64], " f"]
@@ -32,7 +32,7 @@ Numbers = Float[NDArray[np.float64], " f"]
 
 def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
-    train, held_out = (side.misfit for side in list_sides(result, stage))
+    train, held_out = (data_set.misfit for data_set in list_data_sets(result, stage))
     return join_sides(train, held_out)
 
 

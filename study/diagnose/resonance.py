@@ -9,12 +9,12 @@ from study.compare.backbone import draw_backbones
 from study.compare.run import find_peaks
 from study.compare.sentence import describe_resonances
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage, list_sides, list_stages
+from study.diagnose.stages import Stage, list_data_sets, list_stages
 
 
 def find_resonances(result: Round, stage: Stage) -> tuple[PeakError, ...]:
     """Resonances of the training and the held-out levels beside those of a stage, by noise and stated errors alone."""
-    return find_peaks(list_sides(result, stage), result.campaign.drive.unit).errors
+    return find_peaks(list_data_sets(result, stage), result.campaign.drive.unit).errors
 
 
 def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:

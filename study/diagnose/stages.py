@@ -8,7 +8,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.fit.weighting import leave_out_model_error
 from figure.waterfall import WaterfallStep
 from geometry.plain_number import plain
-from study.compare.run import Side
+from study.compare.run import DataSet
 from study.diagnose.history import Errors, History
 from study.diagnose.round import Round, summarise_errors
 
@@ -48,13 +48,13 @@ def list_stages(result: Round) -> list[Stage]:
     return listed
 
 
-def list_sides(result: Round, stage: Stage) -> list[Side]:
+def list_data_sets(result: Round, stage: Stage) -> list[DataSet]:
     """Training and held-out data beside a stage, by noise and stated errors alone."""
     arrangement, fit = result.diagnosis.arrangement, stage.refit.fit
     held_out = arrangement.held_out
     predicted = result.run_step(f"held out, {stage.name}", lambda: held_out.predict(fit.model, fit.prediction))
     beside = ((arrangement.train, fit.prediction), (held_out, predicted))
-    return [Side(comparison=leave_out_model_error(one), prediction=prediction) for one, prediction in beside]
+    return [DataSet(comparison=leave_out_model_error(one), prediction=prediction) for one, prediction in beside]
 
 
 def make_waterfall(result: Round, history: History) -> list[WaterfallStep]:
