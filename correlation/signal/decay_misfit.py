@@ -21,7 +21,7 @@ Vector = Float[NDArray[np.float64], " k"]
 PERIODS, NEIGHBOURS = 6.0, 5
 #: An average exceeds so many mean squares of noise by chance once in 10^4, exp(-9), and one of k averages
 #: log(k) more [-].
-CHANCE = 9.0
+NOISE_RATIO = 9.0
 #: Largest share of a mode's amplitude that a fit may leave [-].
 FOLLOWED = 0.02
 #: Damping ratios of a mode, and how far its frequency changes at most, as a factor [-].
@@ -76,7 +76,7 @@ def measure_misfit(decay: Decay, fit: SlowFlowFit, number: int) -> DecayMisfit:
     amplitude = np.array([window @ size[a : a + width] / window.sum() for a in starts])
     of_noise = 4 * (window**2).sum() / window.sum() ** 2
     noise = estimate_noise(fit.residual, step) ** 2 * of_noise
-    by_chance = (CHANCE + np.log(len(starts))) * noise
+    by_chance = (NOISE_RATIO + np.log(len(starts))) * noise
     share = np.sqrt(np.maximum(left**2 - by_chance, 0.0)) / np.maximum(amplitude, 1e-300)
     white = max(float((fit.residual**2).mean()) * of_noise, 1e-300)
     padded = np.pad(left**2 / white, NEIGHBOURS // 2, mode="edge")

@@ -22,13 +22,13 @@ from study.merge_sentences import name_wrong_places
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
 #: From here on a difference by chance is no agreement [%]: sensors err by 5 % and, unless all do alike, means by less.
-VAGUE = 10.0
+WIDE_DEVIATION = 10.0
 #: A standard deviation as large as the number itself tells nothing about it [%].
-UNTOLD = 100.0
+NOT_DETERMINED = 100.0
 #: Probability of what is taken as no chance any more.
 CHANCE = 1e-3
-#: A gain is told from zero by so many of its standard deviations.
-TOLD = 3.0
+#: A gain differs clearly from zero from so many of its standard deviations on.
+CLEAR_GAIN = 3.0
 #: From here on a percentage is written without digits behind the point.
 PLAIN = 99.5
 NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
@@ -154,10 +154,10 @@ def _describe_wide_deviations(compared: ComparisonResult) -> str:
         f"phase is {plain(np.degrees(summary.phase_error))} deg": summary.phase_error,
     }
     for words, error in errors.items():
-        if 100 * error > VAGUE:
+        if 100 * error > WIDE_DEVIATION:
             return f"the median error of the {words}, and standard deviations are as wide"
     for item in compared.calibrated:
-        if item.name.startswith(GAIN) and not abs(item.factor) > TOLD * item.deviation:
+        if item.name.startswith(GAIN) and not abs(item.factor) > CLEAR_GAIN * item.deviation:
             return f"the {describe_gain(item.name, item.factor, item.deviation)} is not told from zero"
     return ""
 
@@ -268,13 +268,13 @@ def _ranged(
         known = [size for size in deviations if np.isfinite(size)]
         if sum(size**2 for size in known) > chdtri(len(known), CHANCE):
             return f"is off by up to {plain(largest)} %, little at each level, but more than chance at all of them"
-        if agrees and largest < VAGUE:
+        if agrees and largest < WIDE_DEVIATION:
             return f"agrees within {plain(largest)} %, which chance explains"
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
         told = (
             f" (one standard deviation: up to {plain(coarsest)} %)"
-            if coarsest < UNTOLD
+            if coarsest < NOT_DETERMINED
             else ", but the readings do not determine it"
         )
         return f"differs by up to {plain(largest)} %{told}"

@@ -20,7 +20,7 @@ POWERS = (-3, 3, -6, 6)
 STIFFNESS = "N/m"
 #: Share of the misfit with half the power that is left with all of it: a contact that hardly moves is as good with
 #: either, which then tells nothing of a unit. Share of the distance of the resonance as well [-].
-TOLD = 0.5
+DISTINGUISHABLE = 0.5
 #: Changes whose resonance is nearest, for which steady states are computed.
 MOST_TRIED = 2
 
@@ -45,7 +45,8 @@ def find_wrong_stiffness(motions: Readings, model: Model) -> tuple[Suspicion, ..
         (distance, where, parameter, stiffness, power, changed)
         for where, parameter, stiffness in _stiffnesses(model)
         for power in POWERS
-        if (distance := _distance(changed := _change(model, parameter, stiffness, 10.0**power), peak)) < TOLD * nearest
+        if (distance := _distance(changed := _change(model, parameter, stiffness, 10.0**power), peak))
+        < DISTINGUISHABLE * nearest
     ]
     for _, where, parameter, stiffness, power, changed in sorted(tried, key=lambda item: item[0])[:MOST_TRIED]:
         left = readings.misfit_of(changed)
@@ -53,7 +54,7 @@ def find_wrong_stiffness(motions: Readings, model: Model) -> tuple[Suspicion, ..
             continue
         between = 10.0 ** (power / 2)
         half = readings.misfit_of(_change(model, parameter, stiffness, between))
-        if left < TOLD * half:
+        if left < DISTINGUISHABLE * half:
             sentence = (
                 f"the model is off by a factor of {np.exp(stated):.3g}; with {parameter} {10.0**power:g} times that of "
                 f"the case it agrees within {np.expm1(left):.1%} (medians), and with {between:.3g} times it is off by "
