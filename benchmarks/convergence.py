@@ -127,7 +127,9 @@ def draw(results: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]], pa
     for name, series in results.items():
         for axis, count, error in zip(axes, (HARMONICS, SAMPLES), series, strict=True):
             axis.loglog(count, np.maximum(error, 1e-12), "o-", markersize=4, label=name)
-    for axis, count, label in zip(axes, (HARMONICS, SAMPLES), ("harmonics H", "samples a period, H = 7"), strict=True):
+    for axis, count, label in zip(
+        axes, (HARMONICS, SAMPLES), ("harmonics H", "samples per period, H = 7"), strict=True
+    ):
         axis.set_xticks(count, [str(n) for n in count])
         axis.minorticks_off()
         axis.set_xlabel(label)

@@ -272,7 +272,7 @@ def report(name: str, ours: dict[str, Any], theirs: dict[str, Any], omegas: Any)
     print(
         f"| first call (kernels from cache) | {1e3 * ours['compilation']:.0f} | {1e3 * theirs['compilation']:.0f} | |"
     )
-    print(f"\ncondensing the structure, once a point and part of its time: {1e3 * ours['condensation']:.3g} ms")
+    print(f"\ncondensing the structure, once per point and part of its time: {1e3 * ours['condensation']:.3g} ms")
     print(f"pyHarm's force residual at this package's answers: {theirs['residual_at_ours']:.1e} N at most,", end=" ")
     print(f"its tolerance: {theirs['tolerance']:.1e} N")
     for solver, run in theirs["solvers"].items():

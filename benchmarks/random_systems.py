@@ -24,7 +24,7 @@ gap                 0.02 to 1 times the amplitude of the free structure along th
 sliders at t = 0    at 0 in half of the systems; else with tangential forces of -1 to 1 times mu N, uniform
 frequencies         40, equidistant, from 0.85 times the first free resonance (contacts removed) to 1.15 times the first
                     stuck one (contacts as springs), in rising or falling order at random
-solver              H = 5, 128 samples a period, everything else as it comes
+solver              H = 5, 128 samples per period, everything else as it comes
 
 Run it with
 

@@ -132,7 +132,7 @@ def stages(result: Run) -> None:
 
     def solves(stage: str, passes: int) -> float:
         key = f"{stage}: solves"
-        # Each pass reads the factor once a block and does two operations an entry and column.
+        # Each pass reads the factor once per block and does two operations per entry and column.
         return passes * max(2 * entries * columns[key] / dgemm, 8 * entries * calls[key] / read)
 
     bound = {

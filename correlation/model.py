@@ -113,7 +113,7 @@ class Model:
         The level is times Omega^level_power: 2 where the case says how far the base moves, 1 for its velocity, 0 for
         accelerations and forces [-].
     n_harmonic, n_sample
-        H + 1, and instants a period (0 leaves them to the balance) [-].
+        H + 1, and instants per period (0 leaves them to the balance) [-].
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 A member is declared where it stands, in a file of its own that ends with ``REGISTRY.register(member)``. Found are
 
-- the product's own members by walking a package: one file a member, no list by hand;
+- the product's own members by walking a package: one file per member, no list by hand;
 - those of installed packages through an entry point of its group, which names a module;
 - those of a user's file through `load`, or `load_file` where it does not matter of which kinds they are.
 

@@ -176,7 +176,7 @@ def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> In
     if len(result) != 3 * pair.line.n_station:
         raise JointError(
             f'pair "{pair.name}": boundary set "{name}" of {body} keeps {len(result)} degrees of freedom, but the line '
-            f"has {pair.line.n_station} stations with three each: keep one node a station"
+            f"has {pair.line.n_station} stations with three each: keep one node per station"
         )
     return result.reshape(-1, 3)
 

@@ -47,7 +47,7 @@ def pyharm_input(
     n_harmonic
         Harmonics 0 to n_harmonic - 1 [-], at least 2.
     n_sample
-        Samples a period [-].
+        Samples per period [-].
 
     Raises
     ------

@@ -73,7 +73,7 @@ class SteadyMotion(JointHistory):
             return f"the motion repeats every {self.period_multiple} periods of the excitation"
         return (
             f"the motion does not repeat within {self.n_period} periods: it still changes by {self.period_change:.1e} "
-            f"of its amplitude a period, {self.distance:.1e} from a steady state at the decay seen"
+            f"of its amplitude per period, {self.distance:.1e} from a steady state at the decay seen"
         )
 
     def coefficients(self, n_harmonic: int) -> Complex[Array, "harmonic r"]:

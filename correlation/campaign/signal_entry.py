@@ -134,7 +134,7 @@ class SignalEntry:
             As `complex_values`, or values that are complex.
         """
         if "column" not in self.columns and self.has_phase:
-            raise self.problem("is one real number a row: name its column")
+            raise self.problem("is one real number per row: name its column")
         values = self.complex_values(file, si)
         if np.iscomplexobj(file.column(next(iter(self.columns.values()))).values):
             raise self.problem("is complex in its file: name a real column")

@@ -21,10 +21,22 @@ from correlation.data_type.mode_set import correct_modes
 from correlation.model import DERIVATIVE, Model
 from geometry.plain_number import plain
 
-#: Ratios that tell a factor, the least that is no model's fault, and how many times it is what 90 % of the ratios are
-#: from it [-]. Of 20,000 random chains of up to six masses, masses and springs off by 2 to 40 % each and all together,
-#: 0.04, 0.4 and 0.7 % of those with 5 ratios, 3 and fewer pass; off by up to 20 %, 0, 0.04 and 0.1 % do.
-CLEAR = ((5, 1.25, 8.0), (3, 3.0, 3.0), (1, 10.0, 2.0))
+
+class _ClearFactor(NamedTuple):
+    """When the ratios of measured to predicted residues have one factor that is no error of the model."""
+
+    n_ratio: int
+    """Ratios at least [-]."""
+    least: float
+    """Their median at least [-]."""
+    spreads: float
+    """Logarithm of the median over the distance from it within which `MOST` of them are, at least [-]."""
+
+
+#: Of 20,000 random chains of up to six masses, masses and springs off by 2 to 40 % each and all together, 0.04, 0.4 and
+#: 0.7 % of those with 5 ratios, 3 and fewer pass; off by up to 20 %, 0, 0.04 and 0.1 % do.
+CLEAR = (_ClearFactor(5, 1.25, 8.0), _ClearFactor(3, 3.0, 3.0), _ClearFactor(1, 10.0, 2.0))
+#: Share of the ratios within their spread [-].
 MOST = 0.9
 #: A sensor tells a mode if it moves by so much of what the one that moves most does in the model [-].
 MOVES = 0.1
@@ -34,7 +46,7 @@ NEARER, LEFT = 3.0, 0.3
 
 
 class _Ratios(NamedTuple):
-    """Of measured residues to those of the model, one for each sensor and mode that tells: shape (k,) each."""
+    """Ratios of measured residues to those of the model, one for each sensor and mode: shape (k,) each."""
 
     sensor: Int[NDArray[np.int64], " k"]
     omega: Float[NDArray[np.float64], " k"]
@@ -69,7 +81,7 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
     else:
         for row, name in enumerate(response.sensors):
             own = ratios.of(row)
-            if len(own.sensor) and abs(np.median(own.logarithm.real)) > np.log(CLEAR[-1][1]):
+            if len(own.sensor) and abs(np.median(own.logarithm.real)) > np.log(CLEAR[-1].least):
                 yield _suspect_size(f'{response.name}, "{name}"', "its response is", own, quantities[row : row + 1])
 
 
@@ -110,13 +122,15 @@ def _spread(values: Float[NDArray[np.float64], " k"]) -> float:
 def _is_clear(values: Float[NDArray[np.float64], " k"]) -> bool:
     """Whether logarithms of ratios are one factor that no model is off by."""
     size = abs(float(np.median(values))) if len(values) else 0.0
-    return any(len(values) >= n and size > max(np.log(least), times * _spread(values)) for n, least, times in CLEAR)
+    return any(
+        len(values) >= each.n_ratio and size > max(np.log(each.least), each.spreads * _spread(values)) for each in CLEAR
+    )
 
 
 def _find_power(ratios: _Ratios, quantities: list[str]) -> int:
     """Power of i omega that explains the ratios: time derivatives that were not said; 0 for none."""
     values, logarithm = ratios.logarithm.real, np.log(ratios.omega)
-    if len(values) < CLEAR[1][0] or not np.ptp(logarithm) > np.log(CLEAR[0][1]):
+    if len(values) < CLEAR[1].n_ratio or not np.ptp(logarithm) > np.log(CLEAR[0].least):
         return 0
     stated = DERIVATIVE[quantities[0]]
     quarter = ratios.logarithm.imag / (np.pi / 2)

@@ -34,7 +34,7 @@ CLEAR = 5.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Misfit(RowTable, Tabular):
-    """A model beside measurements, one row a point.
+    """A model beside measurements, one row per point.
 
     Parameters
     ----------

@@ -22,7 +22,8 @@ from reduction.joint_law.friction_contact import friction_contacts
 Modes = Float[NDArray[np.float64], "m q"]
 
 NOTHING = ModelParameter()
-#: Instants per harmonic, and at least, and the relative residual that tell what a small change of a model changes [-].
+#: What a small change of a model changes is computed with so many instants per harmonic, at least so many instants, and
+#: up to this relative residual [-].
 COARSE_PER_HARMONIC, COARSE_LEAST, COARSE_TOLERANCE = 8, 48, 1e-5
 #: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
 HISTORY = 0.9

@@ -29,7 +29,7 @@ BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
 SAME_AMPLITUDE = 0.02
 #: Periods of a plateau at least; the first of them still carries the loading history and does not count [-].
 FEWEST_PERIODS = 2
-#: Force at the ends of the displacement: straight lines through the samples of the last share of the stroke [-].
+#: Force at the ends of the displacement: straight lines through samples in this last share of the stroke [-].
 END_SHARE = 0.04
 #: Play: where the force is below this share of its range on both branches, over at least this share of the stroke [-].
 NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50

@@ -94,7 +94,7 @@ class Resonance:
         return -1 / receptance if receptance < 0 else None
 
     def softening(self, row: Row) -> float | None:
-        """The same for a resonance that falls, negative [N/m]."""
+        """Stiffness k < 0 that lowers the resonance by `SHIFT`: 1 + k G = 0 there [N/m]; none if no spring does."""
         receptance = float(self.receptance(row[None], (1 - SHIFT) * self.angular_frequency)[0, 0])
         return -1 / receptance if receptance > 0 else None
 

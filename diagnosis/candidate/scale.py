@@ -69,7 +69,7 @@ class Scale:
         return min(each.dashpot(row) for each in self.resonances)
 
     def drag(self, row: Row) -> float | None:
-        """Quadratic damping that does so at resonance [N s^2/m^2]; none where no force moves the place."""
+        """Quadratic damping that adds `DAMPING_SHARE` to that of a mode [N s^2/m^2]; none where nothing moves."""
         return _least(each.drag(row) for each in self.resonances)
 
     def cubic(self, row: Row) -> float | None:

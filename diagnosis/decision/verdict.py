@@ -46,7 +46,7 @@ class Finding(Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Verdict(Tabular):
-    """Result of one round.
+    """Verdict of one round: which effects are missing, and with what probability.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from fe.errors import MeshError
 from fe.material import Material
 from fe.mesh import Mesh
 
-#: CalculiX reads at most 16 entries a line, 20 characters each: a number with 13 digits is 19 long.
+#: CalculiX reads at most 16 entries per line, 20 characters each: a number with 13 digits is 19 long.
 ENTRIES = 16
 NUMBER = "%.12E"
 #: Set that the frequency deck makes for a mesh of one material.

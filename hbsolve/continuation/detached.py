@@ -38,10 +38,12 @@ from reduction.array_type import Real
 
 #: Frequencies of the range from which arcs begin, and peaks of the curve beside them.
 N_FREQUENCY, N_PEAK = 9, 3
-#: Folds that miss the level by more of it than this are too far from it; so many frequencies at most about which one is
-#: looked for that misses it by less, the halvings of their distance, and the share of the miss from which on what a
-#: parabola promises is not worthwhile.
-MOST_MISSED, MOST_REFINED, N_HALVED, WORTHWHILE = 0.5, 2, 3, 0.5
+#: Folds that miss the level by more than this share of it are too far from it [-].
+MOST_MISSED = 0.5
+#: Frequencies at most about which a fold that misses the level by less is looked for, and halvings of their distance.
+MOST_REFINED, N_HALVED = 2, 3
+#: A fold is looked for if a parabola promises a smaller miss than this share of the present one [-].
+WORTHWHILE = 0.5
 #: Points of all arcs: no further arc begins beyond so many for each point of the curve, nor beyond so many for a short
 #: one, so that the search takes no longer than a few curves.
 POINTS, LEAST_POINTS = 2, 300

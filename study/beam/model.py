@@ -1,4 +1,4 @@
-"""The beam of the virtual test bench as an engineer would model it: few elements, three contact stations a line.
+"""The beam of the virtual test bench as an engineer would model it: few elements, three contact stations per line.
 
 A cantilever in plane bending (Hermite elements) between two inclined contact flanks; drawing and numbers are those that
 `transient.virtual_bench.beam` builds its specimen from, in a discretisation of its own.
@@ -35,7 +35,7 @@ def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> 
     n_element
         Elements of equal length [-].
     n_station
-        Contacts a line, odd [-].
+        Contacts per line, odd [-].
     n_harmonic
         H + 1 [-].
     """

@@ -218,7 +218,7 @@ def _candidates(result: Round) -> Iterator[str]:
 
 
 def list_by_kind(rows: Sequence[Row]) -> list[str]:
-    """Smallest detectable strengths, one line a kind, the smallest of each kind first."""
+    """Smallest detectable strengths, one line per kind, the smallest of each kind first."""
     kinds: dict[str, list[str]] = {}
     for row in sorted(rows, key=lambda row: (row.effect.kind, row.detectable)):
         place = row.effect.name.removeprefix(row.effect.kind).strip()

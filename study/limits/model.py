@@ -43,7 +43,7 @@ class LimitSearch:
     system
         With its loads at level 1.
     harmonics, n_sample
-        H, and samples a period, 0 for the solver's choice [-].
+        H, and samples per period, 0 for the solver's choice [-].
     objective
         Quantity whose limits are computed.
     harmonic

@@ -145,7 +145,7 @@ def convert_limits(
 
 
 def format_limits_csv(curves: LimitCurves) -> str:
-    """One line a level and frequency, with what is known about both limits."""
+    """One line per level and frequency, with what is known about both limits."""
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
     columns = [list_columns(curves, side, f" [{curves.unit}]") for side in range(len(SIDES))]

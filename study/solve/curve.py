@@ -77,7 +77,7 @@ def response_curve(
     curve
         Request of the case.
     harmonics, n_sample
-        H, and samples a period, 0 for the solver's choice [-].
+        H, and samples per period, 0 for the solver's choice [-].
     checkpoint
         Store of the points that are computed so far.
     report

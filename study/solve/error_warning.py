@@ -16,8 +16,8 @@ MOST_ERROR = 0.01
 def error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> str:
     """One sentence on the amplitude whose estimated error is too large, empty if there is none.
 
-    Told is the output and the curve with the largest error at the highest point; if it is small at all of these, those
-    with the largest share of points at which it is not.
+    It names the output and the curve whose error at the highest point is the largest. If the errors at all highest
+    points are small, it names those with the largest share of points whose error is not.
     """
     limit, harmonic = model.tolerance or MOST_ERROR, find_main_harmonic(model.system)
     wrong = []

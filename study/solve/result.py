@@ -219,7 +219,7 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
 
 
 def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
-    """All curves as a table, one line a point."""
+    """All curves as a table, one line per point."""
     harmonic = find_main_harmonic(model.system)
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow

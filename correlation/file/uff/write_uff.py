@@ -104,7 +104,7 @@ def _even_step(x: Float[NDArray[np.float64], " n"]) -> float | None:
 
 
 def _text(table: Float[NDArray[np.float64], "n k"], even: bool) -> Iterator[str]:
-    """Lines of values: four numbers a line if the abscissa is even, else abscissas of six digits before the values."""
+    """Lines of values: four per line if the abscissa is even, else abscissas of six digits before the values."""
     if even:
         numbers = table.reshape(-1)
         for start in range(0, len(numbers), 4):

@@ -3,7 +3,7 @@
 A point array "node_set:NAME" holds the place of each node in the set, from 1, and 0 elsewhere; a cell array
 "cell_set:NAME" does so for cells; a cell array "face_set:NAME" has bit k set where local face k (for hexahedra x-, x+,
 y-, y+, z-, z+) of that cell belongs to the set. ParaView shows them as ordinary arrays. A point array of another
-program with one value a point, each 0 or 1, such as "fixed", is a node set of its name as well.
+program with one value per point, each 0 or 1, such as "fixed", is a node set of its name as well.
 """
 
 from collections.abc import Mapping
