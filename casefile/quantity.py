@@ -108,7 +108,7 @@ def read_quantity(value: object, dimension: Dimension) -> float:
     if not unit and dimension is not RATIO:
         raise ValueError(f'give a unit, e.g. "{dimension.example}"')
     unit = BARE_EXPONENT.sub(r"\1^\2", unit)
-    # Refused before Decimal sees it: float() overflows to inf on numbers that no unit could mend.
+    # Refused before Decimal sees it: float() overflows to inf on numbers that no unit could correct.
     _finite(float(number))
     si = _finite(_si(Decimal(number), unit, dimension))
     refusal = dimension.plausibility.refusal(si, value) if dimension.plausibility else ""

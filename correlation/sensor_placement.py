@@ -73,7 +73,7 @@ def _check_same(measured: MeasuredSensor, sensor: AnySensor, model: Model) -> No
         reads = f"{measured.component} force of {measured.line}" if measured.line is not None else measured.quantity
     if says != reads:
         raise CampaignError(
-            f'{MANIFEST}: sensor "{measured.name}" measures {reads}, the model\'s sensor of that name {says}: mend '
+            f'{MANIFEST}: sensor "{measured.name}" measures {reads}, the model\'s sensor of that name {says}: correct '
             "one of them, or give it another name"
         )
     if isinstance(sensor, Sensor):
@@ -91,14 +91,14 @@ def _check_same_point(measured: MeasuredSensor, sensor: Sensor, model: Model) ->
     if measured.direction and axes and not axes & {measured.direction, measured.toward, "modal"}:
         raise CampaignError(
             f'{MANIFEST}: sensor "{measured.name}" reads along {measured.direction}, the model\'s sensor of that name '
-            f"along {' and '.join(sorted(axes))}: mend one of them, or leave direction out"
+            f"along {' and '.join(sorted(axes))}: correct one of them, or leave direction out"
         )
     if measured.place is None or not model.places:
         return
     if not np.any(_place_row(measured, model, measured.place) * sensor.row):
         raise CampaignError(
             f'{MANIFEST}: sensor "{measured.name}" sits at place "{measured.place}", which the model\'s sensor of that '
-            "name does not read: mend one of them, or give it another name"
+            "name does not read: correct one of them, or give it another name"
         )
 
 

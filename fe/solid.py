@@ -69,7 +69,7 @@ def _jacobian(
     if bad.size:
         first = bad[0] if number is None else number[bad[0]]
         if not np.isfinite(points[bad[0]]).all():
-            raise MeshError(f"{element.name} cell {first} has a node whose coordinates are not finite: mend the mesh")
+            raise MeshError(f"{element.name} cell {first} has a node with coordinates that are not finite: correct it")
         raise InvertedCell(
             f"{element.name} cell {first} is inverted or collapsed (det J {determinant[bad[0]].min():.3g} m^3): "
             "reorder its nodes or remesh it"

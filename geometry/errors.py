@@ -3,7 +3,7 @@
 ::
 
     ValueError
-    └── InputError            the user can mend it: one sentence with the value and the remedy
+    └── InputError            the user can correct it: one sentence with the value and the remedy
         ├── GeometryError     a dimension or a shape that cannot be built
         ├── SelectorError     a selector that means no face, or one that another has
         ├── RegistryError     a plug-in that fails, lacks a fact or has a name that is taken, or an unknown name
@@ -45,7 +45,7 @@ def printable(text: str) -> str:
 
 
 class InputError(ValueError):
-    """An input that its user can mend; the message is one sentence that names the value and the remedy.
+    """An input that its user can correct; the message is one sentence that names the value and the remedy.
 
     Values come from files: what is not printable in them is shown as a dot.
     """

@@ -33,7 +33,7 @@ class StepBody:
     faces
         Faces of the solid with their names and colours.
     healing
-        Clauses on what was mended; none where the file was sound.
+        Clauses on what was repaired; none where the file was sound.
     """
 
     solid: Shape
@@ -68,7 +68,7 @@ def step_part(
 
 
 def read_body(path: Path) -> StepBody:
-    """Read the one solid of a STEP file and mend it where nothing of its shape changes.
+    """Read the one solid of a STEP file and repair it where nothing of its shape changes.
 
     Faces that fit each other within 0.01 mm are sewn to a solid.
 

@@ -1,7 +1,7 @@
 """The command line: finds the command, runs it, and turns what happened into an exit code and a message.
 
 Exit codes: 0 done; 1 a computation did not converge, or `doctor` found something missing; 2 an input that the user can
-mend; 3 interrupted; 70 a mistake of stickslip itself.
+correct; 3 interrupted; 70 a mistake of stickslip itself.
 
 Nothing heavy is imported here: each command is imported when it is called.
 """
@@ -50,7 +50,7 @@ COMMANDS = (
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
     ("calibrate", "study.command.calibrate:app", "Fit the calibration parameters of a case, and write them into it."),
-    ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the mended model."),
+    ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the corrected model."),
     ("undo", "study.command.undo:app", "Take the effect or the calibration that was written last out of a case."),
     ("bench", "study.command.bench:app", "Open case and measurements in the browser: see, add, undo, move parameters."),
     ("study", "study.command.study:app", "Run a whole study: replay the calibration of the reference paper."),

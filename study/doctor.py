@@ -65,7 +65,7 @@ class Finding:
     is_needed
         False for what only some work needs.
     apt, pip
-        Packages that mend it.
+        Packages that repair it.
     """
 
     subject: str

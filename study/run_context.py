@@ -14,7 +14,7 @@ A new command is one file under `study/command` and one line in `study.cli.COMMA
         return Answer(document={"n_dof": model.n}, text=f"{model.n} degrees of freedom")
 
 Commands print nothing themselves: `Answer` is printed as text, or as one JSON document with
-``--json``. They raise `InputError` for what the user can mend and `ComputationFailed` for what did not converge;
+``--json``. They raise `InputError` for what the user can correct and `ComputationFailed` for what did not converge;
 `study.cli` turns these into exit codes.
 """
 

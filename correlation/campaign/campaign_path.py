@@ -18,11 +18,11 @@ def find_file(folder: Path, name: str) -> Path:
         inside = path.resolve().is_relative_to(folder.resolve())
         is_there, is_file = path.exists(), path.is_file()
     except (OSError, RuntimeError, ValueError):  # a name too long, a circle of links, a zero in the name
-        raise CampaignError(f"{name!r} is no name of a file: mend it in the manifest") from None
+        raise CampaignError(f"{name!r} is no name of a file: correct it in the manifest") from None
     if not inside:
         raise CampaignError(f'{name}: lies outside the folder "{folder}" of the campaign: copy it there')
     if not is_there:
-        raise CampaignError(f'{name}: there is no such file in "{folder}"; mend its name in the manifest')
+        raise CampaignError(f'{name}: there is no such file in "{folder}"; correct its name in the manifest')
     if not is_file:
         raise CampaignError(f"{name}: is a folder or a device; give one file")
     return path

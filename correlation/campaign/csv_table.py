@@ -76,7 +76,7 @@ def read_table(path: Path) -> CsvTable:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise CampaignError(
-            f'{file}: there is no such file in "{path.parent}"; mend its name in the manifest'
+            f'{file}: there is no such file in "{path.parent}"; correct its name in the manifest'
         ) from None
     except UnicodeDecodeError:
         raise CampaignError(f"{file}: is no text in UTF-8; save it as CSV in UTF-8") from None

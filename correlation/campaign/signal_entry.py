@@ -103,7 +103,7 @@ class SignalEntry:
         parts = {part: file.column(name) for part, name in self.columns.items()}
         lengths = {len(column.values) for column in parts.values()}
         if len(lengths) > 1:
-            raise self.problem(f"its columns in {file.path.name} have different lengths {sorted(lengths)}: mend one")
+            raise self.problem(f"its columns in {file.path.name} have different lengths {sorted(lengths)}: correct one")
         for column in parts.values():
             _require_measurable(self, file, column)
         first = next(iter(parts.values()))

@@ -157,7 +157,7 @@ def record_of_columns(
         )  # fmt: skip
         values.append(entry.real_values(file, si[-1]))
     if len({len(signal) for signal in values}) > 1:
-        raise CampaignError(f'record "{name}": its channels in {file.path.name} have different lengths: mend one')
+        raise CampaignError(f'record "{name}": its channels in {file.path.name} have different lengths: correct one')
     remarks: tuple[str, ...] = ()
     if rate is not None:
         time = np.arange(len(values[0])) / rate
@@ -168,7 +168,7 @@ def record_of_columns(
         time = entry.or_unit(file, "s").real_values(file, "s")
         if len(time) != len(values[0]):
             raise CampaignError(
-                f'record "{name}": "{TIME}" of {file.path.name} is not as long as its channels: mend it'
+                f'record "{name}": "{TIME}" of {file.path.name} is not as long as its channels: correct it'
             )
         remarks, clock = note_rounded_time(time), recover_time_base(time)
         time = time if clock is None else clock

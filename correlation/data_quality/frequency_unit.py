@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 #: A model's resonance is a measured one if the logarithms of their frequencies differ by less [-], and as surely if the
-#: unit is mended.
+#: unit is corrected.
 SAME, SAME_AFTER_CORRECTION = 0.25, 0.1
 
 

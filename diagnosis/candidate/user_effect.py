@@ -236,7 +236,7 @@ def _called(act: Callable[[], Any], origin: str, what: str) -> Any:
         line = _line(error, origin)
         words = " ".join(str(error).split()) or "no message"
         raise EffectError(
-            f"{origin}{line}: {what} fails with {type(error).__name__} ({words}): mend it, or leave the file out"
+            f"{origin}{line}: {what} fails with {type(error).__name__} ({words}): correct it, or leave the file out"
         ) from error
 
 

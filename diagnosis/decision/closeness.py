@@ -1,8 +1,9 @@
 """Whether a model is so near to a structure that a single missing effect can be told.
 
 Where a measured resonance is far from all those of the calibrated model, a support, a mass or a unit is wrong, and many
-effects could mend that resonance alone. The same holds where the model has a resonance in the band and the measurements
-have none. And where calibration parameters are beyond their priors, what is missing may be what moved them there.
+effects could correct that resonance alone. The same holds where the model has a resonance in the band and the
+measurements have none. And where calibration parameters are beyond their priors, what is missing may be what moved
+them there.
 
 A band may hold several modes: every measured resonance counts, not the highest alone, and a predicted one is absent
 where none was measured between its own valleys.

@@ -143,8 +143,8 @@ class Verdict(Tabular):
             size = self.model_error_size.words
             error = f" and model error ({size})" if size else " and numerical error"
             return (
-                f"Nothing is missing beyond noise{error}: no candidate lowers chi^2 by more than chance "
-                f"does ({self.threshold:.3g}) without an objection of the held-out data."
+                f"Nothing is missing beyond noise{error}: no candidate lowers chi^2 by more than the detection "
+                f"threshold ({self.threshold:.3g}) without contradicting the held-out data."
             )
         if self.finding is Finding.UNKNOWN:
             where = f": {self.place.sentence}" if self.place is not None else ""

@@ -114,9 +114,10 @@ def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[flo
         return f"the held-out error falls from {was} to {now} %"
     stays = f"stays {now} %" if now == was else f"goes from {was} to {now} %"
     stays = stays if np.isfinite(error).all() else "is unknown"
-    falls = "falls" if reduced_chi2[1] < reduced_chi2[0] else "does not fall:"
-    change = " to ".join(plain(each, 3) for each in reduced_chi2)
-    return f"the held-out reduced chi-squared {falls} from {change} (the held-out error {stays})"
+    was, now = (plain(each, 3) for each in reduced_chi2)
+    verb = "falls" if reduced_chi2[1] < reduced_chi2[0] else "rises"
+    change = f"stays at {now}" if now == was else f"{verb} from {was} to {now}"
+    return f"the held-out reduced chi-squared {change} (the held-out error {stays})"
 
 
 def _percent(share: float) -> str:

@@ -99,7 +99,7 @@ class DofLabels:
                 own = [DIRECTIONS[each] for each in np.sort(self.direction[self.node == node])]
                 has = f"it has {', '.join(own)}" if own else "no row belongs to it"
                 wished = ", ".join(DIRECTIONS[each] for each in directions)
-                remedy = "name other directions" if own else "name a node of the model, or mend the table of its rows"
+                remedy = "name other directions" if own else "name a node of the model, or correct its table of rows"
                 raise MatrixFileError(f"node {node} has no degree of freedom {wished}: {has}, so {remedy}")
             found.append(rows)
         return np.concatenate([np.zeros(0, dtype=np.int64), *found])

@@ -234,7 +234,7 @@ def write_manifest(measured: FolderFiles, draft: Draft, analyse: Analyse = analy
         suspicions = keep_readable(draft, measured.folder, measured.files, analyse)
     except CampaignError as error:
         path.write_text(whole, encoding="utf-8")
-        raise CampaignError(f'{error}; the draft with all entries is in "{path}", to be mended there') from None
+        raise CampaignError(f'{error}; the draft with all entries is in "{path}", to be corrected there') from None
     path.write_text(draft.text(), encoding="utf-8")
     return NewCampaign(path=path, draft=draft, suspicions=(*draft.suspicions, *suspicions))
 

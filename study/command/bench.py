@@ -14,8 +14,8 @@ app = command_app(
     """Opens a case and a measurement campaign in the browser: measured families over predictions with residuals, where
     the model fails, which effects it may lack, and its parameters as sliders. Add, Undo and Calibrate write the case
     as `stickslip add`, `undo` and `calibrate` do. All that was clicked can be exported as a script that gives the same
-    numbers. The server answers this computer alone, to whom knows the token in its address; the page loads nothing
-    from elsewhere. Ctrl-C ends it, and nothing is lost. See docs/bench.md.""",
+    numbers. The server accepts connections only from this computer, with the token in its address; the page loads
+    nothing from elsewhere. Ctrl-C ends it, and nothing is lost. See docs/bench.md.""",
     examples=["stickslip bench beam.toml campaign", "stickslip bench beam.toml campaign --port 8350 --no-browser"],
 )
 

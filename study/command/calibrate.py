@@ -29,7 +29,7 @@ def calibrate(
             negative="",
             consume_multiple=True,
             show_default=False,
-            help="Kinds that your last `diagnose --without` left out: its fit is used again. The values are the same.",
+            help="Kinds that the last `diagnose --without` left out: its stored fit is used, with the same values.",
         ),
     ] = (),
     options: Options = DEFAULTS,

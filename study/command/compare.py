@@ -14,9 +14,9 @@ app = command_app(
     for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
     error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
     predicted responses. With --calibrate the calibration parameters are fitted to the training data first. With
-    --limits every repeat and sweep is laid over the limits of all friction histories, of responses and contact forces
-    (docs/families.md); each task of that search is stored, so that the same command goes on after Ctrl-C. With
-    --calibrate-families the parameters are also fitted so that the limits hold all of these curves tightly.
+    --limits every repeat and sweep is compared with the limits of all friction histories, of responses and contact
+    forces (docs/families.md); each task of that search is stored, so that the same command goes on after Ctrl-C. With
+    --calibrate-families the parameters are also fitted so that the limits enclose all of these curves tightly.
     Every key stands in docs/case.md, the campaign folder in docs/campaign.md.""",
     examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --limits"],
 )
@@ -33,13 +33,14 @@ def compare(
     limits: Annotated[
         bool,
         Parameter(
-            negative="", help="Lay every repeat and sweep over the limits of all friction histories; takes minutes."
+            negative="", help="Compare every repeat and sweep with the limits of all friction histories; takes minutes."
         ),
     ] = False,
     calibrate_families: Annotated[
         bool,
         Parameter(
-            negative="", help="Also fit them so that the limits hold the families tightly; implies both of the above."
+            negative="",
+            help="Also fit so that the limits enclose the families tightly; implies --calibrate and --limits.",
         ),
     ] = False,
     options: Options = DEFAULTS,

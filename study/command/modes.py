@@ -15,7 +15,7 @@ app = command_app(
     """SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
     20-node hexahedra or 10-node tetrahedra with named sets. A mesh file needs --length-unit, and --fix or --free.
     Writes a picture of each mode, the von Mises stress of the first, a film, and a VTU file with all modes for
-    ParaView; with --no-pictures the VTU file alone, without a graphics library. Of plain matrices and matrices of
+    ParaView; with --no-pictures the VTU file alone, without a graphics library. For plain matrices and matrices of
     another program it writes a table of natural frequencies and damping ratios. The modes of a rig or of a part are
     drawn by `stickslip reduce`.""",
     examples=[

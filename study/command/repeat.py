@@ -9,8 +9,8 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
     "repeat",
-    """Runs again what a page says that it was made by: every page carries its command, hashes of the data and versions.
-    Of an output folder without a page, such as that of `solve`, the record of its last run says the same. First, one
+    """Runs the command that made a page again: every page contains this command, hashes of the data and versions. For
+    an output folder without a page, such as that of `solve`, they are in the record of its last run. First, one
     sentence is printed for each file, package or version that is not as it was. Then the command runs on copies of the
     data, without stored results, into a new folder, and each number is compared. Exit code 1 if one differs.""",
     examples=["stickslip repeat diagnosed/beam_diagnosis.html --out again", "stickslip repeat solved --out again"],

@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 app = command_app(
     "runs",
-    """Of each run that writes files a record is kept: its words, hashes of the files that they name, version, machine,
-    time and answer. `runs` lists those with output folders in a folder and below, the newest of each command and
-    folder. `runs compare` and `runs clean` have a help of their own. The stored stages, which make a second run
-    instant, are those of `stickslip cache`.""",
+    """A record of each run that writes files is kept: its command line, hashes of the files that this names, version,
+    machine, time and answer. `runs` lists the records with output folders in a folder and below, the newest of each
+    command and folder. `runs compare` and `runs clean` have a help of their own. The stored stages, which make a second
+    run instant, are those of `stickslip cache`.""",
     examples=["stickslip runs", "stickslip runs compare solved solved_2", "stickslip runs clean solved --yes"],
 )
 
@@ -93,7 +93,7 @@ def compare(
         if getattr(records[0], name) != getattr(records[1], name)
     ]
     context += [
-        f"{name}: another content"
+        f"{name}: its content differs"
         for name in records[0].inputs.keys() & records[1].inputs.keys()
         if records[0].inputs[name] != records[1].inputs[name]
     ]

@@ -13,8 +13,8 @@ app = command_app(
     """Response curves of a structure with joints, by harmonic balance and continuation round folds.
 
     Makes the structure of the case (a rig, a blade, a part and matrices are reduced, unless that was done before), puts
-    its joints, loads and sensors on it, with what was calibrated and added. Of a rig it writes contact forces, load
-    cells and a film as well.
+    its joints, loads and sensors on it, with what was calibrated and added. For a rig it also writes contact forces,
+    load cells and a film.
 
     Follows the periodic response over frequency or level. Writes netCDF, CSV and figures: response curves, contact
     states, friction loops. Ctrl-C keeps what is done: the same command goes on from there. Without a case file: a small

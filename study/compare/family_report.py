@@ -216,17 +216,17 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
     assert limits is not None
     reach = _reach(limits, comparison.level_unit)
     yield (
-        f"Limits hold for friction histories that have dragged sliders {reach} ([limits] reach); the search met "
-        f"{limits.n_sampled:.0f} random histories per frequency and level, none outside."
+        f"The limits hold for friction histories that displace sliders {reach} ([limits] reach); of "
+        f"{limits.n_sampled:.0f} random histories per frequency and level none lies outside."
     )
     gain = max((item.gain for item in errors.noise.values()), default=0.0)
     of_gain = f", of the gain of its repeat (up to {plain(100 * gain)} %)" if gain else ""
     pressed = max((float(np.abs(item).max(initial=0.0)) for item in comparison.preloads.values()), default=0.0)
     yield (
-        f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise{of_gain} and "
-        "of the model's numerical error, at the frequency offset of each set-up (they scatter by "
-        f"{plain(100 * errors.frequency)} %) and at preloads of each (up to {plain(100 * pressed)} % from the model's) "
-        "that leave least outside."
+        f"A reading is outside if it is beyond a limit by more than {OUTSIDE:g} standard deviations of its noise"
+        f"{of_gain} and of the model's numerical error. The frequency offset of each set-up (standard deviation "
+        f"{plain(100 * errors.frequency)} %) and its preloads (up to {plain(100 * pressed)} % from the model's) are "
+        "those with which the least is outside."
     )
     unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})
     if unknown:

@@ -158,7 +158,7 @@ def _describe_wide_deviations(compared: ComparisonResult) -> str:
             return f"the median error of the {words}, and standard deviations are as wide"
     for item in compared.calibrated:
         if item.name.startswith(GAIN) and not abs(item.factor) > CLEAR_GAIN * item.deviation:
-            return f"the {describe_gain(item.name, item.factor, item.deviation)} is not told from zero"
+            return f"the {describe_gain(item.name, item.factor, item.deviation)} does not differ clearly from zero"
     return ""
 
 
@@ -261,13 +261,13 @@ def _ranged(
     """Errors over the levels in words [%], their sizes in standard deviations, and these deviations [-]."""
     if not np.isfinite(deviations).any():
         low, high = (plain(end, sign="+") for end in (min(errors), max(errors)))
-        return f"is off by {low} to {high} %, and what chance does is not known"
+        return f"is off by {low} to {high} %, with an unknown standard deviation"
     clear = [number for number, size in enumerate(deviations) if size > CLEAR_PEAK]
     if not clear:
         largest = max(map(abs, errors))
         known = [size for size in deviations if np.isfinite(size)]
         if sum(size**2 for size in known) > chdtri(len(known), CHANCE):
-            return f"is off by up to {plain(largest)} %, little at each level, but more than chance at all of them"
+            return f"is off by up to {plain(largest)} %: significant over all levels together, but at none by itself"
         if agrees and largest < WIDE_DEVIATION:
             return f"agrees within {plain(largest)} %, which chance explains"
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.

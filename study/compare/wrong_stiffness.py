@@ -26,7 +26,7 @@ MOST_TRIED = 2
 
 
 def find_wrong_stiffness(motions: Readings, model: Model) -> tuple[Suspicion, ...]:
-    """The stiffness of a line, of all lines or of a joint that mends a gross misfit by a factor between two units.
+    """The stiffness of a line, of all lines or of a joint that explains a gross misfit by a factor between two units.
 
     Parameters
     ----------

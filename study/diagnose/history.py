@@ -219,5 +219,5 @@ def _step(data: Mapping[str, Any]) -> Step:
 
 
 def _damaged(file: Path, what: str) -> CaseError:
-    text = f"{what}: mend it, or move it away to begin a new history"
+    text = f"{what}: correct it, or move it away to begin a new history"
     return CaseError([Problem(file=str(file), line=0, key="", text=text)])

@@ -191,7 +191,7 @@ def _candidates(result: Round) -> Iterator[str]:
     shown = listed[:MOST]
     if not shown:
         is_far = result.diagnosis.verdict.finding is Finding.NOT_CLOSE
-        yield "No effect was tried in a model that is so far off." if is_far else "No effect can be tested."
+        yield ("No effect was tried: the model is too far from the data." if is_far else "No effect can be tested.")
         return
     width = max(len(row.effect.name) for row in shown)
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"

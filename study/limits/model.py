@@ -195,7 +195,7 @@ def choose_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
         if item.name == table.sensor:
             return item
     names = ", ".join(f'"{item.name}"' for item in outputs)
-    raise BalanceError(f"sensor is none of the case's: give one of {names}")
+    raise BalanceError(f"the case has no such sensor: give one of {names}")
 
 
 def make_objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> Objective:
@@ -231,7 +231,7 @@ def find_contacts(name: str, model: SolveModel) -> tuple[str, ...]:
     }
     if name not in known:
         names = ", ".join(f'"{name}"' for name in model.lines or known)
-        raise BalanceError(f"contact is none of the case's: give one of {names}")
+        raise BalanceError(f"the case has no such contact: give one of {names}")
     return known[name]
 
 

@@ -45,7 +45,7 @@ def test_a_sensor_of_the_model_needs_no_place_and_direction(small: Model) -> Non
 def test_a_direction_that_the_sensor_of_the_model_does_not_read_is_refused(small: Model, direction: str) -> None:
     along_z = replace(model(small), dofs=tuple(Dof(node=n, direction="z") for n in range(small.system.n_dof)))
     assert len(with_sensors(along_z, campaign("tip")).sensors) == 1
-    with pytest.raises(CampaignError, match=rf'sensor "tip" reads along {direction}, the model.* along z: mend one'):
+    with pytest.raises(CampaignError, match=rf'sensor "tip" reads along {direction}, the model.* along z: correct one'):
         with_sensors(along_z, campaign("tip", direction=direction))
 
 

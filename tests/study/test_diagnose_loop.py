@@ -228,7 +228,7 @@ def test_a_damaged_history_is_named(two_masses: TwoMasses, capsys: pytest.Captur
     case = two_masses({})
     case.with_name("chain.history.json").write_text('{"schema": 1', encoding="utf-8")
     assert cli.main(["undo"]) == 2
-    assert "chain.history.json: is damaged: mend it, or move it away" in capsys.readouterr().err
+    assert "chain.history.json: is damaged: correct it, or move it away" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("locked", ["chain.history.json", "chain.toml"])

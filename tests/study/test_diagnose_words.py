@@ -206,8 +206,7 @@ def test_a_verdict_of_nothing_says_that_no_case_explains_a_change_with_the_time(
         (
             0.0241,
             0.812,
-            "the held-out reduced chi-squared does not fall: from 0.775 to 0.812 "
-            "(the held-out error goes from 2.33 to 2.41 %)",
+            "the held-out reduced chi-squared rises from 0.775 to 0.812 (the held-out error goes from 2.33 to 2.41 %)",
         ),
         (np.nan, 0.758, "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error is unknown)"),
     ],

@@ -280,7 +280,7 @@ def test_the_papers_limits_are_amplitudes_where_the_loss_factor_is_extreme(
 
 
 MISTAKES = [
-    ('sensor = "tip"\n', 'my.toml:36: limits.sensor = "tip": .* is none of the case\'s: give one of "mass"'),
+    ('sensor = "tip"\n', 'my.toml:36: limits.sensor = "tip": the case has no such sensor: give one of "mass"'),
     ('reach = "-1 um"\n', 'limits.reach = "-1 um": must be positive'),
     ("reach = 3\n", 'limits.reach = 3: .*give a unit, e.g. "5 um"'),
     ('step = "1 mHz"\n', 'limits.step = "1 mHz": .* 20001 points of each level: take at most 2000'),

@@ -90,7 +90,7 @@ def read_bdf(path: Path) -> FileMesh:
             if isinstance(error, MeshError):
                 raise
             raise MeshError(
-                f"mesh file {path} has a {card.name} {card.field(0)} that cannot be read ({error}): mend the card"
+                f"mesh file {path} has a {card.name} {card.field(0)} that cannot be read ({error}): correct the card"
             ) from None
     label = np.array(list(model.points), dtype=np.int64)
     property_ = np.array([number for cells in model.cells.values() for number in cells.property_], dtype=np.int64)
@@ -193,7 +193,9 @@ def _node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, I
                 first, kind = SET_CARDS[card.name]
                 name, found = f"{kind}_{int(card.field(0))}", _listed(card.fields[first:], label)
         except (ValueError, LookupError, OverflowError) as error:
-            raise MeshError(f"mesh file {path} has a {card.name} card that cannot be read ({error}): mend it") from None
+            raise MeshError(
+                f"mesh file {path} has a {card.name} card that cannot be read ({error}): correct it"
+            ) from None
         members.setdefault(name, []).extend(found)
     places = {name: _place(label, np.array(numbers, dtype=np.int64)) for name, numbers in members.items()}
     return {name: place[place >= 0] for name, place in places.items() if (place >= 0).any()}
@@ -236,7 +238,7 @@ def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
                 unit_of_mass = fortran_real(card.field(1))
         except ValueError as error:
             raise MeshError(
-                f"mesh file {path}: {card.name} {card.field(0)} cannot be read ({error}): mend the card"
+                f"mesh file {path}: {card.name} {card.field(0)} cannot be read ({error}): correct the card"
             ) from error
     materials = [material for name, material in found.items() if name in used or not used]
     return tuple(

@@ -238,7 +238,7 @@ def test_a_dead_channel_is_refused_with_its_reading(tmp_path: Path) -> None:
         ("[held_out]", f'{RUN}test = ["stepped"]\n[held_out]', r"run\[1\]\.test = \['stepped'\]: must be text"),
         ("[held_out]", f"{RUN}test = {{ of = 1 }}\n[held_out]", r"run\[1\]\.test = \{'of': 1\}: must be text"),
         ("direction", "direktion", r'sensor\[1\]\.direktion.*did you mean "?direction'),
-        ('file = "free.csv"', 'file = "fre.csv"', r'fre\.csv: there is no such file in ".*"; mend its name'),
+        ('file = "free.csv"', 'file = "fre.csv"', r'fre\.csv: there is no such file in ".*"; correct its name'),
         ("levels = [5.0]", "levels = [4.0]", r"held_out\.levels = 4 was not measured; hold out some of 1, 5"),
         ("repeats = [2]", "repeats = [7]", r"held_out\.repeats = 7 was not measured; hold out some of 1, 2"),
         ("repeats = [2]", "repeats = [1, 2]", r"held_out holds out everything"),

@@ -106,7 +106,7 @@ def test_another_law_of_the_force_is_told() -> None:
 def test_nothing_is_missing() -> None:
     said = verdict(Finding.NOTHING)
     assert said.startswith("Nothing is missing beyond noise and numerical error")
-    assert "than chance does (12.4)" in said
+    assert "than the detection threshold (12.4)" in said
     # A list of dozens of strengths is no part of the sentence.
     assert made(Finding.NOTHING).smallest == (
         "The smallest detectable strengths are: mass at tip z 0.0012 kg, gap of left 0.05."
