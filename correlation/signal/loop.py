@@ -29,11 +29,12 @@ BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
 SAME_AMPLITUDE = 0.02
 #: Periods of a plateau at least; the first of them still carries the loading history and does not count [-].
 FEWEST_PERIODS = 2
-#: Force at the ends of the displacement: straight lines through samples in this last share of the stroke [-].
+#: Force at the ends of the displacement: straight lines through the samples of the last share of the stroke [-].
 END_SHARE = 0.04
 #: Play: where the force is below this share of its range on both branches, over at least this share of the stroke [-].
 NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50
-#: Dwell: the way through that band is so many times what the steeper way from and to so much of the force's range says.
+#: Dwell: the displacement within this band of forces is more than `DWELLS` times what the shorter one of those on both
+#: sides of it, up to the share `BESIDE` of the force's range, makes it at the same slope [-].
 BESIDE, DWELLS = 0.2, 2.5
 #: A settled loop does not close if its ends differ by this share of the force's range, and by so many deviations [-].
 OPEN, SURE = 0.05, 3.0
