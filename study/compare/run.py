@@ -284,7 +284,9 @@ def find_jumps(data_sets: Sequence[DataSet]) -> tuple[JumpError, ...]:
     found: list[JumpError] = []
     for data_set in data_sets:
         known = {(each.free, each.level) for each in found}
-        errors = compute_jump_errors(data_set.comparison.observed, data_set.prediction, data_set.comparison.predictor.sweeps)
+        errors = compute_jump_errors(
+            data_set.comparison.observed, data_set.prediction, data_set.comparison.predictor.sweeps
+        )
         found += [each for each in errors if (each.free, each.level) not in known]
     return tuple(found)
 
