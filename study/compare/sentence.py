@@ -21,6 +21,8 @@ from study.merge_sentences import name_wrong_places
 
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
+#: A change of a frequency below this share of another is none beside it: what a linear model shows is round-off [-].
+NO_CHANGE = 0.01
 #: From here on a difference by chance is no agreement [%]: sensors err by 5 % and, unless all do alike, means by less.
 WIDE_DEVIATION = 10.0
 #: A standard deviation as large as the number itself tells nothing about it [%].
@@ -308,23 +310,33 @@ def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[st
     chance = float(np.hypot(first.frequency_deviation, last.frequency_deviation))
     if abs(measured) < CLEAR_PEAK * chance and abs(predicted) < CLEAR_PEAK * chance:
         return
-    verb, verb_of_model = ("falls" if change < 0 else "rises" for change in (measured, predicted))
-    same = "" if verb == verb_of_model else f"{verb_of_model} "
-    of_damping, measured_damping = _change_of_damping(first.damping, last.damping)
-    of_model, predicted_damping = _change_of_damping(first.predicted_damping, last.predicted_damping)
-    like = "" if of_damping == of_model else f"{of_model} "
+    largest = max(abs(measured), abs(predicted))
+    of_specimen, of_model = (_describe_change(change, largest) for change in (measured, predicted))
+    of_model = of_model.removeprefix(f"{of_specimen.partition(' ')[0]} ")
+    verb, measured_damping = _change_of_damping(first.damping, last.damping)
+    verb_of_model, predicted_damping = _change_of_damping(first.predicted_damping, last.predicted_damping)
+    like = "" if verb == verb_of_model else f"{verb_of_model} "
     sentence = (
-        f"From {first.level:g} to {last.level:g} {unit} it {verb} by {abs(measured):.3g} Hz in the measurement and "
-        f"{same}by {abs(predicted):.3g} Hz in the model, and the damping ratio "
-        f"{of_damping} {measured_damping} in the measurement and {like}{predicted_damping} in the model"
+        f"From {first.level:g} to {last.level:g} {unit} it {of_specimen} in the measurement and {of_model} in the model"
+        f", and the damping ratio {verb} {measured_damping} in the measurement and {like}{predicted_damping} in "
+        "the model"
     )
     if abs(predicted - measured) > CLEAR_PEAK * chance:
         sentence += f": {_compare_trends(measured, predicted)}"
     yield f"{sentence}."
 
 
+def _describe_change(change: float, largest: float) -> str:
+    """A change of a frequency in words [Hz]; none where it is a small share of the largest."""
+    if abs(change) < NO_CHANGE * largest:
+        return "stays"
+    return f"{'falls' if change < 0 else 'rises'} by {abs(change):.3g} Hz"
+
+
 def _compare_trends(measured: float, predicted: float) -> str:
     """Whether the model softens or hardens with the level more or less than the specimen, from changes of frequency."""
+    if abs(predicted) < NO_CHANGE * abs(measured):
+        return f"the model does not {'soften' if measured < 0 else 'harden'} with the level"
     if measured * predicted < 0:
         ways = ("softens" if change < 0 else "hardens" for change in (predicted, measured))
         return "the model {} with the level, the specimen {}".format(*ways)

@@ -56,7 +56,6 @@ def format_report(result: Round) -> str:
     return "\n".join(
         [
             *_verdict(result),
-            *_resonances(result),
             "",
             *_fitted(result),
             "",
@@ -136,6 +135,7 @@ def _verdict(result: Round) -> Iterator[str]:
     yield side_by_side(result.setup.title, result.campaign.title)
     yield ""
     yield format_headline(result)
+    yield from _resonances(result)
     for doubt in list_doubts(result):
         yield from wrap(f"! {doubt}", WIDTH, initial_indent="  ", subsequent_indent="    ")
     for note in list_notes(result):
@@ -155,8 +155,10 @@ def _fitted(result: Round) -> Iterator[str]:
     yield f"Calibrated: {_name_factors(result, baseline) or 'the case has no calibration parameters'}"
     if result.best is not None and (named := _name_factors(result, result.best)):
         yield f"Calibrated with {result.best.label}: {named}"
-    if found := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, baseline).items()]:
-        yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
+    last = result.best or baseline
+    if found := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, last).items()]:
+        beside = "" if result.best is None else f" with {last.label}"
+        yield f"Gains that nobody stated, fitted to the training data{beside}: {', '.join(found)}"
     if shifts := list_frequency_shifts(result.setup, baseline):
         listed = ", ".join(f"{name} {100 * shift:+.2g} %" for name, shift in shifts.items())
         yield f"Errors of natural frequencies of the model that the fit found (+: too high): {listed}"
