@@ -1,6 +1,6 @@
 """Evidence for effects: what the training data gain, what the held-out data object, and how probable each is."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -26,8 +26,18 @@ def compute_log_density(refit: Refit) -> float:
     return refit.gain + refit.held_out_gain if refit.cost is None else -refit.cost
 
 
+def compute_whole_gain(refit: Refit) -> float:
+    """Fall of -2 ln p of all data by the worse one of two covariances [-].
+
+    That of the effect's own model, by which densities weigh it, is an estimate by few friction histories.
+    """
+    return refit.gain + refit.held_out_gain
+
+
 def compute_probabilities(
-    refits: Sequence[Refit], same: Bool[NDArray[np.bool_], "n n"] | None = None
+    refits: Sequence[Refit],
+    same: Bool[NDArray[np.bool_], "n n"] | None = None,
+    weights: Sequence[Callable[[Refit], float]] = (compute_log_density,),
 ) -> Float[NDArray[np.float64], " n"]:
     """Probability of each of several effects, one of which is the true one, shape (n,) [-].
 
@@ -38,11 +48,21 @@ def compute_probabilities(
     same
         Which of them no data of these tests can tell apart, shape (n, n); none by default. These are equally probable:
         their densities differ by where their fits ended and by the covariances of their models.
+    weights
+        2 ln of a density that an effect is weighed by; of several the mean of the probabilities counts, so that what
+        they disagree on is not sure.
     """
-    log_densities = np.array([compute_log_density(each) for each in refits], dtype=np.float64)
+    log_densities = [np.array([weigh(each) for each in refits], dtype=np.float64) for weigh in weights]
+    return np.asarray(np.mean([_normalise(each, same) for each in log_densities], axis=0))
+
+
+def _normalise(
+    log_density: Float[NDArray[np.float64], " n"], same: Bool[NDArray[np.bool_], "n n"] | None
+) -> Float[NDArray[np.float64], " n"]:
+    """Probabilities of 2 ln of densities, shape (n,)."""
     if same is not None:
-        log_densities = np.where(same, log_densities, -np.inf).max(axis=1, initial=-np.inf)
-    weight = np.exp((log_densities - log_densities.max(initial=-np.inf)) / 2)
+        log_density = np.where(same, log_density, -np.inf).max(axis=1, initial=-np.inf)
+    weight = np.exp((log_density - log_density.max(initial=-np.inf)) / 2)
     return np.asarray(weight / weight.sum())
 
 

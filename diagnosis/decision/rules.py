@@ -22,6 +22,7 @@ from diagnosis.decision.evidence import (
     compute_birge_ratio,
     compute_log_density,
     compute_probabilities,
+    compute_whole_gain,
     errs_on_held_out,
     exceeds_threshold,
     passes,
@@ -210,7 +211,8 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
     ranked = passed if pair is None else [each.refit for each in pair.ranked]
     # Beside a further effect directions are others.
     same = find_same(ranked, fits.directions) if pair is None else None
-    chances = compute_probabilities(ranked, same)
+    weights = (compute_log_density, compute_whole_gain) if pair is None else (compute_log_density,)
+    chances = compute_probabilities(ranked, same, weights)
     order = np.argsort(-chances, kind="stable")
     ranked, probabilities = [ranked[number] for number in order], chances[order].tolist()
     count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))  # rule 14

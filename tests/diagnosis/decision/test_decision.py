@@ -609,9 +609,13 @@ def test_gains_count_over_what_a_fit_leaves() -> None:
     assert decided(places=(there,), baseline=replace(BEFORE, fit=twice)).finding is Finding.NOTHING  # type: ignore[arg-type]
 
 
-def test_effects_with_covariances_of_their_own_are_ranked_by_the_density_of_all_data() -> None:
-    one, other = replace(refit("mass", 200, 80), cost=-900.0), replace(refit("spring", 100, 80), cost=-920.0)
+def test_effects_are_told_apart_where_densities_and_gains_agree() -> None:
+    """Densities are by the covariances of their own models, gains by the worse one of two."""
+    one, other = replace(refit("mass", 200, 80), cost=-900.0), replace(refit("spring", 220, 80), cost=-920.0)
     assert named(decided(one, other)) == ["spring"]
+    verdict = decided(replace(one, gain=240.0), other)
+    assert sorted(named(verdict)) == ["mass", "spring"]
+    assert verdict.probabilities == pytest.approx([0.5, 0.5], abs=1e-4)
 
 
 def test_smallest_strengths_gain_the_limit() -> None:
