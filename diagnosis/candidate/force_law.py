@@ -41,6 +41,11 @@ class ForceLaw(Effect, Protocol):
         """Values that a fit begins with."""
         ...
 
+    @property
+    def is_expected(self) -> bool:
+        """Whether it is tried wherever the effect is, and not only where the effect explains little."""
+        ...
+
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Whether the law is another one than that of the effect in whose place it is tried, by its 95 % intervals."""
         ...
@@ -58,6 +63,7 @@ class SpringLaw:
     row: Row
     parameters: tuple[EffectParameter, ...]
     start: tuple[float, ...]
+    is_expected: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -228,7 +234,7 @@ def make_even_laws(name: str, row: Row, cubic: float, compliance: float, *, rota
     unit, reach = "N m" if rotational else "N/m^2", RANGE * size
     return [
         EvenLaw(
-            name=f"even law {sign:+.0f} for {name}", row=row, start=(sign * size,),
+            name=f"even law {sign:+.0f} for {name}", row=row, start=(sign * size,), is_expected=cubic < 0,
             parameters=(EffectParameter(name="factor", unit=unit, lower=-reach, upper=reach, typical=sign * size),),
         )
         for sign in (1.0, -1.0)

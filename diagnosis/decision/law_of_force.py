@@ -19,7 +19,7 @@ from diagnosis.effect import OtherLaws, find_kind
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
-from diagnosis.fit.problem import Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.fit.refit import fit_from
 
 
@@ -85,8 +85,11 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
     other_laws = _other_laws(refit.effect)
     assert other_laws is not None
     fit, states = refit.fit, [*refit.fit.prediction.states.values()]
+    leaves_much = refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2
     return [
-        _fit(arrangement, beside, refit, law) for law in other_laws(refit.effect, refit.strength, fit.model, states)
+        _fit(arrangement, beside, refit, law)
+        for law in other_laws(refit.effect, refit.strength, fit.model, states)
+        if law.is_expected or leaves_much
     ]
 
 

@@ -22,13 +22,15 @@ def kinds(strength: float, *, largest: float = 1e-3, stiffness: Any = None, unit
         system=SimpleNamespace(stiffness=np.eye(2) * 1e4 if stiffness is None else stiffness, joints=[])
     )
     state: Any = SimpleNamespace(amplitude=lambda row: largest * float(row[0]))
-    return [law.kind for law in other_laws(cubic(unit), strength, model, [state])]
+    return [
+        law.kind + ("" if law.is_expected else ", perhaps") for law in other_laws(cubic(unit), strength, model, [state])
+    ]
 
 
 def test_what_hardens_may_be_a_clearance_and_all_may_be_an_even_law() -> None:
-    assert kinds(1e6) == ["power law", *3 * ["clearance"], *2 * ["even law"]]
+    assert kinds(1e6) == ["power law", *3 * ["clearance"], *2 * ["even law, perhaps"]]
     assert kinds(-1e6) == ["power law", *2 * ["even law"]]
-    assert kinds(1e6, unit="N m") == ["power law", *3 * ["clearance"], *2 * ["even law"]]
+    assert kinds(1e6, unit="N m") == ["power law", *3 * ["clearance"], *2 * ["even law, perhaps"]]
 
 
 @pytest.mark.parametrize(("strength", "largest"), [(0.0, 1e-3), (1e6, 0.0)])
