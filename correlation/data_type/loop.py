@@ -8,10 +8,13 @@ from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.loop_indication import list_loop_indications
 from correlation.data_type.loop_prediction import predict_curve, predict_loop
-from correlation.data_type.measured_loop import ForceLoop, length_unit, loop_features
+from correlation.data_type.measured_loop import ForceLoop, describe_periods, length_unit, loop_features
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Motion, Panel
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
+
+#: What the zero of a displacement sensor is: nothing that a joint knows, which is usual, or its unloaded position.
+ZEROS = ("unknown", "as measured")
 
 
 def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
@@ -29,14 +32,23 @@ def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
     file = take_rows(table, context.files.read(table.take("file", str)), names)
     file = without_padding(file, names)
     x, f = displacement.real_values(file, "m"), force.real_values(file, "N")
-    with table.reading(file.path.name):
-        loops = analyse_loop(x, f)
-    if not loops.plateaus:
-        raise table.problem("file", "has no two neighbouring periods of one amplitude: a loop must settle; record more")
     place, line = table.take("place", str, None), table.take("line", str, None)
     if (place is None) == (line is None):
         wanted = 'give place = "..." whose displacement is imposed, or line = "..." of a vibrating structure'
         raise table.problem("place", wanted, show=False)
+    zero = table.choice("zero", ZEROS) if "zero" in table.values else ZEROS[0]
+    with table.reading(file.path.name):
+        loops = analyse_loop(x, f)
+        middle = loops.middle if place is not None and zero == ZEROS[0] else 0.0
+        if middle:
+            x = x - middle
+            loops = analyse_loop(x, f)
+    if not loops.plateaus:
+        raise table.problem(
+            "file",
+            "has no two neighbouring periods of one amplitude, and no period at whose end displacement and force are "
+            "where they began: a loop must settle; record more",
+        )
     level = None
     if line is not None:
         si = context.units.level_si
@@ -52,6 +64,7 @@ def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
         sensor=table.choice("sensor", [sensor.name for sensor in context.sensors]) if line is not None else None,
         level=level,
         held_out=table.take("held_out", bool, False),
+        removed_middle=middle,
     )
     table.finish()
     if not loop.frequency > 0:
@@ -100,5 +113,6 @@ DATA_TYPES.register(
         panels=loop_panels,
         indications=list_loop_indications,
         motions=list_loop_motions,
+        coverage=describe_periods,
     )
 )

@@ -52,6 +52,8 @@ class ForceLoop:
         Level of the force that drives the structure of a contact line [N]; None for an imposed displacement.
     held_out
         Whether no calibration may see it.
+    removed_middle
+        Middle of the strokes that was taken off the displacement, whose zero is not known [m].
     """
 
     type: ClassVar[str] = "force-displacement loop"
@@ -65,6 +67,7 @@ class ForceLoop:
     sensor: str | None = None
     level: float | None = None
     held_out: bool = False
+    removed_middle: float = 0.0
 
     def __post_init__(self) -> None:
         freeze_fields(self, "displacement", "force")
@@ -89,15 +92,38 @@ def loop_features(loop: ForceLoop) -> Features:
     for plateau in loop.loops.plateaus:
         unit_of, factor = length_unit(plateau.amplitude[0])
         at = f"at {factor * plateau.amplitude[0]:.4g} {unit_of}"
-        rows = [(getattr(plateau, name), f"{words} {at}", si, scale) for (name, words, si), scale in
+        rows = [(name, getattr(plateau, name), f"{words} {at}", si, scale) for (name, words, si), scale in
                 zip(FEATURES, _scales(plateau), strict=True)]  # fmt: skip
         if loop.line is not None:
-            rows.append((plateau.amplitude, "amplitude", "m", plateau.amplitude[0]))
-        for (mean, scatter), words, si, scale in rows:
+            rows.append(("amplitude", plateau.amplitude, "amplitude", "m", plateau.amplitude[0]))
+        for name, (mean, scatter), words, si, scale in rows:
             label, unit = [*label, words], [*unit, si]
             value.append(mean)
-            deviation.append(float(np.hypot(np.nan_to_num(scatter), LEAST * scale)))
+            # A single period has no scatter: by how much it does not close stands for it.
+            chance = abs(plateau.closing_error[0]) * scale if plateau.n_period == 1 else scatter
+            # A zero that is off by as much as was taken off shifts the force by that of a spring.
+            shift = plateau.secant_stiffness[0] * loop.removed_middle if name == "force_offset" else 0.0
+            deviation.append(float(np.linalg.norm([chance, LEAST * scale, shift])))
     return Features(label=tuple(label), unit=tuple(unit), value=np.array(value), deviation=np.array(deviation))
+
+
+def describe_periods(loop: ForceLoop) -> str:
+    """Which periods of a record give features, by amplitude, and which are left out, in words."""
+    loops = loop.loops
+    unit, factor = length_unit(max(plateau.amplitude[0] for plateau in loops.plateaus))
+    used = ", ".join(
+        f"{factor * plateau.amplitude[0]:.3g} {unit}" + (f" ({plateau.n_period})" if plateau.n_period > 1 else "")
+        for plateau in loops.plateaus
+    )
+    left = factor * loops.amplitude[loops.plateau < 0]
+    sentence = f"{len(loops.amplitude) - len(left)} of {len(loops.amplitude)} periods are used, of {used}"
+    if len(left):
+        span = f"{left.min():.3g}" if len(left) == 1 else f"{left.min():.3g} to {left.max():.3g}"
+        sentence += f"; {len(left)} of {span} {unit} do not close, or their amplitude has just been reached"
+    if loop.removed_middle:
+        unit, factor = length_unit(abs(loop.removed_middle))
+        sentence += f"; the middle of the strokes, {factor * loop.removed_middle:.3g} {unit}, is taken as zero"
+    return sentence
 
 
 def _scales(plateau: Plateau) -> tuple[float, float, float]:

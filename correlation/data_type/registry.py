@@ -148,6 +148,8 @@ class DataType:
     motions
         Rows of a model whose motion a datum shows, with the largest displacement of each [m]; None for a type whose
         data have no size.
+    coverage
+        Which part of a datum its features come from, and which is left out, in words; None for a type that uses all.
     check
         The same as `read` without what takes long: enough to tell whether an entry can be read. None if nothing does.
     """
@@ -162,6 +164,7 @@ class DataType:
     panels: Callable[[Model, Any], Sequence[Panel]] | None
     indications: ListIndications | None = None
     motions: Callable[[Model, Any], Sequence[Motion]] | None = None
+    coverage: Callable[[Any], str] | None = None
     check: Callable[[TomlTable, DataContext], Any] | None = None
 
 

@@ -5,10 +5,12 @@ r"""Force-displacement loops: work per cycle, secant stiffness, offsets and clos
 with the ends :math:`x_\pm` of the displacement and the force there. Periods run from one highest displacement
 to the next; they need no clock.
 Neighbouring periods of one amplitude form a plateau; ramps between plateaus, and the ramps in and out, belong to none.
+A single period that begins and ends at one displacement with one force is a plateau by itself. Where every period is
+wider than the one before, each ends where the displacement returns to the height at which the period began: a joint
+with memory has wiped out all smaller cycles there, so that its loop closes.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,7 @@ from correlation.signal.record import Samples, check_channels
 from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " p"]
+Ends = Int[NDArray[np.int64], " p"]
 
 #: Highest points count if the motion between them is beyond so many standard deviations of noise, this share of the
 #: whole range, and this share of the motion between their neighbours [-].
@@ -29,6 +32,9 @@ BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
 SAME_AMPLITUDE = 0.02
 #: Periods of a plateau at least; the first of them still carries the loading history and does not count [-].
 FEWEST_PERIODS = 2
+#: Strokes have one middle if it varies by less than this share of the smallest amplitude: a motion to one side alone,
+#: from zero to several amplitudes, has middles that differ by half of their differences [-].
+CENTRED = 0.1
 #: Force at the ends of the displacement: straight lines through the samples of the last share of the stroke [-].
 END_SHARE = 0.04
 #: Play: where the force is below this share of its range on both branches, over at least this share of the stroke [-].
@@ -78,8 +84,8 @@ class Loops:
     ----------
     first
         First sample of each period, shape (p,); the last period ends at `end`.
-    end
-        Sample at which the last period ends.
+    last
+        Last sample of each period, its closing point, shape (p,).
     amplitude
         Half the stroke, shape (p,) [m].
     work
@@ -103,7 +109,7 @@ class Loops:
     """
 
     first: Int[NDArray[np.int64], " p"]
-    end: int
+    last: Int[NDArray[np.int64], " p"]
     amplitude: Values
     work: Values
     secant_stiffness: Values
@@ -117,15 +123,21 @@ class Loops:
     suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        freeze_fields(self, "first", "plateau", kind=np.int64)
+        freeze_fields(self, "first", "last", "plateau", kind=np.int64)
         freeze_fields(
             self, "amplitude", "work", "secant_stiffness", "force_offset", "displacement_offset", "closing_error"
         )
 
     def samples(self, period: int) -> slice:
         """Samples of one period, its closing point included."""
-        ends = [*self.first[1:], self.end]
-        return slice(int(self.first[period]), int(ends[period]) + 1)
+        return slice(int(self.first[period]), int(self.last[period]) + 1)
+
+    @property
+    def middle(self) -> float:
+        """Middle of the strokes of all plateaus [m]; 0 if they have none in common, or if there is no plateau."""
+        middles = np.array([plateau.displacement_offset[0] for plateau in self.plateaus])
+        smallest = min((plateau.amplitude[0] for plateau in self.plateaus), default=0.0)
+        return float(np.median(middles)) if len(middles) and np.ptp(middles) < CENTRED * smallest else 0.0
 
 
 def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLITUDE) -> Loops:
@@ -146,16 +158,21 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
         Samples that are no numbers, a constant channel, or not one whole period.
     """
     x, f = check_pair(displacement, force)
-    first = find_periods(x)
-    table = np.array([_period(x[a : b + 1], f[a : b + 1]) for a, b in pairwise(first)])
-    plateau, plateaus = _plateaus(table, tolerance)
+    bounds = find_periods(x)
+    first, last = bounds[:-1], bounds[1:]
+    table = _periods(x, f, first, last)
+    plateau, plateaus = _plateaus(table, _drift(x, first, last), tolerance)
+    if not plateaus:
+        last = np.array([_return(x, a, b, tolerance) for a, b in zip(first, last, strict=True)])
+        table = _periods(x, f, first, last)
+        plateau, plateaus = _plateaus(table, _drift(x, first, last), tolerance)
     best = max(plateaus, key=lambda item: item.amplitude[0]).last if plateaus else len(table) - 1
-    part = slice(int(first[best]), int(first[best + 1]) + 1)
+    part = slice(int(first[best]), int(last[best]) + 1)
     play = _play(x[part], f[part])
     suspicions = _suspicions(table, plateaus, play)
     return Loops(
-        first=first[:-1],
-        end=int(first[-1]),
+        first=first,
+        last=last,
         amplitude=table[:, 0],
         work=table[:, 1],
         secant_stiffness=table[:, 2],
@@ -214,6 +231,25 @@ def _highest_points(displacement: Samples) -> NDArray[np.intp]:
     return np.asarray(places[size > PROMINENCE * around] if len(size) else places)
 
 
+def _periods(x: Samples, f: Samples, first: Ends, last: Ends) -> Float[NDArray[np.float64], "p 6"]:
+    """The numbers of all periods."""
+    return np.array([_period(x[a : b + 1], f[a : b + 1]) for a, b in zip(first, last, strict=True)])
+
+
+def _drift(x: Samples, first: Ends, last: Ends) -> Values:
+    """Displacement at the end of each period less that at its start, over its stroke, shape (p,) [-]."""
+    return np.array([(x[b] - x[a]) / np.ptp(x[a : b + 1]) for a, b in zip(first, last, strict=True)])
+
+
+def _return(x: Samples, first: int, last: int, tolerance: float) -> int:
+    """Sample at which a period ends: of one that rises beyond its start, the one nearest to the height of its start."""
+    low = first + int(np.argmin(x[first : last + 1]))
+    if not x[last] - x[first] > tolerance * (x[first] - x[low]):
+        return last
+    above = low + int(np.argmax(x[low : last + 1] >= x[first]))
+    return above if x[above] - x[first] < x[first] - x[above - 1] else above - 1
+
+
 def _period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
     """Amplitude, work, secant stiffness, offsets of force and displacement, closing error of one period."""
     smooth = _without_noise(x)
@@ -257,7 +293,7 @@ def _force_at_end(distance: Samples, f: Samples, turning: int, stroke: float) ->
 
 
 def _plateaus(
-    table: Float[NDArray[np.float64], "p 6"], tolerance: float
+    table: Float[NDArray[np.float64], "p 6"], drift: Values, tolerance: float
 ) -> tuple[Int[NDArray[np.int64], " p"], tuple[Plateau, ...]]:
     """Plateau of each period, and the means of each plateau."""
     plateau = np.full(len(table), -1, dtype=np.int64)
@@ -267,7 +303,9 @@ def _plateaus(
         stop = start + 1
         while stop < len(table) and abs(table[stop, 0] / np.median(table[start:stop, 0]) - 1) < tolerance:
             stop += 1
-        if stop - start >= FEWEST_PERIODS or len(table) == 1:
+        # A single period counts if both displacement and force end where they began.
+        closes = abs(drift[start]) < tolerance and abs(table[start, 5]) < OPEN
+        if stop - start >= FEWEST_PERIODS or len(table) == 1 or closes:
             first = start + 1 if stop - start > FEWEST_PERIODS else start
             plateau[first:stop] = len(plateaus)
             plateaus.append(_means(table[first:stop], first, stop - 1))
@@ -339,7 +377,9 @@ def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Platea
             "opens; its secant stiffness is not that of a contact"
         )
     if not plateaus:
-        suspicions.append("no two neighbouring periods have one amplitude: there is no settled loop, ramps alone")
+        suspicions.append(
+            "no two neighbouring periods have one amplitude, and no single one closes: there is no settled loop"
+        )
     if _has_negative_work(table, plateaus):
         suspicions.append(
             "the loops run the other way round, as if the joint gave energy: one of the signals has the wrong sign"

@@ -133,11 +133,10 @@ def _normal(normal_force: Any | None, n: int) -> Samples:
 
 def _settled(loops: Loops) -> Int[NDArray[np.int64], " p"]:
     """Bounds of the periods of the plateau with the largest amplitude; of the last period if there is none."""
-    bounds = np.append(loops.first, loops.end)
     if not loops.plateaus:
-        return bounds[-2:]
+        return np.array([loops.first[-1], loops.last[-1]])
     best = max(loops.plateaus, key=lambda plateau: plateau.amplitude[0])
-    return np.asarray(bounds[best.first : best.last + 2])
+    return np.append(loops.first[best.first : best.last + 1], loops.last[best.last])
 
 
 def _guesses(loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...], has_normal: bool) -> StickSlip:

@@ -43,6 +43,8 @@ class DataComparison:
         The model's, shape (m,); NaN where it has no answer.
     reason
         Why the datum could not be compared; empty if it was.
+    coverage
+        Which part of the datum the numbers come from, in words; empty for all of it.
     """
 
     name: str
@@ -51,6 +53,7 @@ class DataComparison:
     features: Features
     predicted: Float[NDArray[np.float64], " m"]
     reason: str = ""
+    coverage: str = ""
 
     @property
     def error(self) -> Float[NDArray[np.float64], " m"]:
@@ -82,9 +85,16 @@ def compare_data(model: Model, data: Sequence[Datum]) -> tuple[DataComparison, .
                 features=features,
                 predicted=predicted,
                 reason=reason,
+                coverage=describe_coverage(datum),
             )
         )
     return tuple(result)
+
+
+def describe_coverage(datum: Datum) -> str:
+    """Which part of a datum gives numbers, in words; empty for all of it."""
+    coverage = DATA_TYPES[datum.type].coverage
+    return "" if coverage is None else coverage(datum)
 
 
 def training_data(campaign: Campaign, model: Model) -> list[Datum]:
@@ -120,6 +130,7 @@ def describe_data(compared: Sequence[DataComparison]) -> list[str]:
             f"{where}: {len(there)} numbers, root mean square error {item.root_mean_square:.3g} standard deviations"
             + (f"; {len(item.error) - len(there)} without a prediction" if len(there) < len(item.error) else "")
         )
+        lines += [f"  {item.coverage}"] if item.coverage else []
         lines += [f"  {_number(item, row)}" for row in far[:3] if abs(item.error[row]) > CLEAR]
     return lines
 
@@ -150,6 +161,7 @@ def data_document(compared: Sequence[DataComparison]) -> list[dict[str, Any]]:
             "type": item.type,
             "held_out": item.held_out,
             "reason": item.reason,
+            "coverage": item.coverage,
             "root_mean_square_error": item.root_mean_square,
             "numbers": [
                 {"quantity": label, "unit": unit, "measured": value, "deviation": deviation, "predicted": predicted}
@@ -194,7 +206,11 @@ def data_sections(compared: Sequence[DataComparison], drawn: Mapping[str, bytes]
             rows = [row for item in items for row in _rows(item)]
             pictures = {name: picture for name, picture in drawn.items() if name.rstrip("_0123456789") == kind.table}
             head = ("data", "set", "quantity", "unit", "measured", "deviation", "predicted", "error in deviations")
-            reasons = " ".join(f"{item.name} was not compared: {item.reason}." for item in items if item.reason)
+            reasons = " ".join(
+                f"{item.name} was not compared: {item.reason}." if item.reason else f"{item.name}: {item.coverage}."
+                for item in items
+                if item.reason or item.coverage
+            )
             sections.append(
                 Section(
                     title=f"{kind.name[0].upper()}{kind.name[1:]}s",

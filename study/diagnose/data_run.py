@@ -15,7 +15,7 @@ from diagnosis.feature.arrangement import split_data
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
 from diagnosis.fit.problem import Refit
 from study.case.setup import Setup, read_case
-from study.compare.data import compare_data
+from study.compare.data import compare_data, describe_coverage
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
 from study.compare.report import side_by_side
@@ -128,6 +128,9 @@ class DataDiagnosisResult:
         baseline = self.diagnosis.baseline
         yield f"  error {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard deviations"
         yield f"  {self.tested}"
+        for datum in self.campaign.data:
+            if coverage := describe_coverage(datum):
+                yield f"  {datum.name}: {coverage}"
         yield ""
         for refit in self.diagnosis.refits:
             error = f"error {refit.error:.3g}, held out {refit.held_out_error:.3g}"

@@ -450,3 +450,41 @@ def test_noise_of_an_accelerometer_is_even_in_acceleration(tmp_path: Path, seed:
     assert abs(mode.frequency - natural) < 1e-4 * natural
     # 2e-4 is the least that a test is given, noise adds 3e-5.
     assert mode.frequency_deviation < 2.1e-4 * natural
+
+
+BENCH_LOOP = """[[loop]]
+name = "bench"
+file = "loop.csv"
+frequency = "1 Hz"
+place = "tip"
+{zero}
+[loop.columns]
+displacement = {{ column = "x", unit = "mm" }}
+force = {{ column = "f", unit = "N" }}
+"""
+
+
+@pytest.mark.parametrize(("zero", "middle"), [("", 0.0), ('zero = "as measured"', 31e-3)])
+def test_the_offset_of_a_displacement_sensor_is_no_force_of_the_model(
+    tmp_path: Path, oscillator: Callable[..., Model], zero: str, middle: float
+) -> None:
+    x = 1e-3 * np.cos(2 * np.pi * np.arange(3000) / 500)
+    table = columns("x,f", 1e3 * (x + 31e-3), STIFFNESS * x)
+    (loop,) = read_campaign(write(tmp_path, BENCH_LOOP.format(zero=zero), loop=table)).data
+    kind = DATA_TYPES[loop.type]
+    predicted, features = kind.predict(oscillator(), loop), kind.features(loop)
+    assert predicted[2] == pytest.approx(STIFFNESS * middle, abs=1e-3 * STIFFNESS * 1e-3)
+    assert kind.coverage is not None
+    assert ("31 mm" in kind.coverage(loop)) == (not middle)
+    # The force of a sensor that was right would be as uncertain; one that is as measured to 1 % of the loop's.
+    assert features.deviation[2] == pytest.approx(STIFFNESS * (1e-5 if middle else 31e-3), rel=0.01)
+
+
+def test_periods_that_are_used_and_left_out_are_named(tmp_path: Path) -> None:
+    amplitude = np.repeat([1.0, 1.0, 1.0, 3.0, 2.0, 2.0, 4.0], 500)
+    x = 1e-3 * amplitude * np.sin(2 * np.pi * np.arange(len(amplitude)) / 500)
+    table = columns("x,f", 1e3 * x, STIFFNESS * x)
+    (loop,) = read_campaign(write(tmp_path, BENCH_LOOP.format(zero=""), loop=table)).data
+    coverage = DATA_TYPES[loop.type].coverage
+    assert coverage is not None
+    assert coverage(loop).startswith("3 of 6 periods are used, of 1 mm (2), 2 mm; 3 of 1.5 to 2.75 mm")

@@ -257,3 +257,42 @@ def test_a_spring_does_no_work_on_a_motion_that_drifts() -> None:
     loops = analyse_loop(x, STIFFNESS * x)
     # The trapezoidal rule is exact for a straight line; what is left is round-off of some hundred terms.
     assert np.abs(loops.work).max() < 1e-12 * STIFFNESS * AMPLITUDE**2
+
+
+def cycles(*amplitudes: float) -> Array:
+    """One cycle of each amplitude, from zero to zero."""
+    turn = 2 * np.pi * np.arange(500) / 500
+    return np.concatenate([amplitude * np.sin(turn) for amplitude in amplitudes])
+
+
+def test_single_cycles_of_rising_amplitudes_close_at_the_height_at_which_they_began() -> None:
+    x = cycles(*AMPLITUDE * np.array([1.0, 1.2, 1.5, 1.9]))
+    loops = analyse_loop(x, elements(x, np.array([STIFFNESS]), np.array([LIMIT])))
+    # The motion from rest to the first height stands out less than those between later heights.
+    assert [plateau.n_period for plateau in loops.plateaus] == [1, 1]
+    for plateau, ratio in zip(loops.plateaus, (1.2, 1.5), strict=True):
+        # Samples around the return are up to 2 pi / 500 of the next amplitude apart.
+        assert plateau.amplitude[0] == pytest.approx(ratio * AMPLITUDE, rel=0.01)
+        work = 4 * LIMIT * (ratio * AMPLITUDE - LIMIT / STIFFNESS)
+        assert plateau.work[0] == pytest.approx(work, rel=0.01)
+
+
+def test_a_single_cycle_counts_if_it_closes_beside_those_that_repeat() -> None:
+    x = cycles(*AMPLITUDE * np.array([1.0, 1.0, 1.0, 3.0, 2.0, 2.0, 4.0]))
+    loops = analyse_loop(x, elements(x, np.array([STIFFNESS]), np.array([LIMIT])))
+    assert [(round(plateau.amplitude[0] / AMPLITUDE, 2), plateau.n_period) for plateau in loops.plateaus] == [
+        (1.0, 2), (2.0, 1),
+    ]  # fmt: skip
+
+
+def test_a_cycle_of_a_dashpot_that_grows_does_not_close() -> None:
+    x = cycles(*AMPLITUDE * np.array([1.0, 1.5, 2.0, 3.0]))
+    assert not analyse_loop(x, np.gradient(x)).plateaus
+
+
+def test_strokes_to_one_side_have_no_middle_in_common() -> None:
+    x = np.repeat([1.0, 2.0], 2000) * AMPLITUDE * (1 + np.sin(2 * np.pi * np.arange(4000) / 500))
+    loops = analyse_loop(x, STIFFNESS * x)
+    assert len(loops.plateaus) == 2
+    assert loops.middle == 0
+    assert analyse_loop(x[:2000], STIFFNESS * x[:2000]).middle == pytest.approx(AMPLITUDE, rel=1e-3)
