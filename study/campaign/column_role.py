@@ -125,6 +125,8 @@ SMALL_FORCE_SYMBOL = re.compile(r"f(?:[xyz]|_?\d+)?(?![A-Za-z])")
 PRESSURE_WORDS = frozenset(
     ["mic", "microphone", "mikrofon", "pressure", "sound", "spl", "schall", "schalldruck", "druck"]
 )
+#: Names of a temperature, as of a thermocouple.
+TEMPERATURE_WORDS = frozenset(["temperature", "temp", "temperatur", "thermocouple", "thermoelement"])
 #: Names of the spectrum of one or two channels, which is no ratio of them.
 SPECTRUM_WORDS = frozenset(
     [
@@ -323,8 +325,9 @@ def _abscissa_by_name(role: Role, name: str, unit: str, words: list[str]) -> Rec
 
 def _foreign(words: list[str], unit: str, quantity: str) -> str:
     """Why a column is no motion, force or voltage, nor anything beside them; empty if it may be."""
-    if quantity in {"", "voltage", "angle"} and (named := sorted(set(words) & PRESSURE_WORDS)):
-        return f'by "{named[0]}" in its name a pressure, which is no motion'
+    for kind, of_kind in (("pressure", PRESSURE_WORDS), ("temperature", TEMPERATURE_WORDS)):
+        if quantity in {"", "voltage", "angle"} and (named := sorted(set(words) & of_kind)):
+            return f'by "{named[0]}" in its name a {kind}, which is no motion'
     if not unit or quantity:
         return ""
     of_force = RATIO.fullmatch(unit)

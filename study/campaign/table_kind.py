@@ -9,7 +9,8 @@ import numpy as np
 
 from correlation.file.arrays.first_column import OF_ARRAYS, rises_evenly
 from correlation.file.column import Column
-from correlation.file.quantity import MOTION_WORDS
+from correlation.file.quantity import MOTION_WORDS, OF_UNIT
+from correlation.file.unit_label import find_unit
 from study.campaign.column_role import (
     MOTIONS,
     PRESSURE_WORDS,
@@ -31,7 +32,15 @@ from study.campaign.motion_ratio import TRANSMISSIBILITY, is_motion_ratio
 from study.campaign.set_point import changes_between_passes
 from study.campaign.shaken_base import recognise_controller
 from study.campaign.table import Table, file_stem
-from study.campaign.time_history import SECONDS, WINDOWS, distortion, judge_history, turns_with
+from study.campaign.time_history import (
+    IN_LINES,
+    SECONDS,
+    WINDOWS,
+    distortion,
+    judge_history,
+    strongest_line,
+    turns_with,
+)
 
 
 class Kind(Enum):
@@ -122,6 +131,8 @@ HERTZ = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np
 PROMINENT, ROWS_OF_CYCLE = 0.02, 20
 #: A force that answers an imposed displacement has more of its power beside its first line [-].
 DISTORTED = 1e-3
+#: Of a motion that is neither steady nor decays, by this ratio: a shaker near a resonance distorts its force, too.
+MUCH_LESS_HARMONIC = 10.0
 
 
 def judge_table(table: Table) -> JudgedTable:
@@ -133,7 +144,7 @@ def judge_table(table: Table) -> JudgedTable:
         Table of a measured file.
     """
     columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
-    columns = recognise_first_columns(table, columns)
+    columns = recognise_first_columns(table, _raw_voltages(table, columns))
     columns = _time_stamps(table, _one_abscissa(table, _force_symbols(table, columns)))
     if modes := recognise_modes(table, columns):
         why = "natural frequencies, a row for each mode"
@@ -254,6 +265,30 @@ def _name_of_file(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
         force = {"role": Role.FORCE, "quantity": "force", "unit": "N", "assumed": True}
         change = {**force, "evidence": f"{OF_FILE} says force, and nothing a unit: N"}
     return {**columns, **{name: replace(columns[name], **change) for name in unknown if change}}
+
+
+def _raw_voltages(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """A voltage beside a column of the same name in another unit is the raw reading of it: "Force (V)", "Force (N)"."""
+    result = dict(columns)
+    for column in table.columns:
+        words = name_words(table.short_name(column))
+        read = [
+            other.name
+            for other in table.columns
+            if other is not column
+            and OF_UNIT.get(unit := _written_unit(other)) != "voltage"
+            and unit
+            and name_words(table.short_name(other)) == words
+        ]
+        if words and read and OF_UNIT.get(column.unit) == "voltage":
+            why = f'volts of what "{read[0]}" says in its own unit'
+            result[column.name] = Recognised(role=Role.OTHER, unit=column.unit, evidence=why)
+    return result
+
+
+def _written_unit(column: Column) -> str:
+    """Unit of a column, also one that is not understood: the "C" of "Temperature (C)"."""
+    return column.unit or column.unit_label or find_unit(column.label or column.name).unit
 
 
 def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
@@ -460,6 +495,24 @@ def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
     )
 
 
+def _unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
+    """Evidence that a force answers cycles of a displacement with pauses or several amplitudes; empty if it does not.
+
+    A dashpot's force is largest between the turns: only its harmonics tell that it does not drive.
+    """
+    if not _is_cycled(judged):
+        return ""
+    moved, answer = (judged.of_role(role)[0].values.real[mask] for role in (Role.RESPONSE, Role.FORCE))
+    moved, answer = moved - moved.mean(), answer - answer.mean()
+    of_motion, of_force = distortion(moved), distortion(answer)
+    if strongest_line(moved)[1] < IN_LINES or of_force < max(DISTORTED, MUCH_LESS_HARMONIC * of_motion):
+        return ""
+    return (
+        f"a displacement goes to and fro, and the force is less harmonic ({100 * of_force:.1f} % beside its first line; "
+        f"{100 * of_motion:.1g} % of the displacement)"
+    )
+
+
 def is_unnamed(guess: Recognised) -> bool:
     """Whether neither unit nor name of a channel say that it is a motion or a force."""
     return guess.quantity in {"", "voltage"} or guess.evidence.startswith(OF_FILE)
@@ -500,4 +553,6 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
         return _as(judged, Kind.RING_DOWN, evidence)
     if kind == "steady state" and (forces or len(unnamed_channels(judged)) > 1):
         return _as(judged, Kind.STEADY_STATE, evidence)
+    if cycled := _unsteady_cycles(judged, mask):
+        return _as(judged, Kind.LOOP, cycled)
     return _as(judged, Kind.RECORD, evidence)

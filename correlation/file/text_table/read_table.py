@@ -14,6 +14,7 @@ from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
 from correlation.file.number import is_written_number, may_part_thousands, read_number
 from correlation.file.quantity import OF_UNIT
+from correlation.file.text_table.date_time import read_date_times
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.footer import skip_footer
 from correlation.file.text_table.open_text import clean, open_text
@@ -70,13 +71,16 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
             blocks.add(rows)
     names, units, labels, cells = _names_and_units(header, len(dialect.numeric))
     columns = tuple(
-        Column(
-            name=name, values=values, unit=unit, label=label, unit_label=cell, words=words, where=f"column {number + 1}"
+        read_date_times(
+            Column(
+                name=name, values=values, unit=unit, label=label, unit_label=cell, words=words,
+                where=f"column {number + 1}",
+            )
         )
         for number, (name, unit, label, cell, (values, words)) in enumerate(
             zip(names, units, labels, cells, blocks.columns(), strict=True)
         )
-    )
+    )  # fmt: skip
     facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)]), **below}
     columns = _with_axis_unit(columns, facts)
     if dialect.decimal_comma or dialect.paired:

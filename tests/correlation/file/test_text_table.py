@@ -277,3 +277,18 @@ def test_lines_that_a_spreadsheet_put_into_quotation_marks_are_rows(tmp_path: Pa
     measured = read(tmp_path, f'"Time (s),""Acc, tip (g)"""\n{rows}')
     assert [(column.name, column.unit) for column in measured.columns] == [("Time (s)", "s"), ("Acc, tip (g)", "g_n")]
     np.testing.assert_array_equal(measured.columns[0].values, np.arange(5) / 8)
+
+
+def test_dates_with_times_are_seconds_from_the_first(tmp_path: Path) -> None:
+    rows = ["2025-11-14 23:59:59.990,1", "2025-11-14T23:59:59.995,2", "2025-11-15 00:00:00,3"]
+    measured = read(tmp_path, "\n".join(["Timestamp,x", *rows]))
+    time = measured.columns[0]
+    assert (time.unit, time.function, time.words) == ("s", "time", ())
+    np.testing.assert_allclose(time.values, [0.0, 0.005, 0.01], atol=1e-9)
+    assert time.facts["begins"] == "2025-11-14 23:59:59.990"
+
+
+@pytest.mark.parametrize("words", [["2025-11-14 20:00", "2025-11-14 20:00", "2025-11-15 08:00"] * 3, ["a:b", "c:d"]])
+def test_dates_of_few_runs_and_other_words_stay_words(tmp_path: Path, words: list[str]) -> None:
+    measured = read(tmp_path, "\n".join(["run,x", *(f"{word},{row}" for row, word in enumerate(words))]))
+    assert measured.columns[0].words

@@ -206,3 +206,49 @@ def test_noise_of_force_and_displacement_without_a_time_is_a_record(tmp_path: Pa
     write_csv(tmp_path / "noise.csv", "Force (N),Displacement (mm)", *noise)
     _, manifest = drafted(tmp_path)
     assert set(manifest) & {"loop", "record"} == {"record"}
+
+
+def write_bench(path: Path, time: str, instants: list[str]) -> None:
+    """Cycles of a dashpot whose force grows faster than the velocity, with pauses, as a bench writes them."""
+    turn = np.arange(len(instants)) / 250
+    moving = turn % 5 < 4
+    moved = 30e-3 + 18e-3 * np.where(moving, np.cos(2 * np.pi * turn), 1.0)
+    velocity = np.where(moving, -np.sin(2 * np.pi * turn), 0.0)
+    force = 200 * velocity * (1 + np.abs(velocity))
+    columns = [instants, 5e-3 * force, force, 0.1 + 50 * moved, 1e3 * moved, 1.0 + 0 * force, 26.0 + 0 * force]
+    header = "Force (V),Force (N),Displacement (V),Displacement (mm),Temperature (V),Temperature (C)"
+    write_csv(path, f"{time},{header}", *columns)
+
+
+def test_slow_cycles_of_a_bench_are_loops_whose_volts_and_temperatures_are_left_out(tmp_path: Path) -> None:
+    instants = [f"2025-11-14 20:{7 + row // 15000:02d}:{row / 250 % 60:09.6f}" for row in range(4000)]
+    write_bench(tmp_path / "t1_2.csv", "Timestamp", instants)
+    _, manifest = drafted(tmp_path)
+    (loop,) = manifest["loop"]
+    assert loop["columns"] == {"displacement": "Displacement (mm)", "force": "Force (N)"}
+    assert float(loop["frequency"].split()[0]) == pytest.approx(1.0, rel=0.05)  # to a line of the spectrum, 1/16 Hz
+    assert "sensor" not in manifest
+    assert "record" not in manifest
+
+
+def test_random_vibration_with_a_force_stays_a_record(tmp_path: Path) -> None:
+    noise = np.random.default_rng(5).standard_normal((2, 4096))
+    write_csv(tmp_path / "noise.csv", "time [s],F [N],x [mm]", np.arange(4096) / 250, *noise)
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["record"]) == 1
+
+
+def test_levels_of_a_shaker_in_one_record_are_no_loops(tmp_path: Path) -> None:
+    time = np.arange(8192) / 1024
+    level = 1 + np.floor(time / 2)
+    force = level * (np.sin(2 * np.pi * 32 * time) + 0.05 * np.sin(2 * np.pi * 96 * time))
+    write_csv(tmp_path / "dwell.csv", "time [s],F [N],x [mm]", time, force, level * np.cos(2 * np.pi * 32 * time))
+    _, manifest = drafted(tmp_path)
+    assert "loop" not in manifest
+
+
+def test_a_temperature_in_volts_is_no_motion(tmp_path: Path) -> None:
+    noise = np.random.default_rng(5).standard_normal((3, 4096))
+    write_csv(tmp_path / "noise.csv", "time [s],F [N],acc [m/s^2],Temperature (V)", np.arange(4096) / 250, *noise)
+    _, manifest = drafted(tmp_path)
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["acc [m/s^2]"]
