@@ -56,6 +56,8 @@ def si_factor(unit: str, si: str) -> float:
     hint = HINTS.get((unit, si), "")
     if unit in {"count", "counts"} and si not in {"", "s", "Hz", "rad"}:
         hint = f'; for counts of a converter add a sensitivity such as "655.36 count/({si})"'
+    if unit == "strain" and si not in {"", "s", "Hz", "rad"}:
+        hint = f'; for a strain gauge add a sensitivity such as "0.01 strain/({si})"'
     needed = f'a unit such as "{si}" is needed' if si else "a bare number is needed"
     raise ValueError(f'"{unit}" is a unit of another quantity, {needed}{hint}')
 
@@ -114,7 +116,9 @@ def unit_registry() -> "pint.UnitRegistry[Decimal]":
     """One registry for the process: pint takes over half a second to import and to read its definitions."""
     import pint
 
-    return pint.UnitRegistry(non_int_type=Decimal)
+    registry = pint.UnitRegistry(non_int_type=Decimal)
+    registry.define("strain = []")  # a unit of its own, as a count is: no bare ratio
+    return registry
 
 
 @cache

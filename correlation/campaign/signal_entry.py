@@ -22,8 +22,8 @@ from correlation.file.column import Column, MeasuredFile
 PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 #: A phase that is unwrapped over some resonances hardly leaves this range [rad]; one in degrees does.
 MOST_RADIANS = 8 * math.pi
-#: Unit of whole numbers of a converter, which a sensitivity scales.
-COUNT = "count"
+#: Units of readings, beside volts, that a sensitivity scales: whole numbers of a converter, and strains.
+COUNT, STRAIN = "count", "strain"
 #: Peak amplitude of one unit.
 PEAK_OF = {"peak": 1.0, "rms": math.sqrt(2.0), "peak to peak": 0.5}
 #: Radians of one unit of a phase.
@@ -197,12 +197,12 @@ class SignalEntry:
         if not unit:
             remedy = f'write {{ column = "{column.name}", unit = "{si}" }} with the unit that it is in'
             if self.sensitivity:
-                remedy = f'add unit = "V", a multiple of it or "{COUNT}", as it is in, beside its sensitivity'
+                remedy = f'add unit = "V", a multiple, "{COUNT}" or "{STRAIN}", as it is in, beside its sensitivity'
             raise self.problem(f'"{column.name}" of {file.path.name} has no unit: {remedy}')
         try:
             if not self.sensitivity:
                 return si_factor(unit, si)
-            read = COUNT if unit == COUNT else "V"
+            read = unit if unit in {COUNT, STRAIN} else "V"
             return si_factor(unit, read) / si_quantity(self.sensitivity, f"{read}/({si})")
         except ValueError as error:
             raise self.problem(f'"{column.name}" of {file.path.name}: {error}') from None

@@ -10,11 +10,12 @@ import numpy as np
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
 from correlation.campaign.measurement_unit import base_unit, root_units
 from correlation.campaign.passes import SWEEP_WORDS
+from correlation.campaign.signal_entry import STRAIN
 from correlation.file.column import Column
 from correlation.file.quantity import FORCE_QUANTITY, MOTION_WORDS, OF_UNIT
 from correlation.file.unit_label import find_suffix, split_label, unit_text
 from study.campaign.motion_ratio import is_motion_ratio
-from study.campaign.unknown_unit import says_counts, unknown_unit
+from study.campaign.unknown_unit import says_counts, says_strain, unknown_unit
 
 
 class Role(Enum):
@@ -58,7 +59,7 @@ class Recognised:
     part
         Part of a complex number.
     quantity
-        "displacement", "velocity", "acceleration", "force", "voltage"; empty if it is unknown.
+        "displacement", "velocity", "acceleration", "force", "voltage", "strain"; empty if it is unknown.
     unit
         Unit; empty if it is unknown.
     evidence
@@ -208,6 +209,10 @@ def recognise_column(column: Column, name: str) -> Recognised:
     part = _part(column, words)
     stem = _stem(words, name)
     by_name = _role_by_name(words, quantity)
+    if by_name not in WITHOUT_UNIT and says_strain(column, name):
+        return Recognised(
+            role=Role.RESPONSE, part=part, quantity=STRAIN, unit=STRAIN, evidence="its unit is a strain", stem=stem
+        )
     # A sensor in counts has a sensitivity; a force or a time in counts is of no use.
     in_counts = by_name is None and says_counts(column, name)
     if by_name not in WITHOUT_UNIT and not in_counts and (foreign := unknown_unit(column, name)):

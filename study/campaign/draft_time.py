@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL
+from correlation.campaign.signal_entry import STRAIN
 from correlation.file.column import Column
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
@@ -20,11 +21,11 @@ from study.campaign.drive_channel import mark_drive
 from study.campaign.level import named_set_point, number_beside
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import (
-    OF_COUNTS,
+    OF_RAW,
     add_sensor,
-    are_counts,
     direction_sign,
     drive_reading,
+    raw_unit,
     reading,
     with_sign,
 )
@@ -128,11 +129,12 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
     for column in channels:
         guess = judged.columns[column.name]
         # What drives is of an unknown quantity where only the name of the file tells one.
-        unknown = (column.name == plain(drive) and is_unnamed(guess)) or are_counts(column, guess)
+        raw = raw_unit(column, guess)
+        unknown = bool((column.name == plain(drive) and is_unnamed(guess)) or raw)
         quantity = "" if unknown else guess.quantity
         si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(quantity, "V")
-        reason = guess.evidence if guess.unit else OF_COUNTS if are_counts(column, guess) else "the file says no unit"
-        unit = column.unit or Marked(value=guess.unit or si, assumed=reason)
+        reason = OF_RAW.get(raw) or (guess.evidence if guess.unit else "the file says no unit")
+        unit = column.unit or Marked(value=si if raw else guess.unit or si, assumed=reason)
         sign = direction_sign(column)
         units[column.name] = unit if sign == 1 else {"unit": unit, "sign": sign}
         if column.name != plain(drive):
@@ -148,7 +150,7 @@ def _is_read(judged: JudgedTable, column: Column, force: Column | None) -> bool:
 
 def motions(judged: JudgedTable) -> list[Column]:
     """Responses that are motions or of unknown quantity."""
-    known = {*MOTIONS, "", "voltage"}
+    known = {*MOTIONS, "", "voltage", STRAIN}
     return [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in known]
 
 

@@ -8,7 +8,7 @@ from correlation.file.text_table.footer import describe_footer
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
-from study.campaign.table_kind import REMEDY, JudgedTable, Kind
+from study.campaign.table_kind import JudgedTable, Kind, unit_remedy
 from study.merge_sentences import NUMBER
 
 
@@ -44,7 +44,7 @@ def unused_columns(judged: JudgedTable) -> list[str]:
         if guess.role is Role.FOREIGN or guess.evidence == NO_VALUE:
             sentences.append(f"{place}: {guess.evidence}")
         elif guess.evidence.startswith(UNKNOWN_UNIT):
-            sentences.append(f"{place}: {guess.evidence}; {REMEDY}")
+            sentences.append(f"{place}: {guess.evidence}; {unit_remedy(judged)}")
         elif judged.kind is Kind.MODES:
             sentences.append(
                 f"{place}: {guess.evidence}; [[mode]] has frequency, damping, their deviations and a shape"

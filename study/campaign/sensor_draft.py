@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
-from correlation.campaign.signal_entry import COUNT
+from correlation.campaign.signal_entry import COUNT, STRAIN
 from correlation.file.column import Column, Node
 from correlation.file.decibel import SCALE
 from correlation.file.format.wav import holds_counts
@@ -21,23 +21,31 @@ from study.campaign.unknown_unit import says_counts
 FEW_SENSORS = 4
 #: Why readings of a converter have no unit.
 OF_COUNTS = "whole numbers of a converter: the file does not say how large one is, so that amplitudes mean nothing yet"
+#: Why readings of a strain gauge have no unit of a motion.
+OF_STRAIN = "a strain: the file does not say how far a place moves for it, so that amplitudes mean nothing yet"
+OF_RAW = {COUNT: OF_COUNTS, STRAIN: OF_STRAIN}
+#: Why the quantity of a sensor is asked for.
+NO_QUANTITY = "its unit and its name do not say it"
 #: Fewest whole numbers that tell a converter, and the least of their largest: a few small ones are settings.
 FEWEST_COUNTS, LEAST_COUNTS = 100, 100
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
-def are_counts(column: Column, guess: Recognised) -> bool:
-    """Whether a channel without a unit holds whole numbers of a converter, as its file or all of its values say.
+def raw_unit(column: Column, guess: Recognised) -> str:
+    """Unit of readings that a sensitivity has to scale, "count" or "strain"; empty for others.
+
+    A channel without a unit holds whole numbers of a converter if its file or all of its values say so.
 
     A channel in SI that was rounded to whole numbers has the same draft: one count is one unit, and is marked.
     """
     if guess.unit:
-        return False
+        return STRAIN if guess.unit == STRAIN else ""
     if holds_counts(column) or says_counts(column, column.name):
-        return True
+        return COUNT
     values = column.values[np.isfinite(column.values)]
     whole = not np.iscomplexobj(values) and bool((values == np.round(values)).all())
-    return whole and len(values) >= FEWEST_COUNTS and float(np.abs(values).max()) >= LEAST_COUNTS
+    large = len(values) >= FEWEST_COUNTS and float(np.abs(values).max()) >= LEAST_COUNTS
+    return COUNT if whole and large else ""
 
 
 def sensor_name(judged: JudgedTable, column: Column) -> str:
@@ -95,14 +103,14 @@ def add_sensor(
     if has_phase is False:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
         entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
-    counts = are_counts(column, guess)
-    is_known = bool(guess.quantity) and guess.quantity != "voltage" and not counts and guess.unit != "percent"
-    if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV", "percent"}):
+    raw = raw_unit(column, guess)
+    is_known = bool(guess.quantity) and guess.quantity != "voltage" and not raw and guess.unit != "percent"
+    if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV", "percent", STRAIN}):
         of_unit = f"readings in {'percent' if guess.unit == 'percent' else 'volts'}: their sensitivity is unknown"
         why = of_unit if guess.unit else "the unit of its column is unknown"
-        entry["calibrated"] = Marked(value=False, assumed=OF_COUNTS if counts else why)
+        entry["calibrated"] = Marked(value=False, assumed=OF_RAW.get(raw, why))
         unknown = Marked(value="V", assumed="the file says no unit that is known")
-        entry["reading_unit"] = guess.unit or (COUNT if counts else unknown)
+        entry["reading_unit"] = guess.unit or raw or unknown
     draft.entries["sensor"].append(entry)
     return name
 
@@ -111,7 +119,8 @@ def ask_quantity(draft: Draft, name: str, guess: Recognised) -> str | Marked:
     """What a sensor measures."""
     if guess.quantity in {*MOTIONS, LOAD_CELL}:
         return Marked(value=guess.quantity, assumed=guess.evidence) if guess.assumed else guess.quantity
-    likely = draft.motions.get(name, Marked(value="displacement", assumed="its unit and its name do not say it"))
+    why = "a strain is one of unknown gain, in one mode" if guess.quantity == STRAIN else NO_QUANTITY
+    likely = draft.motions.get(name, Marked(value="displacement", assumed=why))
     return draft.ask(f'What does "{name}" measure?', str(likely.value), likely.assumed, *MOTIONS)
 
 
@@ -151,12 +160,12 @@ def reading(
         why = f'"{column.facts[SCALE]}" is taken for 20 lg of an amplitude'
         entry = {part: Marked(value=name, assumed=why) if name == column.name else name for part, name in entry.items()}
     described = draft.named("sensor", sensor) if sensor else None
-    if described is not None and "calibrated" not in described and are_counts(column, guess):
+    if described is not None and "calibrated" not in described and (raw := raw_unit(column, guess)):
         si = SI_UNIT[str(plain(described["quantity"]))]
-        text = f"How many counts of {column.name} of {judged.table.file.path.name} are 1 {si}?"
-        answer = draft.ask(text, "1", OF_COUNTS)
-        entry["unit"] = COUNT
-        entry["sensitivity"] = Marked(value=f"{answer.value} {COUNT}/({si})", assumed=answer.assumed)
+        text = f"How many of the unit {raw} of {column.name} of {judged.table.file.path.name} are 1 {si}?"
+        answer = draft.ask(text, "1", OF_RAW[raw])
+        entry["unit"] = raw
+        entry["sensitivity"] = Marked(value=f"{answer.value} {raw}/({si})", assumed=answer.assumed)
     elif described is not None and not column.unit and "calibrated" not in described:
         entry["unit"] = _unit(str(plain(described["quantity"])), guess, per)
     elif described is None and not column.unit and guess.unit:

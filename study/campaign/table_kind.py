@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from correlation.campaign.signal_entry import STRAIN
 from correlation.file.arrays.first_column import OF_ARRAYS, rises_evenly
 from correlation.file.column import Column
 from correlation.file.quantity import MOTION_WORDS, OF_UNIT
@@ -109,8 +110,8 @@ class JudgedTable:
         return mask
 
 
-#: What can be done about a unit that is not understood.
-REMEDY = "write a unit such as um, m/s^2, N or deg in its header, or the column with its unit in the manifest"
+#: Format of tables whose header anyone can edit.
+PLAIN_TABLE = "csv"
 #: Begins the evidence of a time or frequency beside the one that is the abscissa.
 SECOND = "a second"
 #: Begins the evidence of a channel that only the name of its file or group tells.
@@ -149,7 +150,7 @@ def judge_table(table: Table) -> JudgedTable:
     if modes := recognise_modes(table, columns):
         why = "natural frequencies, a row for each mode"
         return JudgedTable(table=table, kind=Kind.MODES, evidence=why, columns={**columns, **modes})
-    columns = _name_of_file(table, _unknown_response(table, columns))
+    columns = _name_of_file(table, _unknown_response(table, _strains(columns)))
     columns = recognise_quadratures(table, _steps_of_level(table, _dead_drives(table, columns)))
     columns = recognise_controller(table, columns)
     roles = {guess.role for guess in columns.values()}
@@ -218,10 +219,18 @@ def _either(judged: JudgedTable) -> str:
     )
 
 
+def unit_remedy(judged: JudgedTable) -> str:
+    """What can be done about a unit that is not understood."""
+    in_manifest = 'name the column with its unit in the manifest, { column = "...", unit = "um" } (docs/campaign.md)'
+    if judged.table.file.format != PLAIN_TABLE:
+        return in_manifest
+    return f"write a unit such as um, m/s^2, N or deg in its header, or {in_manifest}"
+
+
 def unknown_units(judged: JudgedTable) -> list[str]:
     """Columns whose unit is not understood, each with the remedy."""
     return [
-        f'"{column.name}": {guess.evidence}; {REMEDY}'
+        f'"{column.name}": {guess.evidence}; {unit_remedy(judged)}'
         for column in judged.of_role(Role.OTHER)
         if (guess := judged.columns[column.name]).evidence.startswith(UNKNOWN_UNIT)
     ]
@@ -284,6 +293,14 @@ def _raw_voltages(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
             why = f'volts of what "{read[0]}" says in its own unit'
             result[column.name] = Recognised(role=Role.OTHER, unit=column.unit, evidence=why)
     return result
+
+
+def _strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Strains, whose gain is not known, are of no use beside a motion."""
+    has_motion = any(guess.role is Role.RESPONSE and guess.quantity in MOTIONS for guess in columns.values())
+    strains = [name for name, guess in columns.items() if guess.quantity == STRAIN] if has_motion else []
+    why = "a strain, which is no motion, and a motion stands beside it"
+    return {**columns, **{name: Recognised(role=Role.FOREIGN, unit=STRAIN, evidence=why) for name in strains}}
 
 
 def _written_unit(column: Column) -> str:
@@ -508,8 +525,8 @@ def _unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
     if strongest_line(moved)[1] < IN_LINES or of_force < max(DISTORTED, MUCH_LESS_HARMONIC * of_motion):
         return ""
     return (
-        f"a displacement goes to and fro, and the force is less harmonic ({100 * of_force:.1f} % beside its first line; "
-        f"{100 * of_motion:.1g} % of the displacement)"
+        f"a displacement goes to and fro, and {100 * of_force:.1f} % of the force are beside its first line, of the "
+        f"displacement {100 * of_motion:.1g} %"
     )
 
 

@@ -16,6 +16,8 @@ NO_UNITS = re.compile(
 
 #: Whole numbers of a converter, and places in a series.
 COUNTS = re.compile(r"counts?|lsb|digits?|samples?|ticks?", re.IGNORECASE)
+#: Units of a strain.
+STRAINS = re.compile(r"(micro|[µμu]|m)?[- ]?strains?|[µμu]?ε|[µμu]e|[µμum]?m/m", re.IGNORECASE)
 #: Longer last words of a name are words, though they may be units: "disp rod".
 LONGEST_SYMBOL = 3
 
@@ -24,6 +26,12 @@ def says_counts(column: Column, name: str) -> bool:
     """Whether the unit of a column is a count of a converter."""
     label = column.unit_label or find_unit(column.label or name).unit
     return not column.unit and COUNTS.fullmatch(label.strip()) is not None
+
+
+def says_strain(column: Column, name: str) -> bool:
+    """Whether the unit of a column is that of a strain."""
+    label = column.unit or column.unit_label or find_unit(column.label or name).unit
+    return STRAINS.fullmatch(label.strip()) is not None
 
 
 def unknown_unit(column: Column, name: str) -> str:

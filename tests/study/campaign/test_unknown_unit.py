@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, Point
+from correlation.file.read_file import read_file
 from correlation.file.uff.write_uff import write_uff
 from study.campaign.column_role import Role, recognise_column
 from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
@@ -180,3 +182,41 @@ def test_identification_lines_say_what_amplitudes_are_and_averages_do_not(
     write_uff(MeasuredFile(path=tmp_path / "a.uff", format="", columns=tuple(columns)), tmp_path / "a.uff")
     _, manifest = drafted(tmp_path)
     assert manifest["convention"]["amplitude"] == said
+
+
+def decay() -> tuple[np.ndarray, np.ndarray]:
+    time = np.arange(4000) / 2000
+    return time, 2e-4 * np.exp(-3 * time) * np.sin(2 * np.pi * 50 * time)
+
+
+@pytest.mark.parametrize("unit", ["Strain", "µm/m", "ustrain", "µε"])
+def test_a_strain_is_a_displacement_of_unknown_gain(tmp_path: Path, unit: str) -> None:
+    write_csv(tmp_path / "decay.csv", f"time [s],gauge 1 [{unit}]", *decay())
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["sensor"][0]["quantity"] == "displacement"
+    value = manifest["ring_down"][0]["columns"]["value"]
+    assert value == {"column": f"gauge 1 [{unit}]", "unit": "strain", "sensitivity": "1 strain/(m)"}
+    assert any("sensitivity" in sentence and "strain" in sentence for sentence in campaign.draft.assumptions())
+
+
+def test_a_sensitivity_scales_a_strain(tmp_path: Path) -> None:
+    time, strain = decay()
+    write_csv(tmp_path / "decay.csv", "time [s],gauge [strain]", time, strain)
+    entry = SignalEntry(
+        where="", columns={"column": "gauge [strain]"}, unit="strain", sensitivity="20 strain/(km)"
+    )  # fmt: skip
+    np.testing.assert_allclose(entry.real_values(read_file(tmp_path / "decay.csv"), "m"), strain / 20e-3, rtol=1e-12)
+
+
+def test_a_stepped_sine_of_a_strain_gauge_is_not_calibrated(tmp_path: Path) -> None:
+    header = "f [Hz],F [N],gauge amplitude [strain],gauge phase [deg]"
+    x = receptance(FREQUENCY)
+    write_csv(tmp_path / "sine.csv", header, FREQUENCY, ONES, np.abs(x), np.degrees(np.angle(x)))
+    (sensor,) = drafted(tmp_path)[1]["sensor"]
+    assert (sensor["quantity"], sensor["calibrated"], sensor["reading_unit"]) == ("displacement", False, "strain")
+
+
+def test_a_strain_over_a_force_is_no_loop(tmp_path: Path) -> None:
+    turn = 2 * np.pi * np.arange(4000) / 500
+    write_csv(tmp_path / "hysteresis.csv", "time [s],F [N],gauge [strain]", turn, np.sin(turn + 0.3), np.sin(turn))
+    assert "loop" not in drafted(tmp_path)[1]
