@@ -331,8 +331,12 @@ def add_test(draft: Draft, test: str) -> None:
 def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:
     """Level of a run: a setting, a number beside the columns, a number in the name, or the measured force."""
     for column in judged.settings:
-        if judged.columns[column.name].role is Role.LEVEL:
-            return {"level": float(rows[column.name])}
+        guess = judged.columns[column.name]
+        if guess.role is Role.LEVEL:
+            value = float(rows[column.name])
+            return {
+                "level": Marked(value=value, assumed=f'"{column.name}": {guess.evidence}') if guess.assumed else value
+            }
     mask = judged.mask(rows)
     size = None if force is None else np.abs(force.values[mask])
     if beside := number_beside(judged, size):

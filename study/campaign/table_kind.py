@@ -370,18 +370,37 @@ def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[s
 
 
 def _steps_of_level(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """A force that has few values beside frequencies, one in each pass, is the set point of a level."""
+    """What has few values beside frequencies, one in each pass, is the set point of a level: a force, or any column.
+
+    Where neither force nor level is known, the name of such a column does not matter, unless it counts the passes.
+    """
     result = dict(columns)
     frequency = next((one.values for one in table.columns if columns[one.name].role is Role.FREQUENCY), None)
     if frequency is None:
         return result
+    is_known = any(guess.role in {Role.FORCE, Role.LEVEL} for guess in columns.values())
     for column in table.columns:
         different = len(np.unique(column.values))
         few = 2 <= different <= min(20, len(column.values) / 5)
-        if columns[column.name].role is Role.FORCE and few and changes_between_passes(column.values, frequency):
+        if not few or not changes_between_passes(column.values, frequency):
+            continue
+        if columns[column.name].role is Role.FORCE:
             why = f"it has {different} values: set points of the force"
             result[column.name] = replace(columns[column.name], role=Role.LEVEL, evidence=why)
+        elif columns[column.name].role is Role.OTHER and not is_known and _may_be_level(column):
+            why = f"it has {different} values, each constant over a pass: levels"
+            result[column.name] = Recognised(role=Role.LEVEL, unit=column.unit, evidence=why, assumed=True)
+            is_known = True
     return result
+
+
+def _may_be_level(column: Column) -> bool:
+    """Whether a column of an unknown name may hold levels: positive numbers that do not count the passes."""
+    values = np.unique(column.values)
+    quantity = OF_UNIT.get(column.unit, "")
+    if column.words or np.iscomplexobj(values) or not values[0] > 0 or quantity in {"frequency", "time", "angle"}:
+        return False
+    return quantity in {"force", "voltage"} or not np.array_equal(values, 1 + np.arange(len(values)))
 
 
 def _dead_drives(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:

@@ -10,6 +10,7 @@ from correlation.campaign.read_campaign import read_campaign
 from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
 from study.campaign.question import Assumptions
 from study.campaign.repeat import group_levels
+from tests.study.campaign.drafted_folder import drafted, receptance, write_csv
 
 FREQUENCY = np.linspace(90.0, 110.0, 41)
 #: Twice the misses are below the 5 % that neighbours may differ by, and the levels lie further apart than these.
@@ -67,3 +68,29 @@ def test_the_level_in_a_name_is_the_set_point_of_the_force_near_it(tmp_path: Pat
     _write_runs(tmp_path, {"sine_1N_up": 0.97, "sine_1N_down": 1.035, "sine_1.05N_up": 1.05, "sine_4N_up": 3.0})
     _drafted(tmp_path)
     assert {*read_campaign(tmp_path).measurement.level.tolist()} == {1.0, 1.05, 3.0}
+
+
+@pytest.mark.parametrize("name", ["f", "set", "stage"])
+def test_what_is_constant_in_blocks_beside_a_frequency_is_the_level(tmp_path: Path, name: str) -> None:
+    levels = np.repeat([1.0, 1.5, 2.0], len(FREQUENCY))
+    amplitude = levels * np.tile(np.abs(receptance(FREQUENCY)), 3)
+    write_csv(tmp_path / "sweep.csv", f"{name},frequency_Hz,amplitude", levels, np.tile(FREQUENCY, 3), amplitude)
+    campaign, manifest = drafted(tmp_path)
+    assert [run["level"] for run in manifest["run"]] == [1.0, 1.5, 2.0]
+    assert any(f'"{name}"' in sentence and "level" in sentence for sentence in campaign.draft.assumptions())
+
+
+@pytest.mark.parametrize(("name", "values"), [("pass", [1, 2, 3]), ("f2 [Hz]", [10, 20, 30]), ("offset", [-1, 0.5, 2])])
+def test_numbers_of_passes_and_frequencies_are_no_levels(tmp_path: Path, name: str, values: list[float]) -> None:
+    column = np.repeat(np.array(values, dtype=float), len(FREQUENCY))
+    amplitude = np.tile(np.abs(receptance(FREQUENCY)), 3)
+    write_csv(tmp_path / "sweep.csv", f"{name},frequency_Hz,amplitude", column, np.tile(FREQUENCY, 3), amplitude)
+    (run,) = drafted(tmp_path)[1]["run"]
+    assert run["level"] == 1.0
+
+
+def test_a_measured_force_is_the_level_beside_what_is_constant_in_blocks(tmp_path: Path) -> None:
+    torque, force = np.repeat([5.0, 7.5], len(FREQUENCY)), 3.0 * np.ones(2 * len(FREQUENCY))
+    columns = torque, np.tile(FREQUENCY, 2), force, 3.0 * np.tile(np.abs(receptance(FREQUENCY)), 2)
+    write_csv(tmp_path / "sweep.csv", "torque,frequency [Hz],force [N],tip [m]", *columns)
+    assert not any("rows" in run for run in drafted(tmp_path)[1]["run"])
