@@ -204,10 +204,31 @@ class Measurement(RowTable):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldOut:
-    """Data that no calibration uses: whole levels [N] and whole repeats."""
+    """Data that no calibration uses.
+
+    Parameters
+    ----------
+    levels
+        Whole levels [N].
+    repeats
+        Whole repeats.
+    level_factor
+        Level of one unit that the manifest gives levels in [N].
+    """
 
     levels: tuple[float, ...] = ()
     repeats: tuple[int, ...] = ()
+    level_factor: float = 1.0
+
+    def advise(self, measurement: Measurement) -> str:
+        """What a manifest may hold out of some measurements, such as "levels = [3]"; empty if they are of one run.
+
+        The last repeat tests a fit at all levels; the highest level but one lies between others.
+        """
+        repeats, levels = np.unique(measurement.repeat), np.unique(measurement.level) / self.level_factor
+        if len(repeats) > 1:
+            return f"repeats = [{repeats[-1]}]"
+        return f"levels = [{levels[-2] if len(levels) > 2 else levels[-1]:g}]" if len(levels) > 1 else ""
 
     def rows(self, measurement: Measurement) -> Mask:
         """Rows of a held-out level or of a held-out repeat, shape (k,)."""

@@ -133,20 +133,29 @@ def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
     return np.concatenate([find_visible_resonances(item)[:N_MODE] for item in (model, model.without_contacts())])
 
 
-def require_held_out(campaign: Campaign, folder: Path) -> None:
-    """Refuse a campaign without anything that can test a fit.
+def require_testable(campaign: Campaign, folder: Path) -> None:
+    """Refuse a campaign that holds nothing out to test a fit, or that does not tell its noise, with all that it lacks.
 
     Raises
     ------
     CampaignError
-        Nothing is held out.
+        Nothing is held out, or it has one repeat alone and no stated noise.
     """
+    lacking = []
     if not (campaign.held_out.levels or campaign.held_out.repeats):
-        last = campaign.measurement.repeat.max()
-        raise CampaignError(
-            f"{folder / MANIFEST}: nothing is held out, so that neither a fit nor an effect can be tested: name "
-            f"a level or a repeat under [held_out], e.g. repeats = [{last}]"
+        advice = campaign.held_out.advise(campaign.measurement)
+        lacking.append(
+            "nothing is held out, so that neither a fit nor an effect can be tested: "
+            + (
+                f"name a level or a repeat under [held_out], e.g. {advice}"
+                if advice
+                else "measure another level or repeat, and name it under [held_out]"
+            )
         )
+    if single := _describe_single_repeat(campaign):
+        lacking.append(single)
+    if lacking:
+        raise CampaignError(f"{folder / MANIFEST}: {'; and '.join(lacking)}")
 
 
 def require_noise(campaign: Campaign, folder: Path) -> None:
@@ -159,8 +168,9 @@ def require_noise(campaign: Campaign, folder: Path) -> None:
     """
     if all(any(sensor.noise) for sensor in campaign.sensors):
         return
-    if not any(len(curves.frequency) >= FEWEST for curves in list_curves(campaign)):
-        require_repeats(campaign, folder)
+    shown = any(len(curves.frequency) >= FEWEST for curves in list_curves(campaign))
+    if not shown and (single := _describe_single_repeat(campaign)):
+        raise CampaignError(f"{folder / MANIFEST}: {single}")
 
 
 def _single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
@@ -197,18 +207,13 @@ def require_parameters(parameters: Collection[Any], without: str = "nothing can 
         raise CampaignError(f"the case accepts no parameter, so that {without}: add [accepted]")
 
 
-def require_repeats(campaign: Campaign, folder: Path) -> None:
-    """Refuse a campaign that does not tell its noise.
-
-    Raises
-    ------
-    CampaignError
-        It has one repeat alone.
-    """
+def _describe_single_repeat(campaign: Campaign) -> str:
+    """Why a campaign of one repeat does not tell its noise, and the remedy; empty if it does."""
     repeats = np.unique(campaign.measurement.repeat)
-    if len(repeats) == 1 and not all(any(sensor.noise) for sensor in campaign.sensors):
-        raise CampaignError(
-            f"{folder / MANIFEST}: all data have repeat = {repeats[0]}: noise cannot be told from effects; measure the "
-            "same once more, and number it by repeat of the [[run]] or the column repeat, or state the noise of "
-            'sensors, as noise = "1 %" of a [[sensor]]'
-        )
+    if len(repeats) > 1 or all(any(sensor.noise) for sensor in campaign.sensors):
+        return ""
+    return (
+        f"all data have repeat = {repeats[0]}: noise cannot be told from effects; measure the same once more, and "
+        "number it by repeat of the [[run]] or the column repeat, or state the noise of sensors, as "
+        'noise = "1 %" of a [[sensor]]'
+    )

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from correlation.errors import CampaignError
 from study.case.setup import read_case, require_loads
-from study.compare.suspicions import require_held_out, require_repeats
+from study.compare.suspicions import require_testable
 from study.diagnose.add import CaseEditError, as_written, save_step
 from study.diagnose.edit import edit_case, list_changes
 from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
@@ -55,8 +55,7 @@ def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, .
     campaign = read_measured(folder, run)
     if not len(campaign.measurement):
         raise CampaignError(f"{folder} has no steady states, by which effects are screened: add a test with levels")
-    require_held_out(campaign, folder)
-    require_repeats(campaign, folder)
+    require_testable(campaign, folder)
     setup = require_loads(read_case(case, campaign, run)).setup
     return screen_case(setup, campaign, without=without, store=run.store, progress=run.progress)
 

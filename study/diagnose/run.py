@@ -14,7 +14,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit.problem import Refit
 from study.case.setup import Setup, read_case, require_loads
-from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
+from study.compare.suspicions import find_all_suspicions, require_testable
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.document import make_document
@@ -111,8 +111,7 @@ def diagnose_file(
             f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "
             "docs/time_records.md shows"
         )
-    require_held_out(campaign, folder)
-    require_repeats(campaign, folder)
+    require_testable(campaign, folder)
     setup = require_loads(read_case(case, campaign, run)).setup
     suspicions = None
     if run is not None:  # before what takes minutes: it may be in vain

@@ -1,10 +1,13 @@
 """What can be seen in a campaign at once is said at once, before minutes of computing."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
 from study import cli
 
 TwoMasses = Callable[..., Path]
@@ -44,6 +47,27 @@ def test_nothing_held_out_is_refused_at_once(two_masses: TwoMasses, capsys: pyte
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("stickslip: ")]
     assert "campaign.toml: nothing is held out, so that neither a fit nor an effect can be tested: name a level" in line
     assert "e.g. repeats = [5]" in line
+
+
+@pytest.mark.usefixtures("nothing_computed")
+def test_all_that_one_repeat_lacks_is_said_at_once_with_a_measured_level(
+    two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]
+) -> None:
+    two_masses({}, held_out=False)
+    head, *rows = STEPPED.read_text().splitlines()
+    at = head.split(",").index("repeat")
+    STEPPED.write_text("\n".join([head, *(row for row in rows if row.split(",")[at] == "1"), ""]))
+    text = MANIFEST.read_text()
+    assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert "noise cannot be told from effects" in said
+    (level,) = re.findall(r"e\.g\. levels = \[([\d.]+)\]", said)
+    # It can be obeyed, and holding out the one repeat instead names the same.
+    MANIFEST.write_text(f"{text}\n[held_out]\nlevels = [{level}]\n")
+    assert read_campaign(Path("campaign")).held_out.levels == (float(level),)
+    MANIFEST.write_text(f"{text}\n[held_out]\nrepeats = [1]\n")
+    with pytest.raises(CampaignError, match=rf"everything.*levels = \[{level}\]"):
+        read_campaign(Path("campaign"))
 
 
 def test_a_suspicion_is_told_before_the_diagnosis(

@@ -226,7 +226,9 @@ def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
                 f"{MANIFEST}: held_out.repeats = {repeat} was not measured; hold out some of {measured}"
             )
     if len(measurement) and manifest.held_out.rows(measurement).all():
-        raise CampaignError(f"{MANIFEST}: held_out holds out everything; leave levels and repeats to train on")
+        advice = replace(manifest.held_out, levels=(), repeats=()).advise(measurement)
+        remedy = f"hold out a part, e.g. {advice}" if advice else "remove it, and measure another level or repeat"
+        raise CampaignError(f"{MANIFEST}: held_out holds out everything, so that nothing is left to train on: {remedy}")
 
 
 def _check_records(manifest: Manifest, records: Sequence[TimeRecord]) -> None:
