@@ -32,7 +32,7 @@ from study.diagnose.table import format_fitted_strength, list_case_values
 from study.json_value import plain
 from study.merge_sentences import merge_suspicions
 from study.page.table import Table
-from study.run_context import RunContext
+from study.run_context import RunContext, silent_run
 
 #: The next step, where it is not that of steady states.
 OWN_ADVICE = {
@@ -216,9 +216,18 @@ def run_data_diagnosis(
 
 
 def diagnose_data(
-    case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str] = ()
+    case: Path, campaign: Campaign, folder: Path, run: RunContext | None = None, without: Sequence[str] = ()
 ) -> DataDiagnosisResult:
-    """One round of `run_data_diagnosis`, noted in the history of the case, without page and files."""
+    """One round of `run_data_diagnosis`, noted in the history of the case, without page and files.
+
+    Parameters
+    ----------
+    case, campaign, folder, without
+        As in `run_data_diagnosis`.
+    run
+        Store and progress; none by default.
+    """
+    run = run or silent_run()
     setup = _read_setup(case, campaign, run)
     return _diagnose(case, setup, campaign, folder, run, without, _find_suspicions(setup, campaign))
 

@@ -105,7 +105,19 @@ def diagnose_file(
     auto: bool = False,
     trials: int = 0,
 ) -> DiagnosisResult:
-    """`run_diagnose` that writes the history of the case only, and with `auto` the case itself."""
+    """`run_diagnose` of steady states that writes the history of the case only, and with `auto` the case itself.
+
+    Raises
+    ------
+    CaseError, CampaignError, EffectError
+        With what is wrong in the case, the campaign or the kinds; a campaign without steady states.
+    """
+    if campaign.has_only_typed_data:
+        types = ", ".join(sorted({datum.type for datum in campaign.data}))
+        raise CampaignError(
+            f"{folder} holds no steady states but data of other types ({types}), which diagnose_file does not read: "
+            "call study.diagnose.data_run.diagnose_data(case, campaign, folder), as docs/diagnose.md shows"
+        )
     if not len(campaign.measurement):
         raise CampaignError(
             f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "

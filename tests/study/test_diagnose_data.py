@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
 from diagnosis.feature.diagnose import diagnose_features
 from geometry.errors import InputError
 from study.bench.repeat import open_bench
 from study.cli import main
 from study.diagnose import data_run
 from study.diagnose.history import case_key, history_of
+from study.diagnose.run import diagnose_file
 
 CASE = """schema = 2
 title = "Three masses"
@@ -183,3 +186,11 @@ def test_a_parameter_that_is_moved_moves_what_is_predicted(folder: Path) -> None
     assert (folder / "chain.toml").read_text(encoding="utf-8") == drawn
     with pytest.raises(InputError, match="there are"):
         bench.move({"F": 1.0})
+
+
+def test_in_python_data_have_a_function_of_their_own_which_the_other_one_names(folder: Path) -> None:
+    campaign = read_campaign(folder / "modal")
+    with pytest.raises(CampaignError, match=r"\(mode\).*diagnose_data"):
+        diagnose_file(folder / "chain.toml", campaign, folder / "modal")
+    found = data_run.diagnose_data(folder / "chain.toml", campaign, folder / "modal")
+    assert found.diagnosis.verdict.sentence
