@@ -1,12 +1,15 @@
 """The campaign of a command, whose long analyses are done once for all commands."""
 
+import tomllib
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
+from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
-from correlation.data_type.registry import Analyse
+from correlation.data_type.registry import DATA_TYPES, Analyse
 from pipeline.store import Stage, Store
 from study.run_context import RunContext
 
@@ -26,8 +29,27 @@ def read_measured(folder: Path, run: RunContext) -> Campaign:
     CampaignError
         As `read_campaign`.
     """
-    with run.progress.step("campaign", expected=1):
-        return read_campaign(folder, keep_analyses(run.store))
+    total = _count_analyses(folder)
+    with run.progress.step("campaign", expected=None if total else 1) as report:
+        analyse, done = keep_analyses(run.store), count()
+
+        def analyse_and_report(compute: Any, *args: Any, **words: Any) -> Any:
+            found = analyse(compute, *args, **words)
+            report(min(next(done) + 1, total), total)
+            return found
+
+        return read_campaign(folder, analyse_and_report)
+
+
+def _count_analyses(folder: Path) -> int:
+    """Number of entries of a manifest whose analysis takes long; 0 without a manifest that can be read."""
+    path = folder if folder.is_file() else folder / MANIFEST
+    try:
+        manifest = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError):
+        return 0
+    entries = [manifest.get(kind.table) for kind in DATA_TYPES if kind.check is not None]
+    return sum(len(each) for each in entries if isinstance(each, list))
 
 
 def keep_analyses(store: Store) -> Analyse:

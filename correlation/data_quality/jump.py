@@ -5,6 +5,9 @@ import numpy as np
 from correlation.campaign.measurement import SWEEPS, Campaign, Suspicion, name_configuration
 from correlation.feature.branch import Branches, find_branches
 
+#: What lets repeats of one state differ.
+CAUSES = "the response jumps between two steady states, contacts slip in some repeats only, or it had not settled"
+
 
 def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Remark on each state that is excluded, in all or some repeats; a jump is no mistake."""
@@ -27,8 +30,7 @@ def _where(campaign: Campaign, of: Branches, frequency: float) -> str:
 def _sentence(of: Branches, state: int) -> str:
     if of.is_empty[state]:
         return (
-            "repeats scatter far more than at the frequencies beside it: the response jumps between two steady "
-            "states there, or contacts slip in some repeats only; the point is left out of every fit"
+            f"repeats scatter far more than at the frequencies beside it: {CAUSES}; the point is left out of every fit"
         )
     curves, there = of.curves, np.isfinite(of.curves.value[:, state])
     ways_of: dict[tuple[tuple[int, ...], bool], list[str]] = {}
@@ -41,10 +43,7 @@ def _sentence(of: Branches, state: int) -> str:
     for (repeats, whole), ways in ways_of.items():
         of_sweep = "" if len(ways_of) == 1 else f" of the sweep {' and '.join(ways)}"
         if whole:
-            clauses.append(
-                f"all repeats{of_sweep} scatter, between two steady states or as contacts slip in some only, and are "
-                "left out here"
-            )
+            clauses.append(f"all repeats{of_sweep} scatter, and are left out here: {CAUSES}")
         elif repeats:
             they, are = ("it", "is") if len(repeats) == 1 else ("they", "are")
             clauses.append(

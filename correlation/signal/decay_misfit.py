@@ -107,5 +107,6 @@ def find_fault(misfit: DecayMisfit, frequency: Vector, damping_ratio: Vector, da
         return f"would have damping ratios that are uncertain by {100 * vague:.2g} %"
     worst = int(np.argmax(misfit.share))
     if misfit.share[worst] > FOLLOWED:
-        return f"leaves the record by {100 * misfit.share[worst]:.2g} % of its amplitude"
+        left = f"{100 * misfit.share[worst]:.2g} % of its amplitude"
+        return f"would differ from the record by up to {left}, more than the {100 * FOLLOWED:g} % that a mode may"
     return ""

@@ -156,8 +156,9 @@ def analyse_ring_down(
     remarks = [f"{fault}, and is left out" for fault in best.faults]
     if later is not None:
         remarks.append(
-            f"the decay is read from {best.decay.start:.4g} s on: before, its modes do not follow their own "
-            f'amplitudes, as where several slip at once; start = "{later:.10g} s" in the manifest keeps it so'
+            f"the decay is read from {best.decay.start:.4g} s on: before, no modes that decay freely describe it, as "
+            "where the drive is still on or several modes slip at once; "
+            f'start = "{later:.10g} s" in the manifest keeps it so'
         )
     modes = [replace(mode, remarks=tuple(remarks)) for mode in best.modes]
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))

@@ -11,6 +11,8 @@ from geometry.name_list import MOST, join_first_names
 from study.campaign.question import Answers, Marked, Question
 from study.campaign.table_kind import JudgedTable
 
+#: Entries of data with a name of their own.
+NAMED = ("frf", "ring_down", "loop", "record")
 #: Entries of the manifest that hold data, and all of them, in the order in which they are written.
 DATA = ("run", "frf", "ring_down", "loop", "mode", "record")
 ENTRIES = ("sensor", "load_cells", "test", *DATA)
@@ -93,6 +95,18 @@ class Draft:
     def named(self, kind: str, name: str) -> dict[str, Any] | None:
         """The entry of a name; None if there is none yet."""
         return next((entry for entry in self.entries[kind] if entry["name"] == name), None)
+
+    def number_names(self) -> None:
+        """Number entries of one kind and name: what is said of one of them is said by its name."""
+        for kind in NAMED:
+            taken: set[str] = set()
+            for entry in self.entries[kind]:
+                name, number = str(plain(entry["name"])), 1
+                while (numbered := name if number == 1 else f"{name} {number}") in taken:
+                    number += 1
+                taken.add(numbered)
+                if numbered != name:
+                    entry["name"] = numbered
 
     @property
     def is_empty(self) -> bool:

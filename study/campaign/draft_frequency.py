@@ -108,9 +108,14 @@ def complex_response(judged: JudgedTable, column: Column, partner: Column | None
 
 
 def force_column(judged: JudgedTable) -> Column | None:
-    """The force that drives: of several the one whose name says least else."""
+    """The force that drives: of several a measured one before the voltage of a shaker, whose name says least else."""
     forces = [one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is not Part.IMAGINARY]
-    return min(forces, key=lambda column: len(judged.columns[column.name].stem), default=None)
+    measured = [one for one in forces if judged.columns[one.name].unit and not _is_voltage(judged, one)]
+    return min(measured or forces, key=lambda column: len(judged.columns[column.name].stem), default=None)
+
+
+def _is_voltage(judged: JudgedTable, column: Column) -> bool:
+    return judged.columns[column.name].quantity == "voltage"
 
 
 def force_partner(judged: JudgedTable) -> Column | None:
@@ -156,8 +161,13 @@ def report_second_forces(draft: Draft, judged: JudgedTable) -> None:
     """Say which forces are not read, since another one drives."""
     force, partner = force_column(judged), force_partner(judged)
     draft.left_out += [
-        f'{judged.table.file.path.name}: "{column.name}" is not used: it is called as a force is, and '
-        f'"{force.name}" drives; if it is a motion, write it below [run.columns], with a sensor of its own'
+        f'{judged.table.file.path.name}: "{column.name}" is not used: '
+        + (
+            f'it is the voltage of a shaker, and "{force.name}" is what drives the structure'
+            if _is_voltage(judged, column)
+            else f'it may drive, and "{force.name}" is taken as what drives; if it is a motion, write it below '
+            "[run.columns], with a sensor of its own"
+        )
         for column in judged.of_role(Role.FORCE)
         if force is not None and column not in (force, partner)
     ]

@@ -32,7 +32,7 @@ from study.campaign.readable import keep_readable, nothing_left
 from study.campaign.repeat import mark_settling, number_repeats
 from study.campaign.repeat_doubt import doubt_repeats
 from study.campaign.resonance_phase import sensor_motions, sensor_signs
-from study.campaign.series_name import name_tests
+from study.campaign.series_name import name_tests, suspect_structures
 from study.campaign.suspicion import list_suspicions
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
@@ -200,6 +200,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         for fact in (NOT_CLOSED, DECIMALS)
         if (doubt := file.facts.get(fact))
     ]
+    draft.number_names()
     number_repeats(draft)
     draft.suspicions += doubt_repeats(draft)
     if draft.entries["record"] and not draft.is_comparable:
@@ -249,6 +250,7 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
     signs = sensor_signs(draft, with_frequency, time_sign)
     draft.motions = sensor_motions(with_frequency, time_sign)
     tests = name_tests(draft, stepped)
+    draft.suspicions += suspect_structures(judged)
     for table in judged:
         if table.kind is Kind.STEPPED_SINE:
             test = tests[id(table)]

@@ -10,6 +10,9 @@ from study.campaign.run_name import LENGTH_IN_NAME, QUANTITY_OF_COLUMN, conditio
 from study.campaign.table import file_stem
 from study.campaign.table_kind import JudgedTable, Kind
 
+#: Kinds of tables whose entries belong to no test.
+WITHOUT_TEST = {Kind.RING_DOWN, Kind.LOOP, Kind.FREQUENCY_RESPONSE}
+
 
 def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
     """Test of each table, by its identity.
@@ -57,6 +60,29 @@ def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
     return result
 
 
+def suspect_structures(tables: Sequence[JudgedTable]) -> list[str]:
+    """Suspicion about equal channels in groups or files whose words may name structures, "Fe.Out" and "Al.Out".
+
+    Runs of a stepped sine have tests, which `name_tests` names; ring-downs, loops and frequency responses have none.
+    """
+    alike: dict[tuple[str, ...], list[JudgedTable]] = {}
+    for judged in tables:
+        if judged.kind in WITHOUT_TEST:
+            names = sorted(judged.table.short_name(column) for column in judged.table.columns)
+            alike.setdefault((judged.kind.value, *names), []).append(judged)
+    sentences = []
+    for members in alike.values():
+        words = {judged.table.label: frozenset(_words(judged)) for judged in members}
+        common = frozenset.intersection(*words.values())
+        apart = {label: own - common for label, own in words.items()}
+        if len(set(apart.values())) > 1 and all(apart.values()):
+            sentences.append(
+                f"{', '.join(apart)}: only words in the names of files or groups tell them apart: if these name "
+                "structures or set-ups, give each a campaign of its own"
+            )
+    return sentences
+
+
 def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
     """Names of the channels of a table; those of all sets of channels beside it, which are of one test."""
     own = judged.table
@@ -71,7 +97,8 @@ def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
 def _words(judged: JudgedTable) -> tuple[str, ...]:
     """Words of the names of a file and of columns that may tell a test: those of a sensor tell none."""
     of_sensors = {word for guess in judged.columns.values() for word in guess.stem.split()}
-    name = " ".join([file_stem(judged.table.file.path.name), *QUANTITY_OF_COLUMN.findall(judged.table.of_set)])
+    path = judged.table.path if judged.kind in WITHOUT_TEST else ""
+    name = " ".join([file_stem(judged.table.file.path.name), path, *QUANTITY_OF_COLUMN.findall(judged.table.of_set)])
     if judged.kind is Kind.STEPPED_SINE and _is_response_controlled(judged):
         name = LENGTH_IN_NAME.sub("_", name)
     words = condition_words(name)

@@ -1,6 +1,7 @@
 """A campaign whose ring-downs were analysed once is read again with what was found then."""
 
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from correlation.data_type.ring_down import FreeDecay
 from correlation.errors import CampaignError
+from pipeline.progress import LineProgress
 from pipeline.store import Store
 from study.measured_campaign import read_measured
 from study.run_context import RunContext, silent_run
@@ -76,3 +78,12 @@ def test_a_record_without_a_decay_is_refused_each_time(tmp_path: Path, run: RunC
         with pytest.raises(CampaignError, match=r"decay\.csv"):
             read_measured(tmp_path, run)
     assert run.store.size() == (0, 0)
+
+
+def test_no_duration_is_announced_for_an_analysis_that_was_never_done(tmp_path: Path, run: RunContext) -> None:
+    write_decay(tmp_path, 50.0)
+    stream = StringIO()
+    clock = iter(np.arange(0.0, 1e6, 60.0))  # each look at the clock is a minute later
+    found(tmp_path, replace(run, progress=LineProgress(stream, clock=lambda: float(next(clock)))))
+    assert "about" not in stream.getvalue()
+    assert "campaign: 100 %" in stream.getvalue()

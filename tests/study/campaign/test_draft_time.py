@@ -252,3 +252,44 @@ def test_a_temperature_in_volts_is_no_motion(tmp_path: Path) -> None:
     write_csv(tmp_path / "noise.csv", "time [s],F [N],acc [m/s^2],Temperature (V)", np.arange(4096) / 250, *noise)
     _, manifest = drafted(tmp_path)
     assert [sensor["name"] for sensor in manifest["sensor"]] == ["acc [m/s^2]"]
+
+
+def write_decays(path: Path, *names: str) -> None:
+    """Decays of equal channels in the groups of a file."""
+    time = np.arange(2000) / 500
+    decay = np.exp(-2 * time) * np.cos(2 * np.pi * 7 * time)
+    with h5py.File(path, "w") as file:
+        for name in names:
+            file[f"{name}/time"], file[f"{name}/acc"] = time, decay
+
+
+def test_decays_of_equal_names_are_numbered(tmp_path: Path) -> None:
+    time = np.arange(2000) / 500
+    cells = np.empty((2, 2), dtype=object)
+    for row in range(2):
+        cells[row, 0], cells[row, 1] = time, (1 + row) * np.exp(-2 * time) * np.cos(2 * np.pi * 7 * time)
+    scipy.io.savemat(tmp_path / "decay.mat", {"xData": cells})
+    first, second = (decay["name"] for decay in drafted(tmp_path)[1]["ring_down"])
+    assert second == f"{first} 2"
+
+
+@pytest.mark.parametrize(
+    ("groups", "suspected"), [(("Fe", "Al"), True), (("run_1", "run_2"), False), (("free", "free_2"), False)]
+)
+def test_groups_that_may_be_of_two_structures_are_suspected(
+    tmp_path: Path, groups: tuple[str, ...], suspected: bool
+) -> None:
+    write_decays(tmp_path / "decay.h5", *groups)
+    campaign, _ = drafted(tmp_path)
+    assert any("campaign of its own" in sentence for sentence in campaign.suspicions) == suspected
+
+
+def test_a_measured_acceleration_of_the_base_drives_and_not_the_voltage_of_its_shaker(tmp_path: Path) -> None:
+    time = np.arange(4096) / 1024
+    sine = np.sin(2 * np.pi * 16 * time)
+    header = "time [s],acc_base [g],voltage [V],vel_tip [m/s]"
+    write_csv(tmp_path / "steady.csv", header, time, 0.3 * sine, 0.1 * sine, np.cos(2 * np.pi * 16 * time))
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["drive"]["quantity"] == "base acceleration"
+    assert manifest["run"][0]["columns"]["force"] == "acc_base [g]"
+    assert any('"voltage [V]" is not used' in sentence for sentence in campaign.draft.left_out)
