@@ -312,9 +312,7 @@ def _held_out(table: TomlTable, level_factor: float) -> HeldOut:
     if not all(type(repeat) is int for repeat in repeats):
         raise table.problem("repeats", "must be whole numbers, e.g. [4, 5]")
     table.finish()
-    return HeldOut(
-        levels=tuple(level * level_factor for level in levels), repeats=tuple(repeats), level_factor=level_factor
-    )
+    return HeldOut(levels=tuple(level * level_factor for level in levels), repeats=tuple(repeats))
 
 
 def _toml(folder: Path) -> TomlTable:

@@ -204,31 +204,10 @@ class Measurement(RowTable):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldOut:
-    """Data that no calibration uses.
-
-    Parameters
-    ----------
-    levels
-        Whole levels [N].
-    repeats
-        Whole repeats.
-    level_factor
-        Level of one unit that the manifest gives levels in [N].
-    """
+    """Data that no calibration uses: whole levels [N] and whole repeats."""
 
     levels: tuple[float, ...] = ()
     repeats: tuple[int, ...] = ()
-    level_factor: float = 1.0
-
-    def advise(self, measurement: Measurement) -> str:
-        """What a manifest may hold out of some measurements, such as "levels = [3]"; empty if they are of one run.
-
-        The last repeat tests a fit at all levels; the highest level but one lies between others.
-        """
-        repeats, levels = np.unique(measurement.repeat), np.unique(measurement.level) / self.level_factor
-        if len(repeats) > 1:
-            return f"repeats = [{repeats[-1]}]"
-        return f"levels = [{levels[-2] if len(levels) > 2 else levels[-1]:g}]" if len(levels) > 1 else ""
 
     def rows(self, measurement: Measurement) -> Mask:
         """Rows of a held-out level or of a held-out repeat, shape (k,)."""
@@ -300,6 +279,8 @@ class Campaign:
         What the levels are.
     data
         Data of other types, such as loops; each names its type in `correlation.data_type.registry.DATA_TYPES`.
+    level_factor
+        Level of one unit that its manifest gives levels in [N].
     """
 
     title: str
@@ -312,6 +293,7 @@ class Campaign:
     suspicions: tuple[Suspicion, ...] = ()
     drive: Drive = Drive()
     data: tuple[Any, ...] = ()
+    level_factor: float = 1.0
 
     def __post_init__(self) -> None:
         table = self.measurement
@@ -347,6 +329,24 @@ class Campaign:
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
         """The same campaign with further suspicions."""
         return replace(self, suspicions=(*self.suspicions, *more))
+
+
+def advise_held_out(measurement: Measurement, level_factor: float) -> str:
+    """What a manifest may hold out of some measurements, such as "levels = [3]"; empty if they are of one run.
+
+    The last repeat tests a fit at all levels; the highest level but one lies between others.
+
+    Parameters
+    ----------
+    measurement
+        All that was measured.
+    level_factor
+        As in `Campaign`.
+    """
+    repeats, levels = np.unique(measurement.repeat), np.unique(measurement.level) / level_factor
+    if len(repeats) > 1:
+        return f"repeats = [{repeats[-1]}]"
+    return f"levels = [{levels[-2] if len(levels) > 2 else levels[-1]:g}]" if len(levels) > 1 else ""
 
 
 def name_configuration(free: bool) -> str:

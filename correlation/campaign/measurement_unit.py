@@ -116,7 +116,7 @@ def unit_registry() -> "pint.UnitRegistry[Decimal]":
     """One registry for the process: pint takes over half a second to import and to read its definitions."""
     import pint
 
-    registry = pint.UnitRegistry(non_int_type=Decimal)
+    registry: pint.UnitRegistry[Decimal] = pint.UnitRegistry(non_int_type=Decimal)
     registry.define("strain = []")  # a unit of its own, as a count is: no bare ratio
     return registry
 

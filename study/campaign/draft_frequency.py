@@ -343,10 +343,8 @@ def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Co
     for column in judged.settings:
         guess = judged.columns[column.name]
         if guess.role is Role.LEVEL:
-            value = float(rows[column.name])
-            return {
-                "level": Marked(value=value, assumed=f'"{column.name}": {guess.evidence}') if guess.assumed else value
-            }
+            stated, why = float(rows[column.name]), f'"{column.name}": {guess.evidence}'
+            return {"level": Marked(value=stated, assumed=why) if guess.assumed else stated}
     mask = judged.mask(rows)
     size = None if force is None else np.abs(force.values[mask])
     if beside := number_beside(judged, size):

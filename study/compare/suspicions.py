@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.manifest import MANIFEST
-from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.campaign.measurement import Campaign, Suspicion, advise_held_out
 from correlation.data_quality.conjugate import find_conjugate_tests
 from correlation.data_quality.constant_factor import find_constant_factors
 from correlation.data_quality.jump import find_jump_suspicions
@@ -143,7 +143,7 @@ def require_testable(campaign: Campaign, folder: Path) -> None:
     """
     lacking = []
     if not (campaign.held_out.levels or campaign.held_out.repeats):
-        advice = campaign.held_out.advise(campaign.measurement)
+        advice = advise_held_out(campaign.measurement, campaign.level_factor)
         lacking.append(
             "nothing is held out, so that neither a fit nor an effect can be tested: "
             + (

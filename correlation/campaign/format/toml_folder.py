@@ -14,7 +14,14 @@ from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.load_cell import combine_load_cells
 from correlation.campaign.manifest import MANIFEST, Manifest, RecordEntry, read_manifest
 from correlation.campaign.measured_files import MeasuredFiles, without_padding
-from correlation.campaign.measurement import LOAD_CELL, Campaign, Measurement, Suspicion, same_level
+from correlation.campaign.measurement import (
+    LOAD_CELL,
+    Campaign,
+    Measurement,
+    Suspicion,
+    advise_held_out,
+    same_level,
+)
 from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
 from correlation.campaign.stepped_sine import find_same, read_csv, sorting
@@ -95,6 +102,7 @@ def _read(
         records=tuple(item for item in records if item is not None),
         drive=manifest.drive,
         data=tuple(data),
+        level_factor=manifest.units.level_factor,
         suspicions=suspicions,
     )
 
@@ -226,7 +234,7 @@ def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
                 f"{MANIFEST}: held_out.repeats = {repeat} was not measured; hold out some of {measured}"
             )
     if len(measurement) and manifest.held_out.rows(measurement).all():
-        advice = replace(manifest.held_out, levels=(), repeats=()).advise(measurement)
+        advice = advise_held_out(measurement, manifest.units.level_factor)
         remedy = f"hold out a part, e.g. {advice}" if advice else "remove it, and measure another level or repeat"
         raise CampaignError(f"{MANIFEST}: held_out holds out everything, so that nothing is left to train on: {remedy}")
 
