@@ -46,7 +46,8 @@ def changed(x_factor: float = 1.0, f_factor: float = 1.0, x_offset: float = 0.0,
         (changed(x_factor=1e3), "with 0.001 times its displacements"),
         (changed(f_factor=1e3), "with 0.001 times its forces"),
         # The spring alone would give 3 N for this displacement.
-        (changed(x_offset=3e-5, f_offset=25.0), "without its offsets of 3e-05 m and 25 N"),
+        (changed(x_offset=3e-5, f_offset=25.0), "without its offset of 3e-05 m and 25 N"),
+        (changed(f_offset=25.0), "without its offset of 25 N"),
     ],
 )
 def test_a_unit_and_an_offset_are_named(loop: ForceLoop, words: str) -> None:
