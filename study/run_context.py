@@ -44,7 +44,7 @@ def _take_folder(_kind: Any, tokens: Sequence[Token]) -> Path:
     return path.parent if path.name == MANIFEST and path.is_file() else path
 
 
-CampaignFolder = Annotated[Path, Parameter(help=f"Folder with {MANIFEST}.", converter=_take_folder)]
+CampaignFolder = Annotated[Path, Parameter(help=f"Folder with {MANIFEST}, or that file.", converter=_take_folder)]
 Without = Annotated[
     tuple[str, ...],
     Parameter(

@@ -17,7 +17,7 @@ app = command_app(
     --limits every repeat and sweep is compared with the limits of all friction histories, of responses and contact
     forces (docs/families.md); each task of that search is stored, so that the same command goes on after Ctrl-C. With
     --calibrate-families the parameters are also fitted so that the limits enclose all of these curves tightly.
-    Every key stands in docs/case.md, the campaign folder in docs/campaign.md.""",
+    docs/case.md describes all keys of a case, docs/campaign.md those of a campaign.""",
     examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --limits"],
 )
 

@@ -18,7 +18,7 @@ app = command_app(
 
     Follows the periodic response over frequency or level. Writes netCDF, CSV and figures: response curves, contact
     states, friction loops. Ctrl-C keeps what is done: the same command goes on from there. Without a case file: a small
-    chain. Every key stands in docs/case.md.""",
+    chain. docs/case.md describes all keys.""",
     examples=["stickslip solve --out solved", "stickslip solve my_rig.toml --out mine --json"],
 )
 
