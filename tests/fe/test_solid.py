@@ -164,5 +164,5 @@ def test_a_flat_cell_and_a_missing_coordinate_are_refused(element: Element) -> N
         element_matrices(element, (element.nodes * [1, 1, 0])[None], one, one, one)
     missing = element.nodes.copy()
     missing[3, 1] = np.nan
-    with pytest.raises(MeshError, match="cell 0 has a node whose coordinates are not finite"):
+    with pytest.raises(MeshError, match="cell 0 has a node with coordinates that are not finite"):
         element_matrices(element, missing[None], one, one, one)

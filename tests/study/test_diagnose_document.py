@@ -26,7 +26,7 @@ def test_the_ten_lines_of_the_document_run(
     case = two_masses({"mass at tip": 0.006}).rename("beam.toml")
     monkeypatch.setenv("STICKSLIP_CACHE", str(kept_rounds.folder))
     drawn = read_text(case)
-    (code,) = re.findall(r"```python\n(.*?)```", DOCUMENT, re.DOTALL)
+    code = re.findall(r"```python\n(.*?)```", DOCUMENT, re.DOTALL)[0]
     exec(compile(code, "docs/diagnose.md", "exec"), {})
     told = capsys.readouterr().out
     assert re.search(r"^Mass at tip .* is missing", told)
