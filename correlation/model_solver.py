@@ -344,8 +344,8 @@ class ModelSolver:
         read = static + drive * dynamic - (contact @ g[..., None])[..., 0]
         read[:, 0] = read[:, 0].real
         times = 1j * np.arange(read.shape[1])[None, :, None] * omega[:, None, None]
-        pushed = g + self.balance.table.reference * complex_from_real(track.motion)
-        readings = read * times**order + pushed @ force.T
+        joint_force = g + self.balance.table.reference * complex_from_real(track.motion)
+        readings = read * times**order + joint_force @ force.T
         readings[:, 0] += self.at_rest
         if self.model.base_acceleration is not None:
             for k in range(1, len(self.base)):

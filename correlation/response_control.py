@@ -205,11 +205,11 @@ def _solve(
     # Readings are time derivatives, and those of a shaken base have its own motion in them.
     turned, base = (1j * omega[:, None]) ** order, solver.base[1] * (1j * omega[:, None]) ** (order - 2.0)
     through = (dynamic[:, 1] * turned + base)[state, sensor]
-    felt = contact[state, 1, sensor] * turned[state, sensor][:, None]
+    by_force = contact[state, 1, sensor] * turned[state, sensor][:, None]
     stuck = linear.static + force[:, None, None] * linear.dynamic
     stuck[:, 1] = (held / through)[:, None] * linear.dynamic[:, 1]
     columns = linear.columns.copy()
-    columns[:, 1] -= (felt / through[:, None])[:, :, None] * linear.dynamic[:, 1, None, :]
+    columns[:, 1] -= (by_force / through[:, None])[:, :, None] * linear.dynamic[:, 1, None, :]
     d, nh = balance.n_direction, 2 * balance.n_harmonic - 1
     from_guess = guess is not None and guess.shape == (n, d, nh)
     sequence = StateSequence(
@@ -222,7 +222,7 @@ def _solve(
             number, True, from_guess, sequence, balance.arrays, slider, TOLERANCE, MAX_ITERATION, track
         ))  # fmt: skip
     g = complex_from_real(track.force)
-    drive = (held + (felt * g[:, 1]).sum(axis=1)) / through
+    drive = (held + (by_force * g[:, 1]).sum(axis=1)) / through
     by_harmonic = np.repeat(force[:, None], g.shape[1], axis=1).astype(np.complex128)
     by_harmonic[:, 1] = drive
     return _ControlledStates(track, drive, solver.read_driven(by_harmonic[..., None], frequencies, track))

@@ -305,8 +305,8 @@ class HarmonicBalance:
             force = structure.static + self.level * structure.dynamic - g @ structure.directions
             q = structure.displacement(condensed, force)
         else:
-            pushed = (recovery.contact @ g[..., None])[..., 0]
-            q = recovery.static + self.level * recovery.dynamic - pushed
+            joint_response = (recovery.contact @ g[..., None])[..., 0]
+            q = recovery.static + self.level * recovery.dynamic - joint_response
         q[0] = q[0].real
         return q
 

@@ -127,8 +127,8 @@ def transposed_receptance(columns: Any, x: Any) -> Any:
     g = np.empty((d, nh))
     g[:, 0] = np.dot(np.ascontiguousarray(columns[0].real), np.ascontiguousarray(x[:, 0]))
     for k in range(1, (nh + 1) // 2):
-        felt = np.dot(columns[k], x[:, 2 * k - 1] + 1j * x[:, 2 * k])
-        g[:, 2 * k - 1], g[:, 2 * k] = felt.real, felt.imag
+        product = np.dot(columns[k], x[:, 2 * k - 1] + 1j * x[:, 2 * k])
+        g[:, 2 * k - 1], g[:, 2 * k] = product.real, product.imag
     return g
 
 
@@ -166,9 +166,9 @@ def bordered_step(
     right[m] = -remainder + (border * residual).sum()
     # -border . A e_i for each active row i.
     row = np.empty(m)
-    seen = transposed_receptance(columns, border)
+    adjoint_row = transposed_receptance(columns, border)
     for i in range(m):
-        row[i] = -seen[rows[i, 0], rows[i, 1]]
+        row[i] = -adjoint_row[rows[i, 0], rows[i, 1]]
     last = corner - (border * by_lambda).sum()
     # GMRES weighs forces, lambda and the last equation alike only when the new row and column have the size of I.
     width = np.sqrt((column * column).sum())

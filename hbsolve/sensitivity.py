@@ -245,10 +245,10 @@ def _reaction(
     moved = structure.displacements(condensed, loads) @ structure.directions.T
     right = real_from_complex(moved - _by_harmonic(dg, condensed.columns))
     matrix = small_matrix(rows, forces.jacobian, first, count, condensed.columns, right.shape[2])
-    pulled = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in right])
-    pushed = np.zeros_like(right)
-    pushed[:, rows[:, 0], rows[:, 1]] = np.linalg.solve(matrix, pulled.T).T
-    return complex_from_real(pushed) + dg
+    right_forces = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in right])
+    force_change = np.zeros_like(right)
+    force_change[:, rows[:, 0], rows[:, 1]] = np.linalg.solve(matrix, right_forces.T).T
+    return complex_from_real(force_change) + dg
 
 
 def _change(

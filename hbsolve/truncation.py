@@ -119,7 +119,7 @@ def _first_step(balance: HarmonicBalance, state: SteadyState) -> Complex[Array, 
     R = residual(balance, condensed, x, forces)
     step = newton_step(forces, condensed.columns, first, count, R, 0.0)
     rows = active_rows(forces.active)
-    pushed = scattered(rows, times_jacobian(rows, forces.jacobian, first, count, step), *x.shape)
-    after = balance.response(condensed, forces.coefficients - pushed, recovery)
+    force_step = scattered(rows, times_jacobian(rows, forces.jacobian, first, count, step), *x.shape)
+    after = balance.response(condensed, forces.coefficients - force_step, recovery)
     after[: len(state.coefficients)] -= state.coefficients
     return after

@@ -156,17 +156,17 @@ class ModalBalance:
     def response(self, at: Unknowns, forces: JointForces) -> Coefficients:
         """Coefficients of all degrees of freedom, shape (H + 1, r) [m]."""
         modes, others = self.modes, self.others
-        pushed = -complex_from_real(forces.coefficients) @ modes.rows
+        modal_force = -complex_from_real(forces.coefficients) @ modes.rows
         eta = np.zeros((self.balance.n_harmonic, len(modes.eigenvalue)), dtype=np.complex128)
-        eta[0] = self.static + pushed[0].real / modes.eigenvalue
+        eta[0] = self.static + modal_force[0].real / modes.eigenvalue
         for k in range(1, len(eta)):
             Z = self._dynamic(k, at.angular_frequency, at.damping_ratio)
             if k > 1:
-                eta[k] = _solve(Z, np.arange(len(modes.eigenvalue)), pushed[k])
+                eta[k] = _solve(Z, np.arange(len(modes.eigenvalue)), modal_force[k])
                 continue
             eta[1, self.mode] = at.amplitude
             coupling = 0.0 if Z.ndim == 1 else Z[others, self.mode]
-            eta[1, others] = _solve(Z, others, pushed[1, others] - coupling * at.amplitude)
+            eta[1, others] = _solve(Z, others, modal_force[1, others] - coupling * at.amplitude)
         return np.asarray(eta @ modes.shapes.T)
 
     def _dynamic(self, k: int, angular_frequency: float, damping_ratio: float) -> Array:

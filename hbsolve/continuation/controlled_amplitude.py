@@ -44,12 +44,12 @@ class Reading(NamedTuple):
 
     driven: complex
     """D, under the force at level 1 [m]."""
-    pushed: Complex[Array, " d"]
+    receptance: Complex[Array, " d"]
     """C, under a unit force along each joint direction, shape (d,) [m/N]."""
 
     def level(self, held: float, g: Real) -> complex:
         """Level of the force that the reading needs beside the joint forces g, shape (d, nh) [-]."""
-        return complex((held + self.pushed @ complex_from_real(g)[1]) / self.driven)
+        return complex((held + self.receptance @ complex_from_real(g)[1]) / self.driven)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,8 +131,8 @@ class ControlledAmplitude(Path):
         dynamic[1] = y * share
         by_dynamic[1] = y * (by_share - share * self.derivative / value)
         A, by_A = own.columns.copy(), by_own.columns.copy()
-        A[1] -= np.outer(reading.pushed, share)
-        by_A[1] -= np.outer(reading.pushed, by_share) + np.outer(slope.pushed, share)
+        A[1] -= np.outer(reading.receptance, share)
+        by_A[1] -= np.outer(reading.receptance, by_share) + np.outer(slope.receptance, share)
         held = own._replace(columns=A, dynamic=dynamic, slopes=CondensedSlopes(by_A, by_dynamic))
         return self._unit_balance, held
 

@@ -177,7 +177,7 @@ class _Trial:
         self.forces: JointForces = forces_at(self.balance, condensed.angular_frequency, motion, sliders)
         self.residual = residual(self.balance, condensed, motion, self.forces)
         g = complex_from_real(self.forces.coefficients)[1]
-        self.read = complex(level * reading.driven - reading.pushed @ g)
+        self.read = complex(level * reading.driven - reading.receptance @ g)
         self.held = path.held(condensed.angular_frequency)
         self.unbalance = relative_residual(self.balance, condensed, motion, self.forces, self.residual)
         self.norm = max(self.unbalance, abs(abs(self.read) / self.held - 1))
@@ -201,13 +201,16 @@ class _Trial:
         first, count = self.balance.joint_of_direction
         turned = np.conj(self.read) / abs(self.read)
         # d|y| = Re(turned (D dlevel - C^T dg_1)), with g_1 = cosine - i sine.
-        felt = np.zeros_like(self.residual)
-        felt[:, 1], felt[:, 2] = (turned * self.reading.pushed).real, (turned * self.reading.pushed).imag
+        by_force = np.zeros_like(self.residual)
+        by_force[:, 1], by_force[:, 2] = (
+            (turned * self.reading.receptance).real,
+            (turned * self.reading.receptance).imag,
+        )
         rows = active_rows(self.forces.active)
-        answered = transposed_jacobian(rows, self.forces.jacobian, first, count, felt[rows[:, 0], rows[:, 1]])
+        by_motion = transposed_jacobian(rows, self.forces.jacobian, first, count, by_force[rows[:, 0], rows[:, 1]])
         dx, by_level = bordered_step(
             self.forces, self.condensed.columns, first, count, self.residual,
-            -real_from_complex(self.condensed.dynamic), -answered,
+            -real_from_complex(self.condensed.dynamic), -by_motion,
             float((turned * self.reading.driven).real), abs(self.read) - self.held, RELATIVE,
         )  # fmt: skip
         return dx, float(by_level)

@@ -85,11 +85,11 @@ def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
         matrix = small_matrix(rows, trial.forces.jacobian, first, count, point.condensed.columns, nh)
         y = np.linalg.solve(matrix, right)
         gradient = gradient + by_g[at, harmonic] @ y
-        pushed = np.zeros_like(moved)
-        pushed[at, harmonic] = y
-        moved[:, 0] -= A[0].real @ pushed[:, 0]
+        force_change = np.zeros_like(moved)
+        force_change[at, harmonic] = y
+        moved[:, 0] -= A[0].real @ force_change[:, 0]
         if nh > 1:
-            answer = A[1:] @ np.moveaxis(pushed[:, 1::2] - 1j * pushed[:, 2::2], 1, 0)
+            answer = A[1:] @ np.moveaxis(force_change[:, 1::2] - 1j * force_change[:, 2::2], 1, 0)
             moved[:, 1::2] -= np.moveaxis(answer.real, 0, 1)
             moved[:, 2::2] += np.moveaxis(answer.imag, 0, 1)
     gradient = gradient + np.tensordot(by_x, moved, 2)

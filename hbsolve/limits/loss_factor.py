@@ -89,8 +89,8 @@ class LossMeasure:
         their force beyond that at the mean displacement, and the force of the vibration on the tangent there.
         """
         recovery = self.recovery
-        pushed = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
-        q = recovery.static + level * recovery.dynamic - pushed
+        joint_response = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
+        q = recovery.static + level * recovery.dynamic - joint_response
         work = level * float((self.work * q).real.sum())
         n = self.balance.n_sample
         # Sampled at the balance's instants, without the mean.
