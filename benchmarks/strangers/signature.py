@@ -26,7 +26,7 @@ from correlation.noise.error_patterns import ErrorPatterns
 from correlation.noise.error_size import ErrorSize
 from correlation.noise.nuisance import Budget, ModelFeatures, make_history_modes, make_nuisance_modes
 from correlation.prediction import Prediction, Predictor
-from diagnosis.fit.calibration_parameter import MOST_PULLED, list_calibration_parameters
+from diagnosis.fit.calibration_parameter import MAX_PRIOR_RESIDUAL, list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.mode_correction import ModeCorrection, list_mode_corrections
 from diagnosis.fit.reading_slopes import differentiate_readings
@@ -157,7 +157,7 @@ class Signature:
             return np.concatenate([-self.whitening(np.where(there, changes, 0.0)), np.eye(len(share))])
 
         found = scipy.optimize.least_squares(
-            residual, start, slopes, bounds=(-MOST_PULLED, MOST_PULLED), max_nfev=EFFORT, ftol=1e-3
+            residual, start, slopes, bounds=(-MAX_PRIOR_RESIDUAL, MAX_PRIOR_RESIDUAL), max_nfev=EFFORT, ftol=1e-3
         )
         by_state = np.sort(np.bincount(self.features.state, found.fun[: len(measured)] ** 2))
         counted = by_state[: len(by_state) - int(np.ceil(JUMPS * len(by_state)))]

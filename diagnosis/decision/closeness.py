@@ -129,13 +129,13 @@ def list_beyond_priors(fit: Fit) -> tuple[str, ...]:
         Fit of calibration parameters.
     """
     unknowns, first = fit.unknowns, fit.unknowns.n_start
-    pulls = np.abs(unknowns.pulls(fit.values))[first:]
-    least = min(TWO_SIDED_95, pulls.max(initial=0.0)) if fit.is_beyond_priors else np.inf
-    every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], pulls, strict=True)
+    residuals = np.abs(unknowns.prior_residuals(fit.values))[first:]
+    least = min(TWO_SIDED_95, residuals.max(initial=0.0)) if fit.is_beyond_priors else np.inf
+    every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], residuals, strict=True)
     return tuple(
         parameter.describe(name, value)
-        for name, parameter, prior, value, pull in every
-        if np.isfinite(prior) and (parameter.is_at_bound(value) or pull >= least)
+        for name, parameter, prior, value, residual in every
+        if np.isfinite(prior) and (parameter.is_at_bound(value) or residual >= least)
     )
 
 

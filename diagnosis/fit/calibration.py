@@ -165,8 +165,8 @@ class Fit:
     @property
     def is_beyond_priors(self) -> bool:
         """Whether values are further from the centres of their priors than these leave them by chance."""
-        pulls = self.unknowns.pulls(self.values)
-        return bool(pulls @ pulls > chdtri(max(int(np.isfinite(self.unknowns.prior).sum()), 1), CHANCE_BEYOND_PRIORS))
+        residuals, n_prior = self.unknowns.prior_residuals(self.values), int(np.isfinite(self.unknowns.prior).sum())
+        return bool(residuals @ residuals > chdtri(max(n_prior, 1), CHANCE_BEYOND_PRIORS))
 
     def reweigh(self, change: Callable[[Matrix], Matrix]) -> Matrix:
         """Jacobian by another covariance, shape (m + p, p): with its rows of data changed, and not those of priors."""
@@ -327,7 +327,7 @@ def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any)
 
 def _compute_residual(comparison: Data, unknowns: Unknowns, values: Values, prediction: Any) -> Vector:
     """Whitened differences of the data, and of the priors, shape (m + p,)."""
-    return np.concatenate([comparison.residual(prediction), -unknowns.pulls(values)])
+    return np.concatenate([comparison.residual(prediction), -unknowns.prior_residuals(values)])
 
 
 def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
@@ -368,8 +368,8 @@ def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: floa
     moved = np.zeros(len(size))
     while free.any():
         reduced = curvature[np.ix_(free, free)]
-        pull = gradient[free] - curvature[np.ix_(free, ~free)] @ moved[~free]
-        moved[free] = np.linalg.solve(reduced + damping * np.diag(np.diag(reduced) + 1e-12), pull)
+        right_side = gradient[free] - curvature[np.ix_(free, ~free)] @ moved[~free]
+        moved[free] = np.linalg.solve(reduced + damping * np.diag(np.diag(reduced) + 1e-12), right_side)
         trial = here.values + moved * size
         beyond = free & ((trial < lower) | (trial > upper))
         if not beyond.any():

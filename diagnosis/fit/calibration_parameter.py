@@ -28,7 +28,7 @@ WHAT = {
     "bearing": "Distance of all contacts from the middle of their lines.",
 }
 #: Standard deviations of the prior beyond which no fit goes: once in two million draws is a value further off.
-MOST_PULLED = 5.0
+MAX_PRIOR_RESIDUAL = 5.0
 #: Distance of a bound from 1 below which nothing is left to calibrate, over the deviation of the prior [-].
 LEAST_REACH = 0.01
 #: Bounds of the factor: contacts and damping are known to an order of magnitude, a modulus far better.
@@ -135,7 +135,7 @@ class CalibratedEffect(CalibrationParameter):
                 f'the deviation of "{effect.name}" is {deviation:g}: give a standard deviation above zero'
             )
         (own,) = effect.parameters
-        furthest = MOST_PULLED * deviation
+        furthest = MAX_PRIOR_RESIDUAL * deviation
         lower, upper = max(own.lower, own.vanishes - furthest), min(own.upper, own.vanishes + furthest)
         typical = min(own.vanishes + deviation, upper) if upper > own.vanishes else lower
         return cls(
@@ -210,7 +210,7 @@ def make_factor(name: str, lower: float, upper: float, deviation: float) -> Effe
     EffectError
         Bounds that leave nothing to calibrate.
     """
-    lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
+    lower, upper = max(lower, 1 - MAX_PRIOR_RESIDUAL * deviation), min(upper, 1 + MAX_PRIOR_RESIDUAL * deviation)
     # A law may refuse all beyond 1 on one side: the search starts on the wider one.
     typical = max(min(1 + deviation, upper), max(1 - deviation, lower), key=lambda value: abs(value - 1))
     if abs(typical - 1) < LEAST_REACH * deviation:

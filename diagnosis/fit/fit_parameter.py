@@ -96,7 +96,7 @@ class Unknowns:
         lower, upper = np.array(self.bounds).reshape(-1, 2).T
         return np.clip(values, lower, upper)
 
-    def pulls(self, values: Values) -> Values:
+    def prior_residuals(self, values: Values) -> Values:
         """How far values are from the centres of their priors, in standard deviations of these, shape (p,) [-]."""
         centre = self.vanishing if self.centre is None else self.centre
         return np.asarray((values - centre) / self.prior)

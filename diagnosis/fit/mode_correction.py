@@ -16,7 +16,7 @@ from correlation.noise.error_patterns import compute_moduli
 from correlation.noise.free_mode import FreeModes
 from correlation.noise.nuisance import Budget, ModelFeatures, find_highest_frequency
 from diagnosis.candidate.effect import EffectParameter
-from diagnosis.fit.calibration_parameter import MOST_PULLED, CalibrationParameter
+from diagnosis.fit.calibration_parameter import MAX_PRIOR_RESIDUAL, CalibrationParameter
 from diagnosis.fit.weighting import Measured
 
 #: The standard deviation of an error of a mesh is stated by rule of thumb: fits allow for so many times as much.
@@ -99,7 +99,7 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
     change = budget.frequency * np.abs(nominal.slopes(tangents)) / np.where(size > 0, size, np.inf)[:, None]
     moved = np.nan_to_num(change[features.inverse[features.row]]).max(axis=0, initial=0.0)
     deviation = PRIOR_WIDENING * budget.frequency
-    most = MOST_PULLED * deviation
+    most = MAX_PRIOR_RESIDUAL * deviation
     factor = EffectParameter(
         name="factor", unit="-", lower=1 - most, upper=1 + most, typical=1 + deviation, vanishes=1.0
     )

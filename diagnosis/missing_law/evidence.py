@@ -154,12 +154,12 @@ def _most_probable(
     Those of either sign are eliminated; what is left is a small problem of least squares without negative numbers.
     """
     curvature = gram * np.outer(size, size) / noise**2 + np.eye(len(size))
-    pull, free = moment * size / noise**2, ~is_positive
+    right_side, free = moment * size / noise**2, ~is_positive
     z, shared = np.zeros(len(size)), curvature[np.ix_(free, is_positive)]
-    solved = np.linalg.solve(curvature[np.ix_(free, free)], np.column_stack([shared, pull[free]]))
+    solved = np.linalg.solve(curvature[np.ix_(free, free)], np.column_stack([shared, right_side[free]]))
     if is_positive.any():
         factor = np.linalg.cholesky(curvature[np.ix_(is_positive, is_positive)] - shared.T @ solved[:, :-1])
-        z[is_positive], _ = nnls(factor.T, np.linalg.solve(factor, pull[is_positive] - shared.T @ solved[:, -1]))
+        z[is_positive], _ = nnls(factor.T, np.linalg.solve(factor, right_side[is_positive] - shared.T @ solved[:, -1]))
     z[free] = solved[:, -1] - solved[:, :-1] @ z[is_positive]
     return z * size, free | (z > 0)
 

@@ -9,7 +9,7 @@ from study.compare.report import describe_jump
 from study.diagnose.round import Round
 
 #: Standard deviations of its prior beyond which a calibration parameter is in doubt.
-MAX_PULL = 3.0
+DOUBTFUL_PRIOR_RESIDUAL = 3.0
 #: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter; and the
 #: rise of the error that is harm whatever chi^2 says [-].
 HARMFUL_CHI2_RISE, HARMFUL_ERROR_RATIO = 4.0, 2.0
@@ -104,14 +104,14 @@ def _shifted_parameters(result: Round) -> Iterator[str]:
     fit = (result.best or result.diagnosis.baseline).fit
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters
-        pull = abs(value - factor.vanishes) / parameter.stated_deviation
+        residual = abs(value - factor.vanishes) / parameter.stated_deviation
         there = factor.describe(parameter.name, value)
         if factor.is_at_bound(value):
             yield f"{there} is as far as a fit may go: something else may be what differs."
-        elif pull > MAX_PULL:
+        elif residual > DOUBTFUL_PRIOR_RESIDUAL:
             yield (
-                f"{there} is {pull:.1f} standard deviations, as the case states them, from the case: something else "
-                "may be what differs."
+                f"{there} is {residual:.1f} standard deviations, as the case states them, from the case: something "
+                "else may be what differs."
             )
 
 

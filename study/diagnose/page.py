@@ -149,7 +149,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         in_case=result.setup.calibrated,
         now=list_factors(result.setup, result.diagnosis.baseline),
         then={} if result.best is None else list_factors(result.setup, result.best),
-        pull=_pull,
+        prior_residual=_prior_residual,
         added=_added(result),
         holds=bool(result.setup.added or result.setup.calibrated),
         best=None if result.best is None or result.best.effect is None else result.best.effect.name,
@@ -222,10 +222,14 @@ def _reads(place: Place) -> str:
     return f"{kind}, {grows}" if grows else kind
 
 
-def _pull(factor: float, prior: float) -> dict[str, Any]:
+def _prior_residual(factor: float, prior: float) -> dict[str, Any]:
     """Change of a calibration parameter in standard deviations of its prior, and its place on a scale [%]."""
-    pull = (factor - 1) / prior
-    return {"words": f"{pull:+.2f}", "place": f"{50 + 50 * max(-1.0, min(1.0, pull / 3)):.1f}", "far": abs(pull) > 2}
+    residual = (factor - 1) / prior
+    return {
+        "words": f"{residual:+.2f}",
+        "place": f"{50 + 50 * max(-1.0, min(1.0, residual / 3)):.1f}",
+        "far": abs(residual) > 2,
+    }
 
 
 def _factor(estimate: tuple[float, float]) -> str:
