@@ -185,9 +185,9 @@ def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, Contact
     return lines
 
 
-def _pad_problems(blade: Blade, unsound: Collection[str]) -> Iterator[str]:
+def _pad_problems(blade: Blade, invalid: Collection[str]) -> Iterator[str]:
     """Conflicts of valid dimensions that keep pads and grooves from being one body with the blade."""
-    if unsound:
+    if invalid:
         return
     low, high = in_millimetres(blade.pad_bottom), in_millimetres(blade.pad_top)
     height = f"contact_height = {in_millimetres(blade.contact_height)}"

@@ -57,8 +57,8 @@ class Damper:
     def __post_init__(self) -> None:
         check_dimensions("damper", self, at_most=[("shoulder", "contact_length")], further=self._shape_problems)
 
-    def _shape_problems(self, unsound: Collection[str]) -> Iterator[str]:
-        if not unsound and self.end_radius < SMALLEST:
+    def _shape_problems(self, invalid: Collection[str]) -> Iterator[str]:
+        if not invalid and self.end_radius < SMALLEST:
             yield (
                 f"contact_length = {in_millimetres(self.contact_length)} lets the cones end in a point before they are "
                 f"as long, from radius = {in_millimetres(self.radius)} (shorten it or raise the radius)"

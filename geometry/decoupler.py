@@ -304,9 +304,9 @@ def decoupler_part(decoupler: Decoupler) -> Part:
     )
 
 
-def _shape_problems(decoupler: Decoupler, unsound: Collection[str]) -> Iterator[str]:
+def _shape_problems(decoupler: Decoupler, invalid: Collection[str]) -> Iterator[str]:
     """Conflicts of valid dimensions that keep groove, plate and arms from being one body."""
-    if unsound:
+    if invalid:
         return
     yield from groove_problems(
         lip_above_axis=decoupler.lip_above_axis,

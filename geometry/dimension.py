@@ -41,7 +41,7 @@ def check_dimensions(
     angles
         Names of fields that are angles, and the range of each [rad].
     further
-        Clauses on what is wrong with sound dimensions together, from the names of those that are not sound.
+        Clauses on what is wrong with valid dimensions together, from the names of those that are invalid.
 
     Raises
     ------
@@ -54,15 +54,15 @@ def check_dimensions(
         name: _angle_problem(name, value, *angles[name]) if name in angles else _length_problem(name, value)
         for name, value in sorted(values.items(), key=lambda item: item[0] in angles)
     }
-    unsound = {name for name, problem in problems.items() if problem}
+    invalid = {name for name, problem in problems.items() if problem}
     clauses = [problem for problem in problems.values() if problem]
     clauses += [
         f"{smaller} = {in_millimetres(values[smaller])} exceeds {larger} = {in_millimetres(values[larger])} "
         "(lower the one or raise the other)"
         for smaller, larger in at_most
-        if unsound.isdisjoint((smaller, larger)) and values[smaller] > values[larger]
+        if invalid.isdisjoint((smaller, larger)) and values[smaller] > values[larger]
     ]
-    refuse(body, [*clauses, *further(unsound)])
+    refuse(body, [*clauses, *further(invalid)])
 
 
 def _length_problem(name: str, value: float) -> str:

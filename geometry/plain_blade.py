@@ -56,9 +56,9 @@ class PlainBlade:
         at_most = [("chord", "root_chord"), ("thickness", "root_thickness")]
         check_dimensions("plain blade", self, at_most=at_most, angles={}, further=self._excitation_problems)
 
-    def _excitation_problems(self, unsound: Collection[str]) -> Iterator[str]:
+    def _excitation_problems(self, invalid: Collection[str]) -> Iterator[str]:
         names = {"excitation_height", "length"}
-        if names.isdisjoint(unsound) and self.excitation_height > self.length - SMALLEST:
+        if names.isdisjoint(invalid) and self.excitation_height > self.length - SMALLEST:
             yield (
                 f"excitation_height = {in_millimetres(self.excitation_height)} is not below the tip at length = "
                 f"{in_millimetres(self.length)} (lower it)"

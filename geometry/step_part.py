@@ -82,8 +82,8 @@ def read_body(path: Path) -> StepBody:
 
     path = Path(path)
     check_complete(path)
-    if trap := read_in_trial_process(lambda: _read_body(path), path, speed=SPEED, memory=MEMORY):
-        raise InputError(f"{path} is damaged, it {trap}: export it again")
+    if defect := read_in_trial_process(lambda: _read_body(path), path, speed=SPEED, memory=MEMORY):
+        raise InputError(f"{path} is damaged, it {defect}: export it again")
     return _read_body(path)
 
 

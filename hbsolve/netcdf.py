@@ -48,8 +48,8 @@ def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], 
     """
     import xarray
 
-    if Path(path).is_file() and (trap := find_unsafe_hdf5_content(Path(path))):
-        raise BalanceError(f'"{path}" is damaged, it {trap}: compute it again')
+    if Path(path).is_file() and (defect := find_unsafe_hdf5_content(Path(path))):
+        raise BalanceError(f'"{path}" is damaged, it {defect}: compute it again')
     try:
         with xarray.open_dataset(path, engine="h5netcdf") as data:
             return read(data)

@@ -160,10 +160,10 @@ class Store:
         """Whether a result is there with all its bytes as they were written."""
         file = self._file(stage, *args, **kwargs)
         there = file is not None and file.exists()  # asked first: another process may put it there meanwhile
-        sound = file is not None and is_intact(file)
-        if there and not sound:
+        intact = file is not None and is_intact(file)
+        if there and not intact:
             self._report_damage(stage, file)
-        return sound
+        return intact
 
     def size(self) -> tuple[int, int]:
         """Number of results, and what they take together [bytes]."""

@@ -90,10 +90,11 @@ class ImportedMatrices:
                 raise MatrixFileError(
                     f"{self.dofs.name(worst)} has a {name} of {diagonal[worst]:g} on the diagonal: check its sign"
                 )
-        loose = free[np.asarray(abs(self.stiffness).sum(axis=1)).ravel()[free] == 0]
-        if len(loose):
+        no_stiffness = free[np.asarray(abs(self.stiffness).sum(axis=1)).ravel()[free] == 0]
+        if len(no_stiffness):
             raise MatrixFileError(
-                f"{self._named(loose)} no stiffness: fix what the model does not use by a support, as AUTOSPC does"
+                f"{self._named(no_stiffness)} no stiffness: fix what the model does not use by a support, as AUTOSPC "
+                "does"
             )
         light = free[self.mass.diagonal()[free] <= 0]
         if len(light):

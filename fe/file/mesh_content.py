@@ -93,7 +93,7 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
         name: np.column_stack([number[faces[:, 0]], faces[:, 1]])[number[faces[:, 0]] >= 0]
         for name, faces in file_mesh.face_sets.items()
     }
-    cell_sets, loose = {}, []
+    cell_sets, detached = {}, []
     for name, members in file_mesh.cell_sets.items():
         cell_sets[name] = _kept(number, members)
         lower = members[number[members] < 0]
@@ -104,11 +104,11 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
                 face_sets[name] = found
             else:
                 node_sets[name] = _kept(new_node, np.concatenate([np.ravel(nodes) for _, nodes in carried]))
-                loose += [name] if any(cell_type.startswith(SURFACES) for cell_type, _ in carried) else []
+                detached += [name] if any(cell_type.startswith(SURFACES) for cell_type, _ in carried) else []
     if file_mesh.left_out:
         _warn(source, f"the model is its solid cells alone, without {' and '.join(file_mesh.left_out)}")
-    if loose:
-        names = " and ".join(f'"{name}"' for name in loose)
+    if detached:
+        names = " and ".join(f'"{name}"' for name in detached)
         _warn(source, f"shells of {names} lie on no face of a solid cell: they name nodes, and stiffen nothing")
     mesh = Mesh(
         points=file_mesh.points[used] * length_unit_in_metre,
@@ -150,11 +150,11 @@ def _refuse_other_solids(file_mesh: FileMesh, source: str) -> None:
             f"mesh file {source} has {count['tetra']} tetra cells of 4 nodes, which are far too stiff in bending: "
             'convert them to 10 nodes ("second order") in the program that made them'
         )
-    foreign = {t: n for t, n in count.items() if _is_solid(t) and t not in ELEMENTS and n}
-    if foreign:
-        listed = ", ".join(f"{n} {cell_type}" for cell_type, n in foreign.items())
+    unsupported = {t: n for t, n in count.items() if _is_solid(t) and t not in ELEMENTS and n}
+    if unsupported:
+        listed = ", ".join(f"{n} {cell_type}" for cell_type, n in unsupported.items())
         # Between linear hexahedra they are what a mesher fills corners with.
-        why = ", which are far too stiff in bending" if set(foreign) <= {"wedge", "pyramid"} else ""
+        why = ", which are far too stiff in bending" if set(unsupported) <= {"wedge", "pyramid"} else ""
         raise MeshError(
             f"mesh file {source} has cells that are not supported ({listed}{why}): remesh with {wanted} only"
         )
@@ -172,9 +172,9 @@ def _refuse_nonfinite_points(file_mesh: FileMesh, source: str) -> None:
                 f"{ELEMENTS[cell_type].n_node}: it may be cut short or damaged, so write it again"
             )
         if nodes.size and (nodes.min() < 0 or nodes.max() >= n_point):
-            wild = nodes.max() if nodes.max() >= n_point else nodes.min()
+            bad_node = nodes.max() if nodes.max() >= n_point else nodes.min()
             raise MeshError(
-                f"mesh file {source} has a {cell_type} with node {wild} of {n_point} (counted from 0): "
+                f"mesh file {source} has a {cell_type} with node {bad_node} of {n_point} (counted from 0): "
                 "it may be cut short or damaged, so write it again"
             )
     if not np.isfinite(file_mesh.points).all():
@@ -209,9 +209,11 @@ def _is_quadrilateral_on_triangles(
 
 def _refuse_duplicate_cells(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
     """Two cells on the same nodes, in another order, would count their stiffness and mass twice."""
-    twins = sum(len(nodes) - len(_once(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
-    if twins:
-        raise MeshError(f"mesh file {source} has {twins} cells on the same nodes as other ones: remove the duplicates")
+    n_duplicate = sum(len(nodes) - len(_once(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
+    if n_duplicate:
+        raise MeshError(
+            f"mesh file {source} has {n_duplicate} cells on the same nodes as other ones: remove the duplicates"
+        )
 
 
 def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:

@@ -54,13 +54,13 @@ def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, N
                     raise ObjectArray(f'its array "{name}" holds Python objects')
                 try:
                     with archive.open(name + _SUFFIX) as member:
-                        found[name] = _sound_text(npy.read_array(member, allow_pickle=False))
+                        found[name] = _checked_text(npy.read_array(member, allow_pickle=False))
                 except Exception as error:  # a dozen kinds, depending on which byte is damaged
                     raise NpzError(f'its array "{name}" is damaged ({type(error).__name__})') from None
         return found
 
 
-def _sound_text(array: NDArray[Any]) -> NDArray[Any]:
+def _checked_text(array: NDArray[Any]) -> NDArray[Any]:
     """An array whose texts are of letters that there are: Python does not check numbers in memory."""
     if array.dtype.kind == "U" and array.dtype.itemsize:
         codes = np.ascontiguousarray(array).view(np.uint8).view(array.dtype.newbyteorder("=").str[0] + "u4")

@@ -68,8 +68,8 @@ class ModelFile:
         path, result = Path(path), None
         if not path.is_file():
             raise RomError(f'there is no {self.what} "{path}": check its name, or write it with `{self.writer}`')
-        if trap := find_unsafe_hdf5_content(path):
-            raise RomError(f'"{path}" is damaged, it {trap}: reduce the system again')
+        if defect := find_unsafe_hdf5_content(path):
+            raise RomError(f'"{path}" is damaged, it {defect}: reduce the system again')
         try:
             with h5py.File(path, "r") as file:
                 kind, kind_version = file.attrs.get("format"), file.attrs.get("format_version")

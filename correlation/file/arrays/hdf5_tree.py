@@ -33,8 +33,8 @@ class Hdf5Tree:
     def __enter__(self) -> "Hdf5Tree":
         import h5py
 
-        if trap := find_unsafe_hdf5_content(self.path):
-            raise CampaignError(f"{self.path.name}: is damaged or cut, it {trap}; copy or export it again")
+        if defect := find_unsafe_hdf5_content(self.path):
+            raise CampaignError(f"{self.path.name}: is damaged or cut, it {defect}; copy or export it again")
         try:
             self.root: Any = h5py.File(self.path, "r")
         except (OSError, RuntimeError, ValueError, KeyError) as error:

@@ -28,8 +28,8 @@ def read(path: Path) -> MeasuredFile:
     """Channels as columns ``group/channel``; channels with equal sampling share a column of time."""
     from nptdms import TdmsFile
 
-    if trap := read_in_trial_process(lambda: TdmsFile.read(path), path, speed=SPEED, memory=MEMORY):
-        raise _damaged(path, f"it {trap}")
+    if defect := read_in_trial_process(lambda: TdmsFile.read(path), path, speed=SPEED, memory=MEMORY):
+        raise _damaged(path, f"it {defect}")
     warned = _Warnings(logging.WARNING)
     loggers = [logging.getLogger(f"nptdms.{module}") for module in ("reader", "tdms_segment", "types", "tdms")]
     handlers = [logger.handlers for logger in loggers]

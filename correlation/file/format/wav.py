@@ -26,8 +26,8 @@ def read(path: Path) -> MeasuredFile:
     from scipy.io import wavfile
 
     # SciPy takes memory for all samples that the header announces, and reads those that there are.
-    if trap := read_in_trial_process(lambda: wavfile.read(path), path, speed=SPEED, memory=MEMORY):
-        raise CampaignError(f"{path.name}: is a damaged or cut WAV file (it {trap}); copy it again")
+    if defect := read_in_trial_process(lambda: wavfile.read(path), path, speed=SPEED, memory=MEMORY):
+        raise CampaignError(f"{path.name}: is a damaged or cut WAV file (it {defect}); copy it again")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", wavfile.WavFileWarning)

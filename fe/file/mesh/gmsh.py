@@ -175,16 +175,16 @@ def _refuse_nonfinite_number(path: Path) -> None:
     with path.open("rb") as file:
         is_binary = file.readline(100) and file.readline(100).split()[1:2] == [b"1"]
     if is_binary:
-        trap = read_in_trial_process(lambda: read_with_meshio(path, "gmsh"), path, speed=SPEED, memory=MEMORY)
-        if trap:
-            raise MeshError(f"mesh file {path} is damaged, it {trap}: write it again")
+        defect = read_in_trial_process(lambda: read_with_meshio(path, "gmsh"), path, speed=SPEED, memory=MEMORY)
+        if defect:
+            raise MeshError(f"mesh file {path} is damaged, it {defect}: write it again")
         return
     text = path.read_bytes()
     limit = max(LARGEST_NUMBER, len(text))
-    wild = next((found for found in WHOLE_NUMBER.finditer(text) if int(found[1][:20]) > limit), None)
-    if wild is not None:
+    bad_number = next((found for found in WHOLE_NUMBER.finditer(text) if int(found[1][:20]) > limit), None)
+    if bad_number is not None:
         raise MeshError(
-            f"mesh file {path} holds the number {int(wild[1][:20])}, which counts or names nothing in a file of "
+            f"mesh file {path} holds the number {int(bad_number[1][:20])}, which counts or names nothing in a file of "
             f"{len(text)} bytes: write it again with nodes and elements numbered from 1"
         )
 
