@@ -37,7 +37,7 @@ Vector = Float[NDArray[np.float64], " m"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ModelError:
+class ModelErrorCovariance:
     """Model error in a covariance: the covariance without it, its patterns, its usual and its estimated size."""
 
     without: Whitening
@@ -50,7 +50,7 @@ class ModelError:
         """Covariance with it."""
         return self.patterns.widen(self.without, self.size)
 
-    def estimated(self, difference: Vector) -> "ModelError":
+    def estimated(self, difference: Vector) -> "ModelErrorCovariance":
         """The same with the size that a difference of measured and predicted features, shape (m,), makes probable."""
         return replace(self, size=estimate_error_size(self.without, self.patterns, self.usual, difference))
 

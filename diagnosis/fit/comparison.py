@@ -13,7 +13,7 @@ from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import take_measured_branch
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
-from correlation.noise.model_error import ModelError
+from correlation.noise.model_error import ModelErrorCovariance
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.calibration import Matrix, Search, Vector, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -55,7 +55,7 @@ class Comparison:
     whitening: Whitening
     predictor: Predictor
     noise: Vector
-    model_error: ModelError | None = None
+    model_error: ModelErrorCovariance | None = None
     deviation_factor: Vector | None = None
 
     search: ClassVar[Search] = Search()

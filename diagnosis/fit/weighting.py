@@ -16,7 +16,7 @@ from correlation.model import Model
 from correlation.noise.error_patterns import ErrorPatterns, compute_moduli
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from correlation.noise.kink import REACH, Remainder, Shift, compute_remainder, make_curvature_modes, make_kink_modes
-from correlation.noise.model_error import ModelError
+from correlation.noise.model_error import ModelErrorCovariance
 from correlation.noise.nuisance import (
     N_COMMON,
     Budget,
@@ -183,7 +183,7 @@ def allow_model_error(
     if not usual:
         return comparison
     features, measured = comparison.features, comparison.measured
-    error = ModelError(
+    error = ModelErrorCovariance(
         without=comparison.whitening,
         patterns=ErrorPatterns.at(features, comparison.predictor, model, prediction, measured),
         usual=ErrorSize.usual(usual),
@@ -205,7 +205,7 @@ def resize_model_error(comparison: Comparison, size: ErrorSize) -> Comparison:
     return comparison if error is None else _with_error(comparison, replace(error, size=size))
 
 
-def _with_error(comparison: Comparison, error: ModelError) -> Comparison:
+def _with_error(comparison: Comparison, error: ModelErrorCovariance) -> Comparison:
     return replace(comparison, whitening=error.whitening, model_error=error)
 
 
