@@ -135,7 +135,7 @@ def save_with_legend(
             # Before the whole body: a parallel projection shows them where they are.
             _dots(drawn, item, item.places + IN_FRONT * drawn.lift, item.seen_through)
     drawn.plotter.reset_camera_clipping_range()
-    picture = _furniture(layout, caption, legend, marks)
+    picture = _draw_annotations(layout, caption, legend, marks)
     picture[top : top + height, left : left + width] = drawn.image(mesh.points)
     save_picture(picture, file)
     return file
@@ -152,7 +152,7 @@ def _dots(drawn: Scene, marks: Marks, places: Vectors, opacity: float) -> None:
     )
 
 
-def _furniture(layout: Layout, caption: Caption, legend: Mapping[str, str], marks: Sequence[Marks]) -> Image:
+def _draw_annotations(layout: Layout, caption: Caption, legend: Mapping[str, str], marks: Sequence[Marks]) -> Image:
     """The picture without the bodies: words, and a legend where other pictures have a colour bar."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch

@@ -114,7 +114,7 @@ class Blank:
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 
 
-def draw_furniture(layout: Layout, caption: Caption, colouring: Colouring) -> NDArray[np.uint8]:
+def draw_annotations(layout: Layout, caption: Caption, colouring: Colouring) -> NDArray[np.uint8]:
     """The picture without the body: words and a colour bar, shape (height, width, 3)."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from figure.line_states import STATES
-from figure.scene.caption import Caption, Colouring, Layout, choose_layout, draw_furniture
+from figure.scene.caption import Caption, Colouring, Layout, choose_layout, draw_annotations
 from figure.scene.film import Image, Part, file_to_write, pasted, save_exact_gif
 from figure.scene.mode_picture import FILM_HEIGHT
 from figure.scene.station_picture import StationStates, draw_station_pictures
@@ -109,7 +109,7 @@ def _frames(
             own.extend(more)
         # Even, as `choose_layout` makes it.
         whole = Layout(width=layout.width + 2 * ((near + 2 * gap) // 2), height=layout.height)
-    canvas = draw_furniture(whole, caption, colouring)
+    canvas = draw_annotations(whole, caption, colouring)
     return [pasted(canvas, own) for own in parts]
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.scene.caption import HEIGHT, Caption, Colouring, Layout, choose_layout, draw_furniture
+from figure.scene.caption import HEIGHT, Caption, Colouring, Layout, choose_layout, draw_annotations
 from figure.scene.film import Image, file_to_write, pasted, require_film_writer, save_film, save_gif, save_picture
 from figure.scene.view import Scene, Vectors, choose_view, enlargement, scene
 from geometry.errors import InputError
@@ -177,7 +177,7 @@ def _stage(
     if min(width, body_height) < SMALLEST:
         raise InputError(f"window_size = {window_size} pixels is too small for the body: give at least 300 x 300")
     with scene(mesh, colouring, view, (width, body_height)) as drawn:
-        yield draw_furniture(layout, caption, colouring), (left, top), drawn
+        yield draw_annotations(layout, caption, colouring), (left, top), drawn
 
 
 def _caption(frequency: float, title: str, deflection: Vectors) -> Caption:
