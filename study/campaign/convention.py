@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from correlation.file.quantity import OF_UNIT
 from study.campaign.amplitude import draft_amplitude
 from study.campaign.column_role import Role, ratio_quantity
-from study.campaign.draft import Draft, plain
+from study.campaign.draft import Draft, without_marks
 from study.campaign.draft_frequency import force_column, phase_evidence
 from study.campaign.level import named_levels, number_beside, unit_of_number
 from study.campaign.question import Marked
@@ -121,7 +121,7 @@ def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
         draft.single["drive"] = {"calibrated": Marked(value=False, assumed=why)}
     draft.single["convention"] = {"time": time, "amplitude": amplitude}
     draft.single["units"] = {"level": level, "frequency": "Hz"}
-    return -1 if plain(time) == TIMES[1] else 1
+    return -1 if without_marks(time) == TIMES[1] else 1
 
 
 def _units(tables: Sequence[JudgedTable]) -> list[str]:

@@ -101,7 +101,7 @@ class Draft:
         for kind in NAMED:
             taken: set[str] = set()
             for entry in self.entries[kind]:
-                name, number = str(plain(entry["name"])), 1
+                name, number = str(without_marks(entry["name"])), 1
                 while (numbered := name if number == 1 else f"{name} {number}") in taken:
                     number += 1
                 taken.add(numbered)
@@ -141,7 +141,7 @@ class Draft:
         runs = [run for run in self.entries["run"] if "order" not in run["columns"]]
         if len(runs) < 2:
             return ""
-        files = dict.fromkeys(str(plain(run["file"])) for run in runs)
+        files = dict.fromkeys(str(without_marks(run["file"])) for run in runs)
         order = "that of the names of their files" if len(files) > 1 else f"that in {next(iter(files))}"
         why = "put them in the order of measurement, since earlier runs change the state of the contacts"
         return f"order of the {len(runs)} runs = {order}: {why}"
@@ -180,7 +180,7 @@ class _Assumption:
 
 def entry_name(entry: Mapping[str, Any]) -> str:
     """An entry as people find it: its name, or its file and the group in it."""
-    return entry.name if isinstance(entry, Run) else str(plain(entry.get("name", entry.get("file", ""))))
+    return entry.name if isinstance(entry, Run) else str(without_marks(entry.get("name", entry.get("file", ""))))
 
 
 def assumed(value: Any) -> str:
@@ -202,12 +202,12 @@ def marked_values(entry: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
             yield key, value.value, value.assumed
 
 
-def plain(value: Any) -> Any:
+def without_marks(value: Any) -> Any:
     """A value without marks."""
     if isinstance(value, Marked):
-        return plain(value.value)
+        return without_marks(value.value)
     if isinstance(value, Mapping):
-        return {key: plain(inner) for key, inner in value.items()}
+        return {key: without_marks(inner) for key, inner in value.items()}
     return value
 
 
@@ -218,7 +218,7 @@ def _table(entry: Mapping[str, Any]) -> Table:
         if key in {"columns", "coherence"}:
             table.add(key, _table(value))
             continue
-        item = _item(plain(value))
+        item = _item(without_marks(value))
         reason = assumed(value)
         if reason:
             item.comment(f"assumed: {reason}")

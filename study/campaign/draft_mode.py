@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.file.column import MeasuredFile, MeasuredShape, Node
 from study.campaign.column_role import Role
-from study.campaign.draft import Draft, Note, plain
+from study.campaign.draft import Draft, Note, without_marks
 from study.campaign.draft_frequency import ask_configuration
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import AXES, draft_position
@@ -161,7 +161,9 @@ def _readings(draft: Draft, shape: MeasuredShape, where: str) -> Readings:
 
 def _of_one_quantity(draft: Draft, readings: Readings, where: str) -> tuple[str, Readings]:
     """Quantity of most sensors that are there, and the readings at these and at new ones: a shape has one factor."""
-    of = {sensor: str(plain(entry["quantity"])) for sensor in readings if (entry := draft.named("sensor", sensor))}
+    of = {
+        sensor: str(without_marks(entry["quantity"])) for sensor in readings if (entry := draft.named("sensor", sensor))
+    }
     main = max(of.values(), key=[*of.values()].count, default="displacement")
     if others := [sensor for sensor in of if of[sensor] != main]:
         listed = ", ".join(f'"{sensor}"' for sensor in others)

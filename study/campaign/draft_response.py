@@ -8,7 +8,7 @@ import numpy as np
 
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX, Role
-from study.campaign.draft import Draft, plain
+from study.campaign.draft import Draft, without_marks
 from study.campaign.draft_frequency import (
     add_test,
     ask_configuration,
@@ -101,7 +101,7 @@ def _test(draft: Draft, judged: JudgedTable) -> dict[str, Any]:
         return {"test": test, **level}
     if level:
         draft.suspicions.append(
-            f"{judged.table.place}: responses at a level of {plain(level['level']):g}: if a sine of this force "
+            f"{judged.table.place}: responses at a level of {without_marks(level['level']):g}: if a sine of this force "
             "excited, name its test and level in place of its configuration, so that levels are told apart"
         )
     return {"configuration": ask_configuration(draft, label)}

@@ -9,7 +9,7 @@ from correlation.campaign.signal_entry import STRAIN
 from correlation.file.column import Column
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
-from study.campaign.draft import Draft, Run, plain
+from study.campaign.draft import Draft, Run, without_marks
 from study.campaign.draft_frequency import (
     add_test,
     ask_configuration,
@@ -130,14 +130,14 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
         guess = judged.columns[column.name]
         # What drives is of an unknown quantity where only the name of the file tells one.
         raw = raw_unit(column, guess)
-        unknown = bool((column.name == plain(drive) and is_unnamed(guess)) or raw)
+        unknown = bool((column.name == without_marks(drive) and is_unnamed(guess)) or raw)
         quantity = "" if unknown else guess.quantity
         si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(quantity, "V")
         reason = OF_RAW.get(raw) or (guess.evidence if guess.unit else "the file says no unit")
         unit = column.unit or Marked(value=si if raw else guess.unit or si, assumed=reason)
         sign = direction_sign(column)
         units[column.name] = unit if sign == 1 else {"unit": unit, "sign": sign}
-        if column.name != plain(drive):
+        if column.name != without_marks(drive):
             _add_channel(draft, judged, column)
     entry: dict[str, Any] = {"name": judged.table.label, "file": file, "rate": rate}
     draft.entries["record"].append({**entry, **({"force": drive} if drive else {}), "units": units})

@@ -15,7 +15,7 @@ from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from pipeline.fingerprint import key
-from study.campaign.draft import Draft, entry_name, plain
+from study.campaign.draft import Draft, entry_name, without_marks
 from study.merge_sentences import merge_similar
 
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
@@ -157,7 +157,7 @@ def _drop_unused(draft: Draft) -> None:
     for kind in ("run", "frf"):
         used |= {name for entry in draft.entries[kind] for name in entry["columns"]}
     used |= {entry["sensor"] for entry in draft.entries["ring_down"]}
-    used |= {name for entry in draft.entries["mode"] for name in plain(entry.get("shape", {}))}
+    used |= {name for entry in draft.entries["mode"] for name in without_marks(entry.get("shape", {}))}
     used |= {name for entry in draft.entries["record"] for name in entry["units"]}
     draft.entries["load_cells"] = [entry for entry in draft.entries["load_cells"] if {*entry["cells"]} <= used]
     used |= {entry[force] for entry in draft.entries["load_cells"] for force in ("tangential", "normal")}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import number_frequencies
 from study.campaign.column_role import WORDS, Role, name_words
-from study.campaign.draft import Draft, Run, plain
+from study.campaign.draft import Draft, Run, without_marks
 from study.campaign.draft_frequency import complex_force, harmonic_of_rows
 from study.campaign.dwell import dwell_frequencies
 from study.campaign.question import Marked
@@ -101,7 +101,7 @@ def _give_one_level(runs: Sequence[dict[str, Any]], levels: Series) -> None:
     if len(runs) < 2 or levels.max() == levels.min():
         return
     stated = next((run["level"] for run in runs if "level" in run), None)
-    common = float(f"{np.median(levels):.{DIGITS}g}") if stated is None else plain(stated)
+    common = float(f"{np.median(levels):.{DIGITS}g}") if stated is None else without_marks(stated)
     why = f"forces from {levels.min():.4g} to {levels.max():.4g} are taken for one set point"
     for run in runs:
         if "level" not in run:
@@ -209,7 +209,7 @@ def _ask(draft: Draft, text: str, default: str, why: str) -> Marked:
 def run_level(run: Run) -> float:
     """Level of a run: its number, or the median or the amplitude of the measured force; NaN without either."""
     if "level" in run:
-        return float(plain(run["level"]))
+        return float(without_marks(run["level"]))
     force = complex_force(run.judged)
     if force is None:
         return float("nan")
@@ -223,7 +223,7 @@ def run_direction(run: Run) -> int:
     A file of several passes goes back once for each, so that most of its steps tell.
     """
     if "sweep" in run:
-        return {"up": 1, "down": -1}.get(str(plain(run["sweep"])), 0)
+        return {"up": 1, "down": -1}.get(str(without_marks(run["sweep"])), 0)
     frequency = run.judged.of_role(Role.FREQUENCY)[0].values[run.judged.mask(run.get("rows", {}))]
     steps = np.sign(np.diff(frequency.real))
     turned = float(steps.sum()) / max(int(np.count_nonzero(steps)), 1)

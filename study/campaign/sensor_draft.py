@@ -12,7 +12,7 @@ from correlation.file.format.wav import holds_counts
 from correlation.file.quantity import MOTION_WORDS
 from study.campaign.amplitude import own_amplitude
 from study.campaign.column_role import MOTIONS, QUADRATURE, Part, Recognised, Role
-from study.campaign.draft import Draft, plain
+from study.campaign.draft import Draft, without_marks
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind
 from study.campaign.unknown_unit import says_counts
@@ -88,10 +88,10 @@ def add_sensor(
     """
     name, guess = name or sensor_name(judged, column), judged.columns[column.name]
     known = draft.named("sensor", name)
-    if known is not None and guess.quantity not in {"", "voltage", plain(known["quantity"])}:
+    if known is not None and guess.quantity not in {"", "voltage", without_marks(known["quantity"])}:
         name = f"{name} {guess.quantity}"
         known = draft.named("sensor", name)
-    if known is not None and has_phase not in {None, plain(known.get("phase", True))}:
+    if known is not None and has_phase not in {None, without_marks(known.get("phase", True))}:
         # A sensor has phases in all tests or in none.
         name = f"{name} {'with' if has_phase else 'without'} phase"
         known = draft.named("sensor", name)
@@ -161,13 +161,13 @@ def reading(
         entry = {part: Marked(value=name, assumed=why) if name == column.name else name for part, name in entry.items()}
     described = draft.named("sensor", sensor) if sensor else None
     if described is not None and "calibrated" not in described and (raw := raw_unit(column, guess)):
-        si = SI_UNIT[str(plain(described["quantity"]))]
+        si = SI_UNIT[str(without_marks(described["quantity"]))]
         text = f"How many of the unit {raw} of {column.name} of {judged.table.file.path.name} are 1 {si}?"
         answer = draft.ask(text, "1", OF_RAW[raw])
         entry["unit"] = raw
         entry["sensitivity"] = Marked(value=f"{answer.value} {raw}/({si})", assumed=answer.assumed)
     elif described is not None and not column.unit and "calibrated" not in described:
-        entry["unit"] = _unit(str(plain(described["quantity"])), guess, per)
+        entry["unit"] = _unit(str(without_marks(described["quantity"])), guess, per)
     elif described is None and not column.unit and guess.unit:
         entry["unit"] = Marked(value=guess.unit, assumed=guess.evidence)
     if judged.kind is Kind.STEPPED_SINE and guess.role in {Role.FORCE, Role.RESPONSE}:
@@ -189,7 +189,7 @@ def drive_reading(
     """
     entry = reading(draft, judged, force, phase=phase)
     if isinstance(entry, dict):
-        if plain(draft.single.get("drive", {})).get("calibrated") is False:
+        if without_marks(draft.single.get("drive", {})).get("calibrated") is False:
             entry.pop("unit", None)
         elif judged.columns[force.name].assumed:
             entry["unit"] = draft.single["units"]["level"]
@@ -249,7 +249,7 @@ def draft_position(draft: Draft, which: str, axis: str, node: Node | None) -> di
     """
     if axis and node is not None:
         return {"direction": axis, "coordinates": [f"{coordinate:.9g} m" for coordinate in node.tolist()]}
-    so_far = {str(plain(one["place"])) for one in draft.entries["sensor"] if "place" in one}
+    so_far = {str(without_marks(one["place"])) for one in draft.entries["sensor"] if "place" in one}
     known = f" (so far: {', '.join(sorted(so_far))})" if so_far else ""
     why = (
         f"the file does not say it; the name of a place of the case{known}, or coordinates such as 0.5 m, 0 m, "
