@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from study.json_value import plain
+from study.json_value import to_json
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -83,7 +83,7 @@ class Output:
         return exit_code
 
     def _document(self, document: Mapping[str, Any]) -> None:
-        self._stream.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        self._stream.write(json.dumps(to_json(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
         self._stream.flush()
 
 

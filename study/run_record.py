@@ -18,7 +18,7 @@ from typing import Any
 
 from geometry.errors import InputError
 from pipeline.output import replace_file
-from study.json_value import plain
+from study.json_value import to_json
 from study.provenance import Provenance, hash_files, make_provenance
 
 #: Folder of the records, within that of the stored results.
@@ -202,7 +202,7 @@ def _write(
             if file.is_file() and file.stat().st_mtime >= int(started.timestamp())
         ],
         "exit_code": exit_code,
-        "answer": plain(answer),
+        "answer": to_json(answer),
     }
     key = hashlib.sha256(f"{words[0]}\0{output}".encode()).hexdigest()[:16]
     # The result is there without its record: a full disk is no error here.

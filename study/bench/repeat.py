@@ -8,7 +8,7 @@ from pathlib import Path
 from pipeline.cache_folder import default_folder
 from pipeline.store import Store
 from study.bench.bench import Bench, Result
-from study.json_value import plain
+from study.json_value import to_json
 from study.run_context import RunContext, silent_run
 
 
@@ -24,5 +24,5 @@ def open_bench(
 
 def show(result: Result) -> None:
     """Print the numbers of a call as one line of JSON."""
-    sys.stdout.write(f"{json.dumps(plain(result.numbers), ensure_ascii=False)}\n")
+    sys.stdout.write(f"{json.dumps(to_json(result.numbers), ensure_ascii=False)}\n")
     sys.stdout.flush()

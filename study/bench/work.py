@@ -15,7 +15,7 @@ from pipeline.duration import Durations
 from pipeline.output import system_failure
 from pipeline.progress import Report
 from study import console
-from study.json_value import plain
+from study.json_value import to_json
 
 #: Least time between two messages of progress [s].
 EVERY = 0.25
@@ -56,7 +56,7 @@ def serve_calls(connection: Connection, place: Place, parent: int) -> None:
 
     def send(message: Mapping[str, Any]) -> None:
         with lock:
-            connection.send(plain(message))
+            connection.send(to_json(message))
 
     bench: Any = None
     while True:

@@ -29,7 +29,7 @@ from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of
 from study.diagnose.progress import phases
 from study.diagnose.round import MOST_ADDED, Steps, summarise_errors
 from study.diagnose.table import format_fitted_strength, list_case_values
-from study.json_value import plain
+from study.json_value import to_json
 from study.merge_sentences import merge_suspicions
 from study.page.table import Table
 from study.run_context import RunContext, silent_run
@@ -309,7 +309,7 @@ def _draw(found: DataDiagnosisResult, case: str) -> dict[str, bytes]:
     stem = f"{case}_diagnosis"
     contents = {f"{stem}.html": html.encode()}
     contents |= {f"{stem}_{name}.png": picture for name, picture in drawn.items()}
-    document = json.dumps(plain(found.document()), indent=1, ensure_ascii=False)
+    document = json.dumps(to_json(found.document()), indent=1, ensure_ascii=False)
     return {**contents, f"{stem}.json": document.encode()}
 
 

@@ -22,7 +22,7 @@ from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, S
 from study.diagnose.report import format_headline, format_report
 from study.diagnose.round import MOST_ADDED, Round, Steps, diagnose_case, summarise_errors
 from study.diagnose.table import list_case_values
-from study.json_value import plain
+from study.json_value import to_json
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.merge_sentences import merge_suspicions
@@ -90,7 +90,7 @@ def run_diagnose(
         drawn = make_files(diagnosed.last, diagnosed.history, case)
     table = f"{case.stem}_diagnosis.json"
     diagnosed = replace(diagnosed, files=tuple(run.output / name for name in (*drawn, table)))
-    document = json.dumps(plain(make_full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
+    document = json.dumps(to_json(make_full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
     run.write_files({**drawn, table: document})
     return diagnosed
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from figure.style import typeset
-from study.json_value import plain
+from study.json_value import to_json
 from study.run_record import current_provenance
 
 STYLE = Path(__file__).with_name("style.css")
@@ -39,7 +39,7 @@ def render_page(
     values
         Other values of the template.
     """
-    content = _without_tags(json.dumps(plain(data), ensure_ascii=False, separators=(",", ":")))
+    content = _without_tags(json.dumps(to_json(data), ensure_ascii=False, separators=(",", ":")))
     content = content.replace("<", "\\u003c")  # which would end the element that it stands in
     scripts = {
         "plotly": _script_safe(_read_plotly()),

@@ -17,7 +17,7 @@ from diagnosis.next_test.plan import Plan, plan_tests
 from pipeline.output import replace_file
 from pipeline.store import stage
 from study.case.setup import ReadCase, read_case, require_loads
-from study.json_value import plain
+from study.json_value import to_json
 from study.plan.drawing import make_plan_drawing
 from study.plan.planned_tests import PlanRequest, choose_sensors, make_noise, make_tests
 from study.plan.report import PlanResult
@@ -67,5 +67,5 @@ def run_plan(path: Path, request: PlanRequest, run: RunContext, *, without: Sequ
     files = run.draw({f"{path.stem}_plan": make_plan_drawing(plan, setup.title, planned.headline)})
     table = run.output / f"{path.stem}_plan.json"
     planned = replace(planned, files=(*files, table))
-    replace_file(table, json.dumps(plain(planned.document()), indent=1, ensure_ascii=False))
+    replace_file(table, json.dumps(to_json(planned.document()), indent=1, ensure_ascii=False))
     return planned

@@ -12,7 +12,7 @@ from geometry.errors import InputError
 from study.case.trust import require_trust
 from study.diagnose.history import history_file
 from study.difference import find_differences
-from study.json_value import plain
+from study.json_value import to_json
 from study.provenance import Provenance, current_versions, digest
 from study.repeat.source import Result, only_results, read_result
 from study.run_context import RunContext
@@ -177,7 +177,7 @@ def _run_again(words: list[str], start: Path, target: Path, run: RunContext, pat
         assert answer is not None  # help and version alone answer nothing, and are no result
         answers.append((answer.exit_code, answer.document))
     if not page:
-        values: dict[str, Any] = only_results(plain(answer.document))
+        values: dict[str, Any] = only_results(to_json(answer.document))
         return values
     new = target / path.name
     if not new.is_file():

@@ -23,7 +23,7 @@ from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.page import make_files
 from study.diagnose.report import format_report
 from study.diagnose.run import DiagnosisResult, diagnose_file
-from study.json_value import plain
+from study.json_value import to_json
 from study.run_context import silent_run
 
 TwoMasses = Callable[..., Path]
@@ -77,7 +77,7 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     assert [row["probability"] for row in shown["rows"]] == [each.probability for each in found.next_step.shown]
     assert b64decode(shown["picture"]).startswith(b"\x89PNG")
     assert show_next_tests(diagnosed.last) is None
-    told = json.loads(json.dumps(plain(make_document(found))))["next_test"]
+    told = json.loads(json.dumps(to_json(make_document(found))))["next_test"]
     assert told["candidates"] == {"mass at tip": 0.6, "density of all": 0.4}
     assert told["tests"][0]["probability"] == 0.93
     assert told["tests"][0]["added_mass"] == {"place": "tip", "mass_kg": 3e-3}

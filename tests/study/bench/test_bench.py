@@ -19,7 +19,7 @@ from study.bench.copied_case import copy_beside
 from study.bench.repeat import open_bench
 from study.bench.script import Entry, script_of
 from study.diagnose.history import history_of, read_text
-from study.json_value import plain
+from study.json_value import to_json
 from study.run_context import RunContext, silent_run
 from tests.study.conftest import TwoMasses
 
@@ -77,7 +77,7 @@ def test_an_effect_is_added_and_the_script_of_all_clicks_gives_the_same_numbers(
     script = script_of(entries, bench.case, bench.folder, (), drawn, "")
     exec(compile(script, "again.py", "exec"), {"__name__": "__main__"})
     printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert printed == [plain(entry.numbers) for entry in entries]
+    assert printed == [to_json(entry.numbers) for entry in entries]
     assert read_text(bench.case) == drawn + "# mine\n"
     assert list(Path().glob(".chain-*")) == []
 

@@ -15,7 +15,7 @@ from study.bench.script import Entry, script_of
 from study.case.setup import read_case
 from study.case.trust import UntrustedCode, trusting
 from study.diagnose.history import read_text
-from study.json_value import plain
+from study.json_value import to_json
 from tests.study.conftest import TwoMasses
 
 
@@ -139,7 +139,7 @@ def test_a_script_leaves_the_files_of_the_user_alone_and_gives_the_same_numbers(
     script = script_of(entries, bench.case, bench.folder, (), named, "", {"mine.py": first})
     exec(compile(script, "again.py", "exec"), {"__name__": "__main__"})
     printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert printed == [plain(entry.numbers) for entry in entries]
+    assert printed == [to_json(entry.numbers) for entry in entries]
     assert file.read_text(encoding="utf-8") == "not python"
     assert [each for each in sorted(bench.case.parent.iterdir()) if each.name != "stored"] == [
         each for each in left if each.name != "stored"
