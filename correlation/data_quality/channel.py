@@ -12,7 +12,7 @@ from correlation.data_quality.phase_reference import find_turned_runs
 from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat
 from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_repeat
 from correlation.feature.settling import find_drifts
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 
 #: Change of the phase over a peak below which it is constant [rad]: half of what the half-power width makes.
 CONSTANT = np.pi / 8
@@ -84,7 +84,7 @@ def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
         else "were amplitudes written with a fixed phase? If so, write phase = false for the sensor"
     )
     tests = ", ".join(f'"{test}"' for test in spreads)
-    changes = " and ".join(plain(each) for each in degrees)
+    changes = " and ".join(format_number(each) for each in degrees)
     return Suspicion(
         where=f'test{"s" if len(spreads) > 1 else ""} {tests}, sensor "{sensor}"',
         sentence=f"the phase changes by {changes} deg over the half-power width of a resonance, where it should by 90: "

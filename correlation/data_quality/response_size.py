@@ -19,7 +19,7 @@ from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import find_partner, linear_modes, motion_sensors
 from correlation.data_type.mode_set import correct_modes
 from correlation.model import DERIVATIVE, Model
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 
 
 class _ClearFactor(NamedTuple):
@@ -162,7 +162,9 @@ def _suspect_quantity(response: MeasuredResponse, stated: str, power: int, ratio
 def _suspect_size(where: str, what: str, ratios: _Ratios, quantities: list[str]) -> Suspicion:
     middle = float(np.median(ratios.logarithm.real))
     count = len(np.unique(ratios.omega))
-    within = f", within {plain(100 * np.expm1(_spread(ratios.logarithm.real)))} %" if len(ratios.omega) > 1 else ""
+    within = (
+        f", within {format_number(100 * np.expm1(_spread(ratios.logarithm.real)))} %" if len(ratios.omega) > 1 else ""
+    )
     return Suspicion(
         where=where,
         sentence=f"{what} {format_times(middle / np.log(10))} those of the model, by the residues of {count} "

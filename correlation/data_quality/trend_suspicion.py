@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.repeat_trend import Trend, find_trend
-from geometry.plain_number import percent, plain
+from geometry.plain_number import format_number, percent
 
 #: Chance of a trend in any test of a campaign that has none: that of three standard deviations; and the least one that
 #: is told as a number [-].
@@ -85,7 +85,7 @@ def _name_cause(campaign: Campaign, trend: Trend) -> str:
     ):
         factors, left = _fit(trend, change, pattern)
         if left <= (1 - PLAIN) * energy.sum():
-            percents = dict.fromkeys(f"{plain(100 * end, 2, '+')} %" for end in (factors.min(), factors.max()))
+            percents = dict.fromkeys(f"{format_number(100 * end, 2, '+')} %" for end in (factors.min(), factors.max()))
             return words.format(" to ".join(percents))
     ends = np.abs(trend.read.value[:, :, [0, -1]])
     apart = np.abs(ends[:, :, 1] - ends[:, :, 0]) / trend.scale

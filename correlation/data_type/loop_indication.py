@@ -9,7 +9,7 @@ from correlation.data_type.loop_prediction import predict_curve
 from correlation.data_type.measured_loop import LEAST, ForceLoop, Numbers, length_unit, loop_features
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 
 #: Parts of a stroke that a displacement is read to.
 SAMPLED = 200
@@ -69,7 +69,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
                 quantity="force after a reversal", kind="play",
                 difference=(float(np.median(dwell)) - of_model) / max(least, scatter),
                 measured=f"stays near zero over {factor * float(np.median(dwell)):.2g} {unit}, and resists with "
-                f"{plain(float(np.median(force)), 3)} N in the mean over the rest of the way",
+                f"{format_number(float(np.median(force)), 3)} N in the mean over the rest of the way",
                 predicted=f"does so over {factor * of_model:.2g} {unit}",
             )
         )  # fmt: skip
@@ -109,7 +109,7 @@ def _indicate_growth(loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -
 
 
 def _range_in_words(numbers: Numbers) -> str:
-    low, high = (plain(float(each), 3) for each in (numbers.min(), numbers.max()))
+    low, high = (format_number(float(each), 3) for each in (numbers.min(), numbers.max()))
     return low if low == high else f"{low} to {high}"
 
 

@@ -14,7 +14,7 @@ from correlation.modal.mode_choice import RESOLUTION, ResponseData, choose_modes
 from correlation.modal.stabilisation import Stabilisation, find_poles, select_modes
 from correlation.modal.window import Window, pole_response
 from correlation.model import DERIVATIVE
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from geometry.read_only_array import freeze_fields
 
 Numbers = Float[NDArray[np.float64], " m"]
@@ -208,7 +208,7 @@ def _describe(
         lag = np.angle(residues[driving_point] * 1j)
         suspicions += [
             f"mode at {size[k] / (2 * np.pi):.6g} Hz: the residue at the driving point has a phase of "
-            f"{plain(np.degrees(lag[k]), 3)} deg "
+            f"{format_number(np.degrees(lag[k]), 3)} deg "
             "beside that of a structure with proportional damping: the force or its sign is not at this sensor"
             for k in np.flatnonzero(np.abs(lag) > np.pi / 4)
         ]
@@ -271,7 +271,7 @@ def _describe_unresolved(
         count = -pole.real / np.pi / step
         if count < FEW_LINES:
             yield (
-                f"the mode at {abs(pole) / (2 * np.pi):.6g} Hz has {plain(count)} lines of {step:.4g} Hz within its "
-                "half-power bandwidth: too few to tell one mode from two; its damping stems from the shape of the "
-                "window: measure longer blocks"
+                f"the mode at {abs(pole) / (2 * np.pi):.6g} Hz has {format_number(count)} lines of {step:.4g} Hz "
+                "within its half-power bandwidth: too few to tell one mode from two; its damping stems from the shape "
+                "of the window: measure longer blocks"
             )

@@ -4,7 +4,7 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 
 #: Usual errors of frequencies and of damping, over those of readings: at a peak of a quality factor of 50 both then
 #: change readings by twenty times as much as far from it [-].
@@ -46,7 +46,7 @@ class ErrorSize:
             astuple(self),
             strict=True,
         )
-        return " and ".join(f"{plain(100 * value)} % in {name}" for name, value in named if value)
+        return " and ".join(f"{format_number(100 * value)} % in {name}" for name, value in named if value)
 
     @classmethod
     def usual(cls, reading: float) -> "ErrorSize":

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from correlation.model import Model
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import Effect, EffectParameter
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
@@ -157,7 +157,7 @@ class EvenLaw(SpringLaw):
 
 def _format_value(value: float, deviation: float, unit: str) -> str:
     """A value with its 95 % interval."""
-    return f"{plain(value, 3)} +- {plain(TWO_SIDED_95 * deviation, 2)} {unit}"
+    return f"{format_number(value, 3)} +- {format_number(TWO_SIDED_95 * deviation, 2)} {unit}"
 
 
 def make_power_law(name: str, row: Row, secant: float, largest: float, law: float, *, rotational: bool) -> PowerLaw:

@@ -18,7 +18,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
 from diagnosis.unknown_force import UnknownForce
 from fe.notebook import Tabular
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 
 if TYPE_CHECKING:
     import pandas
@@ -168,7 +168,7 @@ class Verdict(Tabular):
         further = [] if self.further is None else [self.further]
         if len(self.effects) > 1:
             known = self.probabilities if len(self.probabilities) == len(self.effects) else ()
-            chances = [f"probability {plain(100 * each)} %" for each in known] or [""] * len(self.effects)
+            chances = [f"probability {format_number(100 * each)} %" for each in known] or [""] * len(self.effects)
             claimed = claim(self.effects, [describe(each) for each in self.effects], chances, "or")
             beside = "".join(f", and beside it {each.name} ({describe(each)})" for each in further)
             return f"{claimed}{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"

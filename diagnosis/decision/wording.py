@@ -9,7 +9,7 @@ from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import compute_excess_gain
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 
 
 def claim(effects: Sequence[Refit], strengths: Sequence[str], chances: Sequence[str], joint: str) -> str:
@@ -77,7 +77,7 @@ def describe_stand_in(name: str, residual: ResidualExplanation, thresholds: Thre
 
 def describe_held_out_error(baseline: Refit) -> str:
     """A large error of the held-out data, beside that of the training data."""
-    held_out, others = (f"{plain(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
+    held_out, others = (f"{format_number(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
     if baseline.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
         return (
             f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
@@ -114,11 +114,11 @@ def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[flo
         return f"the held-out error falls from {was} to {now} %"
     stays = f"stays {now} %" if now == was else f"goes from {was} to {now} %"
     stays = stays if np.isfinite(error).all() else "is unknown"
-    was, now = (plain(each, 3) for each in reduced_chi2)
+    was, now = (format_number(each, 3) for each in reduced_chi2)
     verb = "falls" if reduced_chi2[1] < reduced_chi2[0] else "rises"
     change = f"stays at {now}" if now == was else f"{verb} from {was} to {now}"
     return f"the held-out reduced chi-squared {change} (the held-out error {stays})"
 
 
 def _percent(share: float) -> str:
-    return plain(100 * share, 3)
+    return format_number(100 * share, 3)

@@ -20,7 +20,7 @@ from correlation.prediction import Predictor
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from hbsolve.errors import ModelError
 
 #: Names of gains begin with this; and the name of the gain of the drive.
@@ -249,4 +249,4 @@ def _thinned(observed: Observation) -> Observation:
 def describe_gain(name: str, gain: float, deviation: float) -> str:
     """``gain of tip 1234 +- 5 (0.4 %)``."""
     half = TWO_SIDED_95 * deviation
-    return f"{name} {gain:.4g} +- {half:.2g} ({plain(100 * half / gain)} %)"
+    return f"{name} {gain:.4g} +- {half:.2g} ({format_number(100 * half / gain)} %)"

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_strengths
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 
 #: Largest share of the excess held-out error that an effect may leave to pass.
 MAX_EXCESS_RATIO = 0.8
@@ -143,13 +143,14 @@ def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str
     """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
-        best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_out_error)} %"
-    error = f"the held-out error is {plain(100 * test.baseline.held_out_error)} %, and {best}"
+        best = f"the best candidate, {refits[0].name}, leaves {format_number(100 * refits[0].held_out_error)} %"
+    error = f"the held-out error is {format_number(100 * test.baseline.held_out_error)} %, and {best}"
     noise = 100 * np.sqrt(test.noise)
+    said = f"{format_number(noise)} %"
     if finding is Finding.UNKNOWN:
-        return f"Something is missing, and it is none of the known effects: the noise is {plain(noise)} %, {error}."
+        return f"Something is missing, and it is none of the known effects: the noise is {said}, {error}."
     if noise:
-        return f"Nothing is missing beyond the noise of {plain(noise)} %: {error}."
+        return f"Nothing is missing beyond the noise of {said}: {error}."
     return f"No effect lowers the held-out error enough: {error}; how much of this is noise is not known."
 
 

@@ -16,7 +16,7 @@ from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.uncertainty.interval import TWO_SIDED_95
 from figure.measured_data import MeasuredData
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -141,10 +141,10 @@ def _number(item: DataComparison, row: int) -> str:
     # A number that is not clear of zero has no relative error.
     clear = abs(features.value[row]) > CLEAR * features.deviation[row]
     relative = f" ({item.predicted[row] / features.value[row] - 1:+.2%})" if clear else ""
-    half = plain(TWO_SIDED_95 * features.deviation[row])
+    half = format_number(TWO_SIDED_95 * features.deviation[row])
     return (
-        f"{features.label[row]}: measured {plain(features.value[row], 5)} +- {half}{unit}, "
-        f"model {plain(item.predicted[row], 5)}{unit}{relative}"
+        f"{features.label[row]}: measured {format_number(features.value[row], 5)} +- {half}{unit}, "
+        f"model {format_number(item.predicted[row], 5)}{unit}{relative}"
     )
 
 
@@ -227,8 +227,8 @@ def _rows(item: DataComparison) -> list[list[str]]:
     return [
         [
             item.name, side, label, "" if features.unit[row] == "-" else features.unit[row],
-            plain(features.value[row], 5), plain(features.deviation[row]),
-            *(plain(number, digits) if np.isfinite(number) else "" for number, digits in
+            format_number(features.value[row], 5), format_number(features.deviation[row]),
+            *(format_number(number, digits) if np.isfinite(number) else "" for number, digits in
               ((item.predicted[row], 5), (item.error[row], 3))),
         ]
         for row, label in enumerate(features.label)

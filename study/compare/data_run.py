@@ -14,7 +14,7 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.case.setup import Setup
 from study.compare.data import (
     CLEAR,
@@ -234,6 +234,6 @@ def _by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:
     for quantity, pairs in errors.items():
         clear = [relative for relative, is_clear in pairs if is_clear]
         if clear:
-            ends = dict.fromkeys(plain(100 * end, 3, "+") for end in (min(clear), max(clear)))
+            ends = dict.fromkeys(format_number(100 * end, 3, "+") for end in (min(clear), max(clear)))
             size = f"off by {' to '.join(ends)} %"
             yield f"The {quantity} of the model is {size} in {len(clear)} of {len(pairs)} readings."

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from correlation.campaign.measurement import SWEEPS
 from correlation.family.verdict import OUTSIDE, Departure, FamilyVerdict
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.compare.families import FamilyCalibration, FamilyComparison
 from study.compare.family_limits import FamilyLimits
 from study.compare.family_pictures import SYMBOL
@@ -173,7 +173,11 @@ def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVe
     listed = "all repeats" if len(repeats) == len({c.repeat for c in verdict.family.curves}) else _listed(repeats)
     size = abs(worst.limit)
     si = next(item.unit for item in comparison.sensors if item.name == verdict.family.sensor)
-    by = f"{plain(100 * worst.distance / size, 3)} % of it" if size > worst.distance else f"{worst.distance:.3g} {si}"
+    by = (
+        f"{format_number(100 * worst.distance / size, 3)} % of it"
+        if size > worst.distance
+        else f"{worst.distance:.3g} {si}"
+    )
     return (
         f"{name} leaves its limits at {_levels(comparison, leaving)} ({count} of {total} readings, in {listed}); the "
         f"surest lies {by} {side} limit at {verdict.family.level:g} {unit} and {worst.frequency:.6g} Hz ({where}), "
@@ -220,13 +224,13 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
         f"{limits.n_sampled:.0f} random histories per frequency and level none lies outside."
     )
     gain = max((item.gain for item in errors.noise.values()), default=0.0)
-    of_gain = f", of the gain of its repeat (up to {plain(100 * gain)} %)" if gain else ""
+    of_gain = f", of the gain of its repeat (up to {format_number(100 * gain)} %)" if gain else ""
     pressed = max((float(np.abs(item).max(initial=0.0)) for item in comparison.preloads.values()), default=0.0)
     yield (
         f"A reading is outside if it is beyond a limit by more than {OUTSIDE:g} standard deviations of its noise"
         f"{of_gain} and of the model's numerical error. The frequency offset of each set-up (standard deviation "
-        f"{plain(100 * errors.frequency)} %) and its preloads (up to {plain(100 * pressed)} % from the model's) are "
-        "those with which the least is outside."
+        f"{format_number(100 * errors.frequency)} %) and its preloads (up to {format_number(100 * pressed)} % from the "
+        "model's) are those with which the least is outside."
     )
     unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})
     if unknown:

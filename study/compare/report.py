@@ -18,7 +18,7 @@ from correlation.metric.misfit import (
 )
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
-from geometry.plain_number import count, plain
+from geometry.plain_number import count, format_number
 from study.compare.data import data_document, describe_data
 from study.compare.result import SWEEP_WORDS, ComparisonResult
 from study.compare.sentence import CLEAR_PEAK, summarise
@@ -201,10 +201,10 @@ def _signed(cell: MisfitSummary) -> str:
         return ""
     amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)
     side = "large" if amplitude > 0 else "small"
-    sentence = f"; there the model's amplitude is {plain(100 * abs(amplitude), 3)} % too {side}"
+    sentence = f"; there the model's amplitude is {format_number(100 * abs(amplitude), 3)} % too {side}"
     if not abs(phase) > NO_PHASE:
         return sentence
-    return f"{sentence} and its phase {plain(abs(phase), 3)} deg too {'early' if phase > 0 else 'late'}"
+    return f"{sentence} and its phase {format_number(abs(phase), 3)} deg too {'early' if phase > 0 else 'late'}"
 
 
 def _peaks(compared: ComparisonResult) -> Iterator[str]:
@@ -237,7 +237,7 @@ def _peaks(compared: ComparisonResult) -> Iterator[str]:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
             f"  worst: the {what} of mode {peak.mode} of the {name_configuration(peak.free)} structure at "
-            f"{peak.level:g} {unit} is {plain(100 * abs(error), 3)} % too {'high' if error > 0 else 'low'} "
+            f"{peak.level:g} {unit} is {format_number(100 * abs(error), 3)} % too {'high' if error > 0 else 'low'} "
             f"({deviations:.3g} standard deviations)"
         )
 

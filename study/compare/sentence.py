@@ -12,7 +12,7 @@ from correlation.metric.misfit import Misfit, find_worst, find_worst_cell, split
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.name_list import join_first_names
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.compare.curve import name_harmonic
 from study.compare.data import DataComparison, without_comparison
 from study.compare.result import AGREES, DIFFERS, ComparisonResult
@@ -72,9 +72,9 @@ def summarise(compared: ComparisonResult) -> Summary:
     ]
     summary = summarise_misfit(compared.train)
     if np.isfinite(summary.amplitude_error):
-        cards.append(("median error of amplitude", f"{plain(100 * summary.amplitude_error, 3)} %"))
+        cards.append(("median error of amplitude", f"{format_number(100 * summary.amplitude_error, 3)} %"))
     if np.isfinite(summary.phase_error):
-        cards.append(("median error of phase", f"{plain(np.degrees(summary.phase_error), 3)} deg"))
+        cards.append(("median error of phase", f"{format_number(np.degrees(summary.phase_error), 3)} deg"))
     return Summary(
         tone=tone,
         tag=tag,
@@ -153,7 +153,7 @@ def _describe_wide_deviations(compared: ComparisonResult) -> str:
     errors = {
         f"amplitude is {format_percent(summary.amplitude_error)} %": summary.amplitude_error,
         # An angle is the share of a value by which it is off across itself.
-        f"phase is {plain(np.degrees(summary.phase_error))} deg": summary.phase_error,
+        f"phase is {format_number(np.degrees(summary.phase_error))} deg": summary.phase_error,
     }
     for words, error in errors.items():
         if 100 * error > WIDE_DEVIATION:
@@ -173,7 +173,9 @@ def _overall(misfit: Misfit) -> str:
     if not np.isfinite(summary.amplitude_error):
         return f"All together the differences are {noise}; no reading stands out of the noise."
     phase = (
-        f" and of the phase {plain(np.degrees(summary.phase_error))} deg" if np.isfinite(summary.phase_error) else ""
+        f" and of the phase {format_number(np.degrees(summary.phase_error))} deg"
+        if np.isfinite(summary.phase_error)
+        else ""
     )
     amplitude = f"the median error of the amplitude is {format_percent(summary.amplitude_error)} %"
     return f"All together the differences are {noise}; {amplitude}{phase}."
@@ -262,28 +264,29 @@ def _ranged(
 ) -> str:
     """Errors over the levels in words [%], their sizes in standard deviations, and these deviations [-]."""
     if not np.isfinite(deviations).any():
-        low, high = (plain(end, sign="+") for end in (min(errors), max(errors)))
+        low, high = (format_number(end, sign="+") for end in (min(errors), max(errors)))
         return f"is off by {low} to {high} %, with an unknown standard deviation"
     clear = [number for number, size in enumerate(deviations) if size > CLEAR_PEAK]
     if not clear:
         largest = max(map(abs, errors))
         known = [size for size in deviations if np.isfinite(size)]
         if sum(size**2 for size in known) > chdtri(len(known), CHANCE):
-            return f"is off by up to {plain(largest)} %: significant over all levels together, but at none by itself"
+            off = f"is off by up to {format_number(largest)} %"
+            return f"{off}: significant over all levels together, but at none by itself"
         if agrees and largest < WIDE_DEVIATION:
-            return f"agrees within {plain(largest)} %, which chance explains"
+            return f"agrees within {format_number(largest)} %, which chance explains"
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
         told = (
-            f" (one standard deviation: up to {plain(coarsest)} %)"
+            f" (one standard deviation: up to {format_number(coarsest)} %)"
             if coarsest < NOT_DETERMINED
             else ", but the readings do not determine it"
         )
-        return f"differs by up to {plain(largest)} %{told}"
+        return f"differs by up to {format_number(largest)} %{told}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
     where = "" if len(clear) == len(peaks) else f" at {_listed([peaks[number].level for number in clear])} {unit}"
     if least * most < 0:
-        return f"is off by {plain(least, sign='+')} to {plain(most, sign='+')} %{where}"
+        return f"is off by {format_number(least, sign='+')} to {format_number(most, sign='+')} %{where}"
     word = "high" if most > 0 else "low"
     small, large = sorted((abs(least), abs(most)))
     return f"is {_from_to(small, large)} % too {word}{where}"
@@ -291,7 +294,7 @@ def _ranged(
 
 def _from_to(first: float, last: float) -> str:
     """Both ends of a range, or one number if they are written alike."""
-    ends = plain(first), plain(last)
+    ends = format_number(first), format_number(last)
     return ends[0] if ends[0] == ends[1] else " to ".join(ends)
 
 
@@ -351,7 +354,7 @@ def format_square(size: float) -> str:
 
 def format_percent(ratio: float) -> str:
     """The size of a ratio in percent."""
-    return plain(100 * abs(ratio))
+    return format_number(100 * abs(ratio))
 
 
 def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
@@ -371,5 +374,5 @@ def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
         size += "large" if cell.signed_amplitude_error > 0 else "small"
         phase = np.degrees(cell.signed_phase_error)
         if harmonic and abs(phase) >= 0.1:
-            size += f" and {'leads' if phase > 0 else 'lags'} by {plain(abs(phase))} deg"
+            size += f" and {'leads' if phase > 0 else 'lags'} by {format_number(abs(phase))} deg"
     yield f"{sensor}The model is worst at {where}{size} ({cell.deviations:.3g} standard deviations of a point)."

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from math import isfinite
 
 from diagnosis.decision.evidence import errs_on_held_out
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.compare.report import describe_jump
 from study.diagnose.round import Round
 
@@ -62,15 +62,17 @@ def _worse_held_out_data(result: Round) -> Iterator[str]:
     if larger > HARMFUL_ERROR_RATIO or (rise > HARMFUL_CHI2_RISE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
-            f"{what} makes the held-out error worse: {plain(100 * uncalibrated.held_out_error, 3)} % as drawn, "
-            f"{plain(100 * baseline.held_out_error, 3)} % with it."
+            f"{what} makes the held-out error worse: {format_number(100 * uncalibrated.held_out_error, 3)} % as drawn, "
+            f"{format_number(100 * baseline.held_out_error, 3)} % with it."
         )
 
 
 def _remaining_error(result: Round) -> Iterator[str]:
     """A large held-out error that remains with the named effect."""
     if result.best is not None and errs_on_held_out(result.best):
-        held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_out_error, result.best.error))
+        held_out, others = (
+            f"{format_number(100 * error)} %" for error in (result.best.held_out_error, result.best.error)
+        )
         yield (
             f"With {result.best.label} the model still errs by {held_out} on the held-out data ({others} on the "
             "others): more is missing, or it stands in for something else."

@@ -17,7 +17,7 @@ from diagnosis.next_test.list_tests import AGAIN
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.visibility import VisibleTest, find_visible_test
 from geometry.errors import InputError
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from hbsolve.errors import NoSteadyState
 
 #: Tests that report and page show.
@@ -72,8 +72,8 @@ class NextStep:
 
     def describe(self, test: NextTest) -> str:
         """A test in words."""
-        levels = " and ".join(plain(level, 3) for level in test.levels)
-        ends = f"{plain(test.frequencies[0], 4)} to {plain(test.frequencies[-1], 4)} Hz"
+        levels = " and ".join(format_number(level, 3) for level in test.levels)
+        ends = f"{format_number(test.frequencies[0], 4)} to {format_number(test.frequencies[-1], 4)} Hz"
         held = ", held out" if test.is_held_out else ""
         return f"{test.title}, {len(test.frequencies)} frequencies from {ends} at {levels} {self.unit}{held}"
 
@@ -145,7 +145,7 @@ def format_next_tests(step: NextStep) -> Iterator[str]:
 
 def _share(probability: float) -> str:
     """A probability in words; no forecast is certain."""
-    return "over 99 %" if probability > 0.99 else f"{plain(100 * probability)} %"
+    return "over 99 %" if probability > 0.99 else f"{format_number(100 * probability)} %"
 
 
 def _document(ranked: RankedTest, names: tuple[str, ...]) -> dict[str, Any]:

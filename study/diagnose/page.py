@@ -26,7 +26,7 @@ from study.diagnose.report import LAW_FILE, describe_threshold, format_headline
 from study.diagnose.resonance import describe_level_dependence, draw_resonances
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall
-from study.diagnose.table import MARKED_ALIKE, format_interval, format_number, list_factors, list_rows, list_strengths
+from study.diagnose.table import MARKED_ALIKE, format_digits, format_interval, list_factors, list_rows, list_strengths
 from study.page.html import embed, render_page, typeset_text
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -117,7 +117,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         TEMPLATE,
         SCRIPT,
         drawn,
-        {"digits": format_number, "percent": percent, "factor": _factor, "place": _place},
+        {"digits": format_digits, "percent": percent, "factor": _factor, "place": _place},
         title=result.setup.title,
         campaign=result.campaign.title,
         finding=result.diagnosis.verdict.finding.value,
@@ -172,7 +172,7 @@ def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
         {"label": "training error", "value": chain([percent(item.training, 3) for item in values])},
         {
             "label": "held-out reduced χ² (1 is noise)",
-            "value": chain([format_number(item.held_out_chi2, 3) for item in values]),
+            "value": chain([format_digits(item.held_out_chi2, 3) for item in values]),
         },
     ]
 
@@ -182,14 +182,14 @@ def _place(place: Place) -> dict[str, Any]:
     return {
         "name": place.name,
         "configuration": place.configuration,
-        "gain": format_number(place.gain, 4),
+        "gain": format_digits(place.gain, 4),
         "exponent": f"{place.exponent:.2f} ± {TWO_SIDED_95 * place.exponent_deviation:.2g}"
         if np.isfinite(place.exponent_deviation)
         else "",
         "phase": "" if place.phase is None else f"{place.phase:.0f}°",
         "reads": _reads(place),
         "levels": [
-            f"{level:g} N: {format_number(abs(kappa), 3)} ± {format_number(TWO_SIDED_95 * deviation, 2)} "
+            f"{level:g} N: {format_digits(abs(kappa), 3)} ± {format_digits(TWO_SIDED_95 * deviation, 2)} "
             f"{place.units.stiffness}"
             for level, kappa, deviation in levels
         ],
@@ -197,14 +197,14 @@ def _place(place: Place) -> dict[str, Any]:
 
 
 def _resonator(resonator: Resonator) -> dict[str, str]:
-    half = format_number(TWO_SIDED_95 * resonator.deviation, 2)
+    half = format_digits(TWO_SIDED_95 * resonator.deviation, 2)
     return {
         "name": resonator.name,
         "configuration": resonator.configuration,
-        "gain": format_number(resonator.gain, 4),
+        "gain": format_digits(resonator.gain, 4),
         "frequency": f"{resonator.frequency:.4g} Hz",
         "damping": f"{100 * resonator.damping:.2g} %",
-        "mass": f"{format_number(resonator.mass, 3)} ± {half} {resonator.unit}",
+        "mass": f"{format_digits(resonator.mass, 3)} ± {half} {resonator.unit}",
     }
 
 

@@ -10,7 +10,7 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.decision.wording import describe_held_out_change
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
-from geometry.plain_number import percent, plain
+from geometry.plain_number import format_number, percent
 from study.compare.report import side_by_side
 from study.console import WIDTH
 from study.diagnose.advice import choose_advice
@@ -23,9 +23,9 @@ from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import list_stages
 from study.diagnose.table import (
     Row,
+    format_digits,
     format_fitted_strength,
     format_interval,
-    format_number,
     list_factors,
     list_frequency_shifts,
     list_rows,
@@ -102,13 +102,13 @@ def describe_threshold(result: Round) -> str:
     origin = f"{thresholds.n_trial} simulated ones" if thresholds.n_trial else "linear theory, with a margin"
     return (
         f"detection threshold: chi^2 falls by more than {thresholds.gain:.3g} in "
-        f"{plain(100 * thresholds.false_alarms)} % of campaigns without a missing effect ({origin})"
+        f"{format_number(100 * thresholds.false_alarms)} % of campaigns without a missing effect ({origin})"
     )
 
 
 def describe_errors(values: Errors) -> str:
     """Both errors, if they are known, with the reduced chi-squared."""
-    training, held_out = format_number(values.training_chi2, 3), format_number(values.held_out_chi2, 3)
+    training, held_out = format_digits(values.training_chi2, 3), format_digits(values.held_out_chi2, 3)
     chi2 = f"reduced chi-squared {training:>7}, held out {held_out:>7}"
     if isnan(values.training):
         return chi2
@@ -198,7 +198,7 @@ def _candidates(result: Round) -> Iterator[str]:
     width = max(len(row.effect.name) for row in shown)
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
     for row in shown:
-        gain = format_number(row.fall, 4) if row.gain is not None else f"({format_number(row.fall, 4)})"
+        gain = format_digits(row.fall, 4) if row.gain is not None else f"({format_digits(row.fall, 4)})"
         error = percent(row.errors.held_out, 3) if row.errors is not None else ""
         alike = "" if row.cosine is None else f"{row.cosine:.2f}"
         mark = "*" if row.named else " "
@@ -234,7 +234,7 @@ def _places(result: Round) -> Iterator[str]:
     yield ""
     yield "Where an unknown force would explain the difference:"
     for place in result.diagnosis.places[:MOST_PLACES]:
-        yield f"  chi^2 falls by {format_number(place.gain, 4)}: {place.sentence}"
+        yield f"  chi^2 falls by {format_digits(place.gain, 4)}: {place.sentence}"
 
 
 def _untestable(result: Round) -> Iterator[str]:

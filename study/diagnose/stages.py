@@ -7,7 +7,7 @@ from math import isfinite
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.weighting import leave_out_model_error
 from figure.waterfall import WaterfallStep
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.compare.run import DataSet
 from study.diagnose.history import Errors, History
 from study.diagnose.round import Round, summarise_errors
@@ -100,7 +100,7 @@ def describe_fall(steps: Sequence[WaterfallStep]) -> str:
     first, last = steps[0].held_out, steps[-1].held_out
     if not (isfinite(first) and isfinite(last)):
         return "the held-out error is unknown"
-    return f"held-out error from {plain(100 * first, 3)} to {plain(100 * last, 3)} %"
+    return f"held-out error from {format_number(100 * first, 3)} to {format_number(100 * last, 3)} %"
 
 
 def make_step(name: str, values: Errors, proposed: bool = False) -> WaterfallStep:

@@ -81,7 +81,7 @@ class Row:
     def detectable_in_words(self) -> str:
         """Detection threshold, reckoned from where the effect vanishes: of a ratio +- so many per cent."""
         if np.isfinite(self.detectable) and self.parameter.unit == "-" and self.parameter.vanishes:
-            return f"{format_number(100 * self.detectable, 2)} %"
+            return f"{format_digits(100 * self.detectable, 2)} %"
         return format_strength(self.detectable, self.parameter, 2, self.detectable_unit)
 
     @property
@@ -138,7 +138,7 @@ def share_units(rows: Sequence[Row]) -> list[Row]:
     ]
 
 
-def format_number(value: float, count: int) -> str:
+def format_digits(value: float, count: int) -> str:
     """A number with so many digits, without an exponent where that is readable: 310,000."""
     if not np.isfinite(value):
         return "none"
@@ -153,13 +153,13 @@ def format_interval(value: float, deviation: float, parameter: EffectParameter, 
     """
     if np.isfinite(deviation) and TWO_SIDED_95 * deviation > MAX_HALF_INTERVAL * abs(value):
         size, unit = common or split_unit(TWO_SIDED_95 * deviation, parameter)
-        return f"0 +- {format_number(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
+        return f"0 +- {format_digits(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
     size, unit = common or split_unit(value, parameter)
     half = TWO_SIDED_95 * deviation / size
-    number = format_number(value / size, count_digits(value / size, half))
+    number = format_digits(value / size, count_digits(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{number} {unit}".rstrip()
-    return f"{number} +- {format_number(half, 2)} {unit}".rstrip()
+    return f"{number} +- {format_digits(half, 2)} {unit}".rstrip()
 
 
 def format_fitted_strength(refit: Refit) -> str:
@@ -173,7 +173,7 @@ def format_strength(value: float, parameter: EffectParameter, count: int = 3, co
     if not np.isfinite(value):
         return "none"
     size, unit = common or split_unit(value, parameter)
-    return f"{format_number(value / size, count)} {unit}".rstrip()
+    return f"{format_digits(value / size, count)} {unit}".rstrip()
 
 
 def list_factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:

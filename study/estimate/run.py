@@ -13,7 +13,7 @@ from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import save_step
@@ -211,7 +211,7 @@ def _beyond_priors(chosen: Sequence[FirstEstimate], known: Mapping[str, Calibrat
         (factor,) = known[item.parameter].parameters
         bound = min(max(item.factor, factor.lower), factor.upper)
         if bound != item.factor:
-            wide = plain(abs(item.factor - factor.vanishes) / WITHIN, 2)
+            wide = format_number(abs(item.factor - factor.vanishes) / WITHIN, 2)
             yield (
                 f"{item.parameter}: {item.factor:.3g} times the case was measured, and its prior holds fits back "
                 f"at {bound:.3g}: correct it in the case, or write {item.parameter} = {wide} in [accepted]"

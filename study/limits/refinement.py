@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.refined_limits import refine_limits
 from hbsolve.limits.result import ResponseLimits
@@ -68,7 +68,7 @@ def refine_to_tolerance(
     if beyond.any():
         which = f" of the {name}" if name else ""
         run.warn(
-            f"harmonics and samples leave an error above {plain(100 * tolerance)} % at {beyond.sum()} of {there.sum()} "
-            f"limits{which}: raise highest or tolerance of [harmonics], now highest = {search.harmonics}"
+            f"harmonics and samples leave an error above {format_number(100 * tolerance)} % at {beyond.sum()} of "
+            f"{there.sum()} limits{which}: raise highest or tolerance of [harmonics], now highest = {search.harmonics}"
         )
     return refined

@@ -106,11 +106,11 @@ def format_limits_report(limited: LimitsResult) -> str:
     for row in document["levels"]:
         two = [row[name] for name in SIDES]
         cells = "  ".join(
-            f"{format_number(item['value'], 5):>11}  {format_number(item['frequency_hz'], 7):>10}" for item in two
+            f"{format_or_dash(item['value'], 5):>11}  {format_or_dash(item['frequency_hz'], 7):>10}" for item in two
         )
         sums = {key: sum(item[key] for item in two) for key in ("n_jump", "n_repaired", "n_outside")}
         lines.append(
-            f"  {row['level']:8.4g}  {cells}  {format_number(row['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
+            f"  {row['level']:8.4g}  {cells}  {format_or_dash(row['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
             f"{sums['n_repaired']:8}  {sums['n_outside']} of {row['n_sampled']}"
         )
     lines += ["", *_remarks(document), "", *document["files"]]
@@ -156,6 +156,6 @@ def find_largest(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
     return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
 
 
-def format_number(value: float | None, digits: int) -> str:
+def format_or_dash(value: float | None, digits: int) -> str:
     """With so many digits; a dash where there is none."""
     return "-" if value is None else f"{value:.{digits}g}"

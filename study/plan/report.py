@@ -11,7 +11,7 @@ import numpy as np
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.plan import CONFUSED, Plan
 from diagnosis.screening import Score
-from geometry.plain_number import plain as words_of
+from geometry.plain_number import format_number
 from study.console import WIDTH
 from study.diagnose.table import format_strength
 
@@ -100,8 +100,8 @@ class PlanResult:
         yield ""
         yield from wrap(self.headline, WIDTH)
         for test in self.tests:
-            levels = ", ".join(words_of(level, 3) for level in test.levels)
-            ends = f"{words_of(test.frequencies[0], 5)} to {words_of(test.frequencies[-1], 5)} Hz"
+            levels = ", ".join(format_number(level, 3) for level in test.levels)
+            ends = f"{format_number(test.frequencies[0], 5)} to {format_number(test.frequencies[-1], 5)} Hz"
             yield f"  {test.configuration}: {len(test.frequencies)} frequencies from {ends} at levels {levels}"
         yield (
             f"  sensors {', '.join(self.tests[0].sensors)}; {self.tests[0].n_repeat} repeats, noise {self.noise}; "
@@ -134,7 +134,7 @@ def _strengths(plan: Plan, score: Score) -> tuple[str, str]:
     parameter = score.effect.parameters[0]
     values = plan.detectable[score.effect.name], abs(parameter.typical - parameter.vanishes)
     if parameter.unit == "-" and parameter.vanishes:
-        return f"{words_of(100 * values[0])} %", f"{words_of(100 * values[1])} %"
+        return f"{format_number(100 * values[0])} %", f"{format_number(100 * values[1])} %"
     return format_strength(values[0], parameter, 2), format_strength(values[1], parameter, 2)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from study.solve.model import SolveModel
 from study.solve.result import SolvedCurve, find_main_harmonic
 
@@ -38,7 +38,7 @@ def error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> str:
     return (
         f'{output.name} on the curve "{item.curve.label}"{others}: harmonics and samples leave an error of the '
         f"amplitude of about {_at(item, errors, peak)}, the highest point, and of {_at(item, errors, worst)}; it is "
-        f"above {plain(100 * limit)} % at {count} of {len(errors)} points: raise {key} of [harmonics], now "
+        f"above {format_number(100 * limit)} % at {count} of {len(errors)} points: raise {key} of [harmonics], now "
         f"highest = {model.harmonics}{advice}"
     )
 
@@ -46,6 +46,6 @@ def error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> str:
 def _at(item: SolvedCurve, errors: np.ndarray[tuple[int], np.dtype[np.float64]], point: int) -> str:
     """The error of a point in words; beyond the amplitude itself an estimate says no more than that."""
     error = float(errors[point])
-    size = "more than 100 %" if error > 1 else f"{plain(100 * error)} %"
+    size = "more than 100 %" if error > 1 else f"{format_number(100 * error)} %"
     where = f"{item.branch.frequency[point]:.5g} Hz"
     return f"{size} at {where}" if item.curve.parameter == "frequency" else f"{size} at level {item.level[point]:.4g}"

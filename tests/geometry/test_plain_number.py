@@ -2,7 +2,7 @@
 
 import pytest
 
-from geometry.plain_number import count, percent, plain
+from geometry.plain_number import count, format_number, percent
 
 
 @pytest.mark.parametrize(
@@ -10,7 +10,7 @@ from geometry.plain_number import count, percent, plain
     [(137.2, 2, "140"), (-178.6, 2, "-180"), (0.3604, 2, "0.36"), (1234.5, 3, "1230"), (99.7, 2, "100"), (0.0, 2, "0")],
 )
 def test_percents_and_degrees_have_no_exponent(value: float, digits: int, text: str) -> None:
-    assert plain(value, digits) == text
+    assert format_number(value, digits) == text
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.plain_number import plain
+from geometry.plain_number import format_number
 from reduction.rigid_body import MOTIONS
 from study.case.setup import ReadCase
 from study.kind.registry import Extras
@@ -92,7 +92,7 @@ def _text(document: Mapping[str, Any], labels: Sequence[str]) -> str:
     width, label_width = max(map(len, rest)), max(map(len, labels))
 
     def percent(name: str) -> str:
-        return f"{plain(100 * max(max(curve[name].values()) for curve in curves))} %"
+        return f"{format_number(100 * max(max(curve[name].values()) for curve in curves))} %"
 
     lines = [
         "Under the dead weights:",

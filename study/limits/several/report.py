@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.plain_number import count
 from hbsolve.limits.result import SIDES
-from study.limits.report import describe_levels, describe_refinement, find_largest, format_number, refinement_remarks
+from study.limits.report import describe_levels, describe_refinement, find_largest, format_or_dash, refinement_remarks
 from study.limits.several.run import SeveralLimitsResult
 from study.limits.table import EVERYTHING
 
@@ -56,7 +56,7 @@ def format_several_limits_report(limited: SeveralLimitsResult) -> str:
         for row in item["levels"]:
             two = [row[side] for side in SIDES]
             cells = "  ".join(
-                f"{format_number(side['value'], 5):>11}  {format_number(side['frequency_hz'], 7):>10}" for side in two
+                f"{format_or_dash(side['value'], 5):>11}  {format_or_dash(side['frequency_hz'], 7):>10}" for side in two
             )
             lines.append(
                 f"  {item['quantity'] + ' [' + item['unit'] + ']':<{width}}  {row['level']:8.4g}  {cells}  "
