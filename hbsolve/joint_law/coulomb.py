@@ -2,31 +2,32 @@ r"""Two tangents under one limit: isotropic Coulomb friction, exact along straig
 
 Between two samples the contact point moves by :math:`\Delta` on a straight line, and the radius of the limit,
 :math:`r = \mu N / k_t`, changes linearly from one to the other. The spring, :math:`e = u - w`, is stretched by all of
-the motion until :math:`|e| = r`. From there on it keeps that length and pulls the slider behind it like a load on a
-rope: the slider moves along :math:`e`, so only what is left of the motion across it turns the rope,
+the motion until :math:`|e| = r`. From there on it keeps that length, and the slider slips along :math:`e`, in the
+direction of the spring force; where r is constant its path is a tractrix. Only the component of the motion across the
+spring changes the direction of the spring,
 
 .. math:: r\, \frac{d\delta}{ds} = -|\Delta| \sin\delta, \qquad
           \tan\frac{\delta_1}{2} = e^{-\kappa} \tan\frac{\delta_0}{2}, \qquad
           \kappa = |\Delta| \int \frac{ds}{r}
 
-with :math:`\delta` the angle from the motion to the spring. A disc is convex and the rope turns towards the motion
+with :math:`\delta` the angle from the motion to the spring. A disc is convex and the spring turns towards the motion
 only. So a contact sticks between two samples if the spring is within the limit at the second, and otherwise begins to
 slip at one instant and slides until the second. The error is that of straight paths: of second order in the distance
 of the samples. A start, and a contact without load at either sample, is put on the limit by radial return, which is
 exact where the spring was slack. As in one tangent, a contact that closes between two samples rubs from the first.
 
 The slider may need many periods to settle. A period whose last slip is at instant j takes the angle :math:`\theta` of
-that spring to :math:`F(\theta)`, where :math:`F'`, between -1 and 1, is the product of what each slip keeps of a turn.
-So Newton's method finds the cycle, :math:`\theta = F(\theta)`, in a few periods. A cycle that slips is the only one:
-two springs that keep their distance slip at the same instants in the same direction, and so are one. A cycle that only
-sticks is one of many: then periods are iterated as they are until the slider returns to where it began one (shakedown),
-and the derivative is carried through all of them. A contact that stays within its limit needs no iteration. A spring of
-direction :math:`n` on the limit turns by :math:`d\theta`, and
+that spring to :math:`F(\theta)`, where :math:`F'`, between -1 and 1, is the product of the derivatives of the angle
+after each slip by the angle before it. So Newton's method finds the cycle, :math:`\theta = F(\theta)`, in a few
+periods. A cycle that slips is the only one: two springs that keep their distance slip at the same instants in the same
+direction, and so are one. A cycle that only sticks is one of many: then periods are iterated as they are until the
+slider returns to where it began one (shakedown), and the derivative is carried through all of them. A contact that
+stays within its limit needs no iteration. A spring of direction :math:`n` on the limit turns by :math:`d\theta`, and
 
 .. math:: dw = du - n\, dr - r\, n_\perp\, d\theta ,
 
-so that one angle tells all of it. In a cycle :math:`d\theta = F'\, d\theta + b`, with b the turn of a spring that does
-not turn where the period begins.
+so that the angle is the only unknown. In a cycle :math:`d\theta = F'\, d\theta + b`, with b the derivative at a fixed
+angle where the period begins.
 
 References
 ----------
@@ -45,9 +46,9 @@ from reduction.array_type import Real, Whole
 
 #: Periods at most; sliders that creep on after these are told.
 MAX_PERIOD = 200
-#: 1 - F' below which a spring hardly turns towards a cycle, and periods are iterated.
-TURNS = 1e-6
-#: Steps of Newton's method towards a cycle at most, and the largest turn of one [rad].
+#: 1 - F' below which the angle hardly converges to a cycle, and periods are iterated.
+MIN_CONTRACTION = 1e-6
+#: Steps of Newton's method towards a cycle at most, and the largest change of the angle in one [rad].
 MAX_NEWTON, MAX_STEP = 40, 1.0
 #: No instant.
 NONE = -1
@@ -56,26 +57,26 @@ SETTLED = 1e-11
 #: Below this the mean inverse of the radius is its series in z = (r_1 - r_0) / (r_1 + r_0), to round-off.
 SERIES = 0.03
 #: exp(-kappa) is no smaller than with this: its square must not vanish.
-MAX_TURN = 300.0
+MAX_EXPONENT = 300.0
 
 
-class Moves(NamedTuple):
-    """What put the slider where it is, before a period in row 0 and then at each slip of it: w = u_j - r n.
+class SliderStates(NamedTuple):
+    """State of the slider before a period, in row 0, and then after each slip of it: w = u_j - r n.
 
     Its derivative is dw = du_j - n dr_j - r n_perp dtheta, and for a start that is given, dw = dstart.
     """
 
     instant: Whole
     """j, shape (m,)."""
-    turn: Real
-    """Of theta, the angle of n, by the coefficients of both tangents and the normal, by the five parameters and by the
-    two starts, shape (m, 3 nh + 7)."""
-    place: Real
+    angle_slopes: Real
+    """Derivatives of theta, the angle of n, by the coefficients of both tangents and the normal, by the five
+    parameters and by the two starts, shape (m, 3 nh + 7)."""
+    state: Real
     """n in columns 0 and 1, r, whether w follows each tangent of u_j, and its derivative by each start, shape (m, 7).
     """
 
 
-#: First columns of `Moves.place`.
+#: First columns of `SliderStates.state`.
 RADIUS, FOLLOWS, BY_START = 2, 3, 5
 
 
@@ -100,34 +101,34 @@ def force(
     for k in range(n):
         e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
         n_beyond += radius[k] <= 0.0 or e0 * e0 + e1 * e1 > radius[k] * radius[k]
-    moves = n_beyond > 0
+    slips = n_beyond > 0
 
     derive = want >= JACOBIAN
     # Of the radius: by the normal displacement, and by the parameters.
-    n_radius = (n if moves else 1) if derive else 0
+    n_radius = (n if slips else 1) if derive else 0
     r_by_v, r_by = np.zeros(n_radius), np.zeros((n_radius, 5))
     for k in range(n_radius):
         r_by[k, 0], r_by[k, 2] = -radius[k] / kt, N[k] / kt
         if closed[k]:
             r_by_v[k] = mu * kn / kt
             r_by[k, 1], r_by[k, 3], r_by[k, 4] = mu * (u[2, k] - gap) / kt, mu / kt, -r_by_v[k]
-    n_row = (n + 1 if moves else 1) if derive else 0
-    rows = Moves(np.zeros(n_row, np.int64), np.empty((n_row, 3 * nh + 7)), np.zeros((n_row, 7)))
+    n_row = (n + 1 if slips else 1) if derive else 0
+    rows = SliderStates(np.zeros(n_row, np.int64), np.empty((n_row, 3 * nh + 7)), np.zeros((n_row, 7)))
     if derive:
-        rows.turn[0] = 0.0
+        rows.angle_slopes[0] = 0.0
         for d in range(2):
-            rows.place[0, d] = start[d] if by_multiplier[d] else 0.0
-            rows.place[0, FOLLOWS + d] = by_multiplier[d]
-            rows.place[0, BY_START + d] = -radius[0] if by_multiplier[d] else 1.0
+            rows.state[0, d] = start[d] if by_multiplier[d] else 0.0
+            rows.state[0, FOLLOWS + d] = by_multiplier[d]
+            rows.state[0, BY_START + d] = -radius[0] if by_multiplier[d] else 1.0
 
     n_slip = 0
     which = np.zeros(n, np.int64)
-    if moves:
+    if slips:
         n_slip = _iterate_periods(u, radius, w, rows, which, r_by, r_by_v, sampling, derive, out)
     else:
         for d in range(2):
             out.slider[d] = w[d]
-    for k in range(n if moves or n_open else 0):
+    for k in range(n if slips or n_open else 0):
         status = SLIP if which[k] > (which[k - 1] if k else 0) else STICK
         out.status[0, k] = out.status[1, k] = status if closed[k] else SEPARATED
     for d in range(2):
@@ -137,16 +138,16 @@ def force(
         if want >= PARAMETERS:
             for k in range(n):
                 i = which[k]
-                j, place = rows.instant[i], rows.place[i]
-                across = _across(place, d)
+                j, state = rows.instant[i], rows.state[i]
+                across = _across(state, d)
                 for p in range(5):
-                    by = across * rows.turn[i, 3 * nh + p] - place[d] * r_by[j, p]
+                    by = across * rows.angle_slopes[i, 3 * nh + p] - state[d] * r_by[j, p]
                     out.by_parameter[p, d, k] = -kt * by
                 out.by_parameter[0, d, k] += u[d, k] - out.slider[d, k]
                 for s in range(2):
-                    by = across * rows.turn[i, 3 * nh + 5 + s]
-                    out.by_start[s, d, k] = -kt * (by + (place[BY_START + d] if s == d else 0.0))
-        if derive and (n_slip or rows.place[0, FOLLOWS + d]):
+                    by = across * rows.angle_slopes[i, 3 * nh + 5 + s]
+                    out.by_start[s, d, k] = -kt * (by + (state[BY_START + d] if s == d else 0.0))
+        if derive and (n_slip or rows.state[0, FOLLOWS + d]):
             active = nh if n_slip else 1
             out.active[d] = active
             weights = _weights(which, n_slip + 1, active, sampling.projected_sum)
@@ -164,20 +165,21 @@ def _iterate_periods(
     """Move the slider w through periods until it settles; of the last one record w, the slips and their number."""
     given = w.copy()
     scale = max(np.abs(u[:2]).max(), radius.max())
-    n_slip, at, turned = _settle(u, radius, w, scale, rows, which, r_by, r_by_v, sampling, out)
-    if not derive and (n_slip or not turned):
+    n_slip, at, shifted = _settle(u, radius, w, scale, rows, which, r_by, r_by_v, sampling, out)
+    if not derive and (n_slip or not shifted):
         return n_slip
     if n_slip:
-        first = rows.turn[0].copy(), rows.place[0].copy()
+        first = rows.angle_slopes[0].copy(), rows.state[0].copy()
         if _close(u, radius, w, at, rows, which, r_by, r_by_v, sampling, out):
             return n_slip
-        rows.instant[0], rows.turn[0], rows.place[0] = 0, first[0], first[1]
+        rows.instant[0], rows.angle_slopes[0], rows.state[0] = 0, first[0], first[1]
     w[:] = given
     n_slip, at = 0, NONE
     for _ in range(MAX_PERIOD):
         begin0, begin1 = w[0], w[1]
         if derive:
-            rows.instant[0], rows.turn[0], rows.place[0] = rows.instant[n_slip], rows.turn[n_slip], rows.place[n_slip]
+            rows.instant[0], rows.state[0] = rows.instant[n_slip], rows.state[n_slip]
+            rows.angle_slopes[0] = rows.angle_slopes[n_slip]
         n_slip, at, _ = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, derive, out)
         if np.hypot(w[0] - begin0, w[1] - begin1) <= SETTLED * scale:
             break
@@ -195,20 +197,20 @@ def _settle(
     Returns the number of slips, 0 if there is no such cycle; the instant of the last one; and whether w is elsewhere
     than periods alone would have moved it.
     """
-    at, least, turned = NONE, np.inf, False
+    at, least, shifted = NONE, np.inf, False
     for _ in range(MAX_NEWTON):
         begin0, begin1, last = w[0], w[1], at
-        n_slip, at, kept = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, False, out)
+        n_slip, at, by_angle = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, False, out)
         moved = np.hypot(w[0] - begin0, w[1] - begin1)
         if n_slip == 0 or moved <= SETTLED * scale:
-            # A slip that turns nothing is one by round-off: the spring only sticks.
-            return (n_slip if kept < 1.0 - TURNS else 0), at, turned
-        if at == last and moved < least and kept < 1.0 - TURNS:
-            least, turned = moved, True
+            # A slip that does not change the angle is one by round-off: the spring only sticks.
+            return (n_slip if by_angle < 1.0 - MIN_CONTRACTION else 0), at, shifted
+        if at == last and moved < least and by_angle < 1.0 - MIN_CONTRACTION:
+            least, shifted = moved, True
             n0, n1, m0, m1 = u[0, at] - w[0], u[1, at] - w[1], u[0, at] - begin0, u[1, at] - begin1
-            turn = np.arctan2(m0 * n1 - m1 * n0, m0 * n0 + m1 * n1) * kept / (1.0 - kept)
-            turn = min(max(turn, -MAX_STEP), MAX_STEP)
-            cosine, sine = np.cos(turn), np.sin(turn)
+            step = np.arctan2(m0 * n1 - m1 * n0, m0 * n0 + m1 * n1) * by_angle / (1.0 - by_angle)
+            step = min(max(step, -MAX_STEP), MAX_STEP)
+            cosine, sine = np.cos(step), np.sin(step)
             w[0], w[1] = u[0, at] - (cosine * n0 - sine * n1), u[1, at] - (cosine * n1 + sine * n0)
     return 0, at, True
 
@@ -217,22 +219,22 @@ def _settle(
 def _close(
     u: Any, radius: Any, w: Any, at: int, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, out: Any
 ) -> bool:
-    """Derive the cycle that ends with the slider w, slipping last at an instant; False where it hardly turns."""
-    place, column = rows.place[0], rows.turn.shape[1] - 2
-    rows.instant[0], place[RADIUS] = at, radius[at]
-    place[FOLLOWS], place[FOLLOWS + 1], place[BY_START], place[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
+    """Derive the cycle that ends with the slider w, slipping last at an instant; False where F' is nearly 1."""
+    state, column = rows.state[0], rows.angle_slopes.shape[1] - 2
+    rows.instant[0], state[RADIUS] = at, radius[at]
+    state[FOLLOWS], state[FOLLOWS + 1], state[BY_START], state[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
     for d in range(2):
-        place[d] = (u[d, at] - w[d]) / radius[at] if radius[at] > 0.0 else 0.0
-    # No cycle depends on a start: its column tells what each slip keeps of the first turn.
-    rows.turn[0], rows.turn[0, column] = 0.0, 1.0
-    n_slip, _, kept = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, True, out)
-    if n_slip == 0 or kept > 1.0 - TURNS:
+        state[d] = (u[d, at] - w[d]) / radius[at] if radius[at] > 0.0 else 0.0
+    # No cycle depends on a start: its column has the derivative of each angle by the first one.
+    rows.angle_slopes[0], rows.angle_slopes[0, column] = 0.0, 1.0
+    n_slip, _, by_angle = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, True, out)
+    if n_slip == 0 or by_angle > 1.0 - MIN_CONTRACTION:
         return False
-    first = rows.turn[n_slip, :column] / (1.0 - kept)
+    first = rows.angle_slopes[n_slip, :column] / (1.0 - by_angle)
     for i in range(n_slip + 1):
         for c in range(column):
-            rows.turn[i, c] += rows.turn[i, column] * first[c]
-        rows.turn[i, column] = 0.0
+            rows.angle_slopes[i, c] += rows.angle_slopes[i, column] * first[c]
+        rows.angle_slopes[i, column] = 0.0
     return True
 
 
@@ -245,11 +247,11 @@ def _period(
 
     Nothing comes before the first instant of the first period: a start beyond the limit is put on it.
 
-    Returns the number of slips, the instant of the last one, and what the last keeps of the turn of the one before.
+    Returns the number of slips, the instant of the last one, and the derivative of its angle by that before the period.
     """
     n = u.shape[1]
     before, r_before = (0, 0.0) if at == NONE else (n - 1, radius[n - 1])
-    n_slip, kept = 0, 0.0 if at == NONE else 1.0
+    n_slip, by_angle = 0, 0.0 if at == NONE else 1.0
     for k in range(n):
         r = radius[k]
         e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
@@ -267,24 +269,26 @@ def _period(
                     n0, n1 = e0 / length, e1 / length
                     a0, a1 = -n1 / length, n0 / length
                 b0, b1, c_before, c = a0, a1, 0.0, 0.0
-            kept *= a1 * (u[0, at] - w[0]) - a0 * (u[1, at] - w[1])
+            by_angle *= a1 * (u[0, at] - w[0]) - a0 * (u[1, at] - w[1])
             at = k
             w[0], w[1] = u[0, k] - r * n0, u[1, k] - r * n1
             if derive:
-                _turn(rows, n_slip, before, k, a0, a1, b0, b1, c_before, c, r_by, r_by_v, sampling.instants)
-                rows.instant[n_slip], place = k, rows.place[n_slip]
-                place[0], place[1], place[RADIUS] = n0, n1, r
-                place[FOLLOWS], place[FOLLOWS + 1], place[BY_START], place[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
+                _write_angle_slopes(
+                    rows, n_slip, before, k, a0, a1, b0, b1, c_before, c, r_by, r_by_v, sampling.instants
+                )
+                rows.instant[n_slip], state = k, rows.state[n_slip]
+                state[0], state[1], state[RADIUS] = n0, n1, r
+                state[FOLLOWS], state[FOLLOWS + 1], state[BY_START], state[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
         before, r_before = k, r
         out.slider[0, k], out.slider[1, k] = w[0], w[1]
         which[k] = n_slip
-    return n_slip, at, kept
+    return n_slip, at, by_angle
 
 
 @compiled
-def _across(place: Any, d: int) -> float:
+def _across(state: Any, d: int) -> float:
     """What w moves in direction d while the spring turns by dtheta: -r n_perp."""
-    return float(place[RADIUS] * place[1] if d == 0 else -place[RADIUS] * place[0])
+    return float(state[RADIUS] * state[1] if d == 0 else -state[RADIUS] * state[0])
 
 
 @compiled
@@ -293,10 +297,10 @@ def _by_motion(d: int, rows: Any, count: int, r_by_v: Any, sampling: Any) -> Any
     nh = sampling.evaluate.shape[0]
     by = np.empty((count, 3 * nh))
     for i in range(count):
-        place, turn, now = rows.place[i], rows.turn[i], sampling.instants[rows.instant[i]]
-        across, follows, shrinks = _across(place, d), place[FOLLOWS + d], place[d] * r_by_v[rows.instant[i]]
+        state, slopes, now = rows.state[i], rows.angle_slopes[i], sampling.instants[rows.instant[i]]
+        across, follows, shrinks = _across(state, d), state[FOLLOWS + d], state[d] * r_by_v[rows.instant[i]]
         for c in range(3 * nh):
-            by[i, c] = across * turn[c]
+            by[i, c] = across * slopes[c]
         for c in range(nh):
             by[i, d * nh + c] += follows * now[c]
             by[i, 2 * nh + c] -= shrinks * now[c]
@@ -363,7 +367,7 @@ def _slip(
     cosine, sine = p0 * m0 + p1 * m1, p0 * m1 - p1 * m0
     x, y = (1.0 + cosine, sine) if cosine > 0.0 else (sine, 1.0 - cosine)
     kappa = path * rest * mean
-    decay = np.exp(-min(kappa, MAX_TURN))
+    decay = np.exp(-min(kappa, MAX_EXPONENT))
     square = x * x + y * y * decay * decay
     cosine, sine = (x * x - y * y * decay * decay) / square, 2.0 * x * y * decay / square
     n0, n1 = cosine * p0 - sine * p1, cosine * p1 + sine * p0
@@ -392,30 +396,30 @@ def _slip(
 
 
 @compiled
-def _turn(
+def _write_angle_slopes(
     rows: Any, row: int, before: int, k: int, a0: float, a1: float, b0: float, b1: float, c_before: float, c: float,
     r_by: Any, r_by_v: Any, instants: Any,
 ) -> None:  # fmt: skip
-    """Write how the spring turns in a slip to instant k, from the row before.
+    """Write the derivatives of the angle after a slip to instant k, from the row before.
 
     d theta = a . d(u_before - w) + b . d(u - u_before) + c_before dr_before + c dr.
     """
     nh = instants.shape[1]
-    old, new, place, j = rows.turn[row - 1], rows.turn[row], rows.place[row - 1], rows.instant[row - 1]
+    old, new, state, j = rows.angle_slopes[row - 1], rows.angle_slopes[row], rows.state[row - 1], rows.instant[row - 1]
     past, now, last = instants[before], instants[k], instants[j]
-    kept = -a0 * _across(place, 0) - a1 * _across(place, 1)
-    along = a0 * place[0] + a1 * place[1]
-    p0, p1, l0, l1 = a0 - b0, a1 - b1, -a0 * place[FOLLOWS], -a1 * place[FOLLOWS + 1]
+    by_angle = -a0 * _across(state, 0) - a1 * _across(state, 1)
+    along = a0 * state[0] + a1 * state[1]
+    p0, p1, l0, l1 = a0 - b0, a1 - b1, -a0 * state[FOLLOWS], -a1 * state[FOLLOWS + 1]
     v_before, v, v_last = c_before * r_by_v[before], c * r_by_v[k], along * r_by_v[j]
     for part, (by_past, by_now, by_last) in enumerate(((p0, b0, l0), (p1, b1, l1), (v_before, v, v_last))):
         own, was = new[part * nh : (part + 1) * nh], old[part * nh : (part + 1) * nh]
         for i in range(nh):
-            own[i] = by_past * past[i] + by_now * now[i] + by_last * last[i] + kept * was[i]
+            own[i] = by_past * past[i] + by_now * now[i] + by_last * last[i] + by_angle * was[i]
     for i in range(5):
         moved = c_before * r_by[before, i] + c * r_by[k, i] + along * r_by[j, i]
-        new[3 * nh + i] = moved + kept * old[3 * nh + i]
-    new[3 * nh + 5] = kept * old[3 * nh + 5] - a0 * place[BY_START]
-    new[3 * nh + 6] = kept * old[3 * nh + 6] - a1 * place[BY_START + 1]
+        new[3 * nh + i] = moved + by_angle * old[3 * nh + i]
+    new[3 * nh + 5] = by_angle * old[3 * nh + 5] - a0 * state[BY_START]
+    new[3 * nh + 6] = by_angle * old[3 * nh + 6] - a1 * state[BY_START + 1]
 
 
 @compiled
@@ -440,7 +444,7 @@ def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters:
                 before[0] - slider[0], before[1] - slider[1],
                 after[0] - before[0], after[1] - before[1], r_before, r, True,
             )  # fmt: skip
-        # w = u - r n, and n turns as in `_turn`.
+        # w = u - r n, and n turns as in `_write_angle_slopes`.
         for d in range(2):
             across = r * n1 if d == 0 else -r * n0
             row = out[3 + d]

@@ -3,10 +3,10 @@ r"""A contact whose friction and tangential stiffness differ along its two tange
 .. math:: T_i = k_i (u_i - w_i), \qquad
           \left(\frac{T_1}{\mu_1 N}\right)^2 + \left(\frac{T_2}{\mu_2 N}\right)^2 \le 1
 
-The slider moves along the stretch :math:`u - w` of its spring, like a load on a rope. Where both stiffnesses are equal,
-the friction force opposes the sliding; where :math:`k_1 / \mu_1^2 = k_2 / \mu_2^2`, the sliding is normal to the
-ellipse (the greatest dissipation). In :math:`\bar u_2 = c\, u_2` with :math:`c = k_2 \mu_1 / (k_1 \mu_2)` it is the
-isotropic contact of stiffness :math:`k_1` and friction :math:`\mu_1`.
+The slider moves along the stretch :math:`u - w` of its spring. Where both stiffnesses are equal, the friction force
+opposes the sliding; where :math:`k_1 / \mu_1^2 = k_2 / \mu_2^2`, the sliding is normal to the ellipse (the greatest
+dissipation). In :math:`\bar u_2 = c\, u_2` with :math:`c = k_2 \mu_1 / (k_1 \mu_2)` it is the isotropic contact of
+stiffness :math:`k_1` and friction :math:`\mu_1`.
 
 References
 ----------

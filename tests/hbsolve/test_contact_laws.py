@@ -400,7 +400,7 @@ def test_on_a_circle_the_slider_follows_on_a_smaller_circle_with_the_full_limit_
     p = circle(R, 2048, mu)
     T, w = p.force[:2], p.slider
     np.testing.assert_allclose(np.hypot(*T), mu, rtol=ROUND_OFF)
-    # A rope of length r pulled round a circle stays tangent to the circle of its load.
+    # A spring of length r whose end follows a circle stays tangent to the circle of the slider.
     np.testing.assert_allclose(np.hypot(*w), np.sqrt(R**2 - r**2), rtol=1e-5)  # polygons: (2 pi / n)^2
     sliding = np.roll(w, -1, axis=1) - np.roll(w, 1, axis=1)
     along = (T * sliding).sum(axis=0) / (np.hypot(*T) * np.hypot(*sliding))

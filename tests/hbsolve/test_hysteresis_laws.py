@@ -297,7 +297,7 @@ def test_along_one_tangent_the_ellipse_is_its_own_axis() -> None:
 
 
 def test_on_an_elliptic_path_the_slider_follows_a_smaller_ellipse_and_takes_a_closed_work() -> None:
-    """A circle in the stretched tangent, on which the rope of length r is tangent to the circle of its load."""
+    """A circle in the stretched tangent, on which the spring of length r is tangent to the circle of the slider."""
     N, R, k, k_2, mu, mu_2 = 1.0, 1.0, 1.1, 0.7, 0.4, 0.25
     c, r = k_2 * mu / (k * mu_2), mu * N / k
     joint = ellipse(preload=N, gap=0.0)

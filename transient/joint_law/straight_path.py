@@ -22,7 +22,7 @@ import numpy as np
 from fe.compiled import compiled
 
 #: The angle turns by no more than exp(-this): the square of that must not vanish.
-MAX_TURN = 300.0
+MAX_EXPONENT = 300.0
 
 
 @compiled
@@ -70,7 +70,7 @@ def slide_coupled(
             cosine, sine = (cx * ux + cy * uy) / size, (ux * cy - uy * cx) / size
             # tan(delta / 2) as the one of its two forms without cancellation: a force may oppose the sliding exactly.
             near, far = (1.0 + cosine, sine) if cosine > 0.0 else (sine, 1.0 - cosine)
-            far *= np.exp(-min(length * (1.0 - onset) * mean_inverse, MAX_TURN))
+            far *= np.exp(-min(length * (1.0 - onset) * mean_inverse, MAX_EXPONENT))
             square = near * near + far * far
             cosine, sine = (near * near - far * far) / square, 2.0 * near * far / square
             ox, oy = cosine * ux - sine * uy, cosine * uy + sine * ux
