@@ -27,9 +27,9 @@ def compute_log_density(refit: Refit) -> float:
 
 
 def compute_whole_gain(refit: Refit) -> float:
-    """Fall of -2 ln p of all data by the worse one of two covariances [-].
+    """Fall of -2 ln p of all data by an effect, by the worse one of two covariances [-].
 
-    That of the effect's own model, by which densities weigh it, is an estimate by few friction histories.
+    Densities are by the covariance of the effect's own model alone, which few friction histories tell.
     """
     return refit.gain + refit.held_out_gain
 

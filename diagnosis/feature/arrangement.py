@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from correlation.data_type.registry import Datum
+from correlation.data_type.ring_down import SAME_MODE
 from correlation.errors import CampaignError
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect
@@ -20,8 +21,6 @@ from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import EffectSelection, Refit
 from hbsolve.errors import ModelError
 
-#: Frequencies of one mode at neighbouring amplitudes differ by less [-].
-SAME_MODE = 0.03
 #: Where no datum is held out, every third one is.
 EVERY = 3
 
