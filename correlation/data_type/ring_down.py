@@ -37,8 +37,8 @@ LEAST_FREQUENCY, LEAST_DAMPING = 1e-4, 0.02
 
 #: Displacement from which a vibration on a bench is suspected to be in another unit [m].
 LARGEST = 1.0
-#: Modes of two decays, or at two amplitudes, are one if their frequencies differ by less; a change below this share of a
-#: value is none [-].
+#: Modes of two decays, or at two amplitudes, are one if their frequencies differ by less; a change below this share of
+#: a value is none [-].
 SAME_MODE, STILL = 0.03, 1e-4
 #: Kind of each trend, its name, and the factor and unit that it is written in.
 TRENDS = (("frequency", "frequency", 1.0, "Hz"), ("damping", "damping ratio", 100.0, "%"))
