@@ -28,6 +28,14 @@ HINTS = {
     ("mil", "m"): "; for a thousandth of an inch write thou",
     ("mils", "m"): "; for a thousandth of an inch write thou",
 }
+#: Units of readings, beside volts, that a sensitivity scales: whole numbers of a converter, and strains.
+COUNT, STRAIN = "count", "strain"
+#: What they read, and a sensitivity as an example.
+RAW = {
+    COUNT: ("counts of a converter", f"655.36 {COUNT}"),
+    f"{COUNT}s": ("counts of a converter", f"655.36 {COUNT}"),
+    STRAIN: ("a strain gauge", f"0.01 {STRAIN}"),
+}
 
 
 def si_factor(unit: str, si: str) -> float:
@@ -54,10 +62,9 @@ def si_factor(unit: str, si: str) -> float:
     if si == "Hz" and root == root_units("rad/s")[1]:
         return float(factor) / (2 * math.pi)
     hint = HINTS.get((unit, si), "")
-    if unit in {"count", "counts"} and si not in {"", "s", "Hz", "rad"}:
-        hint = f'; for counts of a converter add a sensitivity such as "655.36 count/({si})"'
-    if unit == "strain" and si not in {"", "s", "Hz", "rad"}:
-        hint = f'; for a strain gauge add a sensitivity such as "0.01 strain/({si})"'
+    if unit in RAW and si not in {"", "s", "Hz", "rad"}:
+        reading, sensitivity = RAW[unit]
+        hint = f'; for {reading} add a sensitivity such as "{sensitivity}/({si})"'
     needed = f'a unit such as "{si}" is needed' if si else "a bare number is needed"
     raise ValueError(f'"{unit}" is a unit of another quantity, {needed}{hint}')
 
@@ -117,7 +124,7 @@ def unit_registry() -> "pint.UnitRegistry[Decimal]":
     import pint
 
     registry: pint.UnitRegistry[Decimal] = pint.UnitRegistry(non_int_type=Decimal)
-    registry.define("strain = []")  # a unit of its own, as a count is: no bare ratio
+    registry.define(f"{STRAIN} = []")  # a unit of its own, as a count is: no bare ratio
     return registry
 
 

@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurable import REMEDY, is_beyond, is_too_large
-from correlation.campaign.measurement_unit import si_factor, si_quantity
+from correlation.campaign.measurement_unit import COUNT, STRAIN, si_factor, si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile
@@ -22,8 +22,6 @@ from correlation.file.column import Column, MeasuredFile
 PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 #: A phase that is unwrapped over some resonances hardly leaves this range [rad]; one in degrees does.
 MOST_RADIANS = 8 * math.pi
-#: Units of readings, beside volts, that a sensitivity scales: whole numbers of a converter, and strains.
-COUNT, STRAIN = "count", "strain"
 #: Peak amplitude of one unit.
 PEAK_OF = {"peak": 1.0, "rms": math.sqrt(2.0), "peak to peak": 0.5}
 #: Radians of one unit of a phase.

@@ -1,7 +1,7 @@
 """Content of a test file: named columns, nodes and measured shapes, in the units of the file."""
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -173,7 +173,7 @@ class MeasuredFile:
         raise CampaignError(f'{self.path.name}: has no column "{name}"; {choice}')
 
 
-def unique_names(names: list[str]) -> list[str]:
+def unique_names(names: Sequence[str], numbered: str = "{} ({})") -> list[str]:
     """The same names; a repeated one gets the number of its occurrence, such as "acc (2)"."""
     taken: set[str] = set()
     unique: list[str] = []
@@ -181,7 +181,7 @@ def unique_names(names: list[str]) -> list[str]:
         number, candidate = 1, name
         while candidate in taken:
             number += 1
-            candidate = f"{name} ({number})"
+            candidate = numbered.format(name, number)
         taken.add(candidate)
         unique.append(candidate)
     return unique

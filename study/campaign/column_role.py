@@ -8,9 +8,8 @@ from enum import Enum
 import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
-from correlation.campaign.measurement_unit import base_unit, root_units
+from correlation.campaign.measurement_unit import STRAIN, base_unit, root_units
 from correlation.campaign.passes import SWEEP_WORDS
-from correlation.campaign.signal_entry import STRAIN
 from correlation.file.column import Column
 from correlation.file.quantity import FORCE_QUANTITY, MOTION_WORDS, OF_UNIT
 from correlation.file.unit_label import find_suffix, split_label, unit_text

@@ -7,6 +7,7 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable, Item, Table
 
+from correlation.file.column import unique_names
 from geometry.name_list import MOST, join_first_names
 from study.campaign.question import Answers, Marked, Question
 from study.campaign.table_kind import JudgedTable
@@ -99,14 +100,10 @@ class Draft:
     def number_names(self) -> None:
         """Number entries of one kind and name: what is said of one of them is said by its name."""
         for kind in NAMED:
-            taken: set[str] = set()
-            for entry in self.entries[kind]:
-                name, number = str(without_marks(entry["name"])), 1
-                while (numbered := name if number == 1 else f"{name} {number}") in taken:
-                    number += 1
-                taken.add(numbered)
-                if numbered != name:
-                    entry["name"] = numbered
+            names = [str(without_marks(entry["name"])) for entry in self.entries[kind]]
+            for entry, name, unique in zip(self.entries[kind], names, unique_names(names, "{} {}"), strict=True):
+                if unique != name:
+                    entry["name"] = unique
 
     @property
     def is_empty(self) -> bool:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL
-from correlation.campaign.signal_entry import STRAIN
+from correlation.campaign.measurement_unit import STRAIN
 from correlation.file.column import Column
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
-from correlation.campaign.signal_entry import COUNT, STRAIN
+from correlation.campaign.measurement_unit import COUNT, STRAIN
 from correlation.file.column import Column, Node
 from correlation.file.decibel import SCALE
 from correlation.file.format.wav import holds_counts

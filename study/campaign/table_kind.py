@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from correlation.campaign.signal_entry import STRAIN
+from correlation.campaign.measurement_unit import STRAIN
 from correlation.file.arrays.first_column import OF_ARRAYS, rises_evenly
 from correlation.file.column import Column
 from correlation.file.quantity import MOTION_WORDS, OF_UNIT
-from correlation.file.unit_label import find_unit
 from study.campaign.column_role import (
     MOTIONS,
     PRESSURE_WORDS,
@@ -42,6 +41,7 @@ from study.campaign.time_history import (
     strongest_line,
     turns_with,
 )
+from study.campaign.unknown_unit import written_unit
 
 
 class Kind(Enum):
@@ -285,7 +285,7 @@ def _raw_voltages(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
             other.name
             for other in table.columns
             if other is not column
-            and OF_UNIT.get(unit := _written_unit(other)) != "voltage"
+            and OF_UNIT.get(unit := written_unit(other, other.name)) != "voltage"
             and unit
             and name_words(table.short_name(other)) == words
         ]
@@ -301,11 +301,6 @@ def _strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     strains = [name for name, guess in columns.items() if guess.quantity == STRAIN] if has_motion else []
     why = "a strain, which is no motion, and a motion stands beside it"
     return {**columns, **{name: Recognised(role=Role.FOREIGN, unit=STRAIN, evidence=why) for name in strains}}
-
-
-def _written_unit(column: Column) -> str:
-    """Unit of a column, also one that is not understood: the "C" of "Temperature (C)"."""
-    return column.unit or column.unit_label or find_unit(column.label or column.name).unit
 
 
 def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:

@@ -22,16 +22,19 @@ STRAINS = re.compile(r"(micro|[µμu]|m)?[- ]?strains?|[µμu]?ε|[µμu]e|[µμ
 LONGEST_SYMBOL = 3
 
 
+def written_unit(column: Column, name: str) -> str:
+    """Unit that a file has for a column, also one that is not understood: the "C" of "Temperature (C)"."""
+    return (column.unit or column.unit_label or find_unit(column.label or name).unit).strip()
+
+
 def says_counts(column: Column, name: str) -> bool:
     """Whether the unit of a column is a count of a converter."""
-    label = column.unit_label or find_unit(column.label or name).unit
-    return not column.unit and COUNTS.fullmatch(label.strip()) is not None
+    return not column.unit and COUNTS.fullmatch(written_unit(column, name)) is not None
 
 
 def says_strain(column: Column, name: str) -> bool:
     """Whether the unit of a column is that of a strain."""
-    label = column.unit or column.unit_label or find_unit(column.label or name).unit
-    return STRAINS.fullmatch(label.strip()) is not None
+    return STRAINS.fullmatch(written_unit(column, name)) is not None
 
 
 def unknown_unit(column: Column, name: str) -> str:
