@@ -15,6 +15,7 @@ from correlation.unnamed_place import list_unnamed_places
 from diagnosis.candidate.catalogue import Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.evidence import DECISIVE, compute_log_density, passes
+from diagnosis.decision.law_of_force import compute_law_density
 from diagnosis.decision.rules import Criteria
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.arrangement import Arrangement
@@ -117,6 +118,5 @@ def _compute_known_density(baseline: Finalist, finalists: Sequence[Finalist], ve
     if verdict.pair is not None:
         densities.append(compute_log_density(verdict.pair.first.refit))
     if verdict.nearest is not None:
-        # The gain of a law is that over the effect in whose place it is.
-        densities += [compute_log_density(verdict.nearest) + law.whole_gain for law in verdict.laws]
+        densities += [compute_law_density(verdict.nearest, law) for law in verdict.laws]
     return max(densities)

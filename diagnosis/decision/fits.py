@@ -7,9 +7,10 @@ from functools import partial
 from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.evidence import compute_birge_ratio, compute_log_density
+from diagnosis.decision.evidence import compute_birge_ratio
 from diagnosis.decision.law_of_force import (
     FittedLaw,
+    compute_law_density,
     find_better,
     fit_by_own_covariance,
     fit_other_laws,
@@ -48,7 +49,7 @@ class Fits:
         vector, shape (m + p,).
     run_step
         Looks up the stored result of a step, or computes it.
-    refit_one
+    refit_by_own_covariance
         Fits anew by the covariance of its own model what was fitted to a comparison; None where that cannot be done.
     """
 
@@ -60,7 +61,7 @@ class Fits:
     thresholds: Thresholds
     directions: Mapping[str, Vector]
     run_step: RunStep
-    refit_one: Callable[[Comparison, Refit], Finalist] | None = None
+    refit_by_own_covariance: Callable[[Comparison, Refit], Finalist] | None = None
 
     @property
     def refits(self) -> list[Refit]:
@@ -95,13 +96,13 @@ class Fits:
         )
         least = min((law for law in laws if law.is_distinct), key=lambda law: law.chi2_by_noise, default=None)
         # A finer model has no law of this name.
-        if self.refit_one is None or arrangement.finer or refit.reduced_chi2_by_noise < UNEXPLAINED_CHI2:
+        if self.refit_by_own_covariance is None or arrangement.finer or refit.reduced_chi2_by_noise < UNEXPLAINED_CHI2:
             return laws
         if least is None or least.refit.reduced_chi2_by_noise > refit.reduced_chi2_by_noise:
             return laws
         own = self.run_step(
             f"{least.refit.name} of {refit.strength:.6g} by its own covariance",
-            partial(fit_by_own_covariance, least, arrangement, refit, self.refit_one),
+            partial(fit_by_own_covariance, least, arrangement, refit, self.refit_by_own_covariance),
         )
         return [*(law for law in laws if law is not least), own]
 
@@ -116,7 +117,7 @@ class Fits:
         An effect that is far from the law of the force may fit poorly, and be far behind others.
         """
         laws = [(refit, law) for refit in refits if (law := self.find_better_law(refit)) is not None]
-        return max(laws, key=lambda each: compute_log_density(each[0]) + each[1].whole_gain, default=None)
+        return max(laws, key=lambda each: compute_law_density(*each), default=None)
 
     def fit_pair(self, refit: Refit, further: Refit) -> Pair:
         """Two effects fitted together, and other finalists in place of the first."""

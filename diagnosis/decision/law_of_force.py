@@ -118,6 +118,11 @@ def fit_by_own_covariance(
     )  # fmt: skip
 
 
+def compute_law_density(beside: Refit, law: FittedLaw) -> float:
+    """2 ln of the density of all data with a law in place of that of an effect, up to a constant [-]."""
+    return compute_log_density(beside) + law.whole_gain
+
+
 def find_better(laws: Sequence[FittedLaw], chance: float) -> FittedLaw | None:
     """The law that describes the data best, if it is better than that of the effect; else None."""
     better = [law for law in laws if law.is_better(chance)]

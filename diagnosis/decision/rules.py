@@ -28,7 +28,7 @@ from diagnosis.decision.evidence import (
     passes,
 )
 from diagnosis.decision.fits import Fits
-from diagnosis.decision.law_of_force import FittedLaw, find_alternatives
+from diagnosis.decision.law_of_force import FittedLaw, compute_law_density, find_alternatives
 from diagnosis.decision.likeness import find_same
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.pair_search import FoundPair, find_pair, find_pair_that_passes
@@ -138,7 +138,7 @@ def decide(
         baseline=baseline, beyond_priors=beyond_priors, places=places,
         finalists={each.name: each for each in finalists}, catalogue=by.catalogue, thresholds=by.thresholds,
         directions={score.effect.name: score.direction for score in by.scores if score.size},
-        run_step=remember_steps(run_step), refit_one=by.refit_by_own_covariance,
+        run_step=remember_steps(run_step), refit_by_own_covariance=by.refit_by_own_covariance,
     )  # fmt: skip
     passed = [each for each in fits.refits if passes(each, by.thresholds)]
     verdict = _decide_with_effect(nothing, fits, passed) if passed else _decide_without_effect(nothing, fits)
@@ -191,7 +191,7 @@ def _find_law_of_another(fits: Fits, best: Refit, pair: Pair | None) -> tuple[Re
     """Another effect with a law that is more probable than the best effect and than two; else the best, and None."""
     found = fits.find_best_law([each for each in fits.refits if each.name != best.name and each.gain > 0])
     known = max(compute_log_density(each) for each in (best, *([] if pair is None else [pair.first.refit])))
-    if found is None or compute_log_density(found[0]) + found[1].whole_gain <= known + DECISIVE:
+    if found is None or compute_law_density(*found) <= known + DECISIVE:
         return best, None
     return found
 

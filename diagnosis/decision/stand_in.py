@@ -32,25 +32,27 @@ def find_cause_beside(fits: Fits, refit: Refit) -> ResidualExplanation | None:
     is_known = force is None or residual.known_effect_gain >= MIN_SHARE_KNOWN * force.gain
     assert refit.effect is not None
     is_linear = not changes_joints(refit.effect, fits.arrangement_of(refit).fit.model)
-    if is_known and _explains_held_out(refit, fits.baseline) and residual.refit and is_refuted(residual.refit):
+    was, left = fits.baseline.held_out_reduced_chi2_by_noise, refit.held_out_reduced_chi2_by_noise
+    explains_held_out = _leaves_little(was, left, MAX_SHARE_LEFT)
+    if is_known and explains_held_out and residual.refit and is_refuted(residual.refit):
         return None
     if unknown > 0 and not is_known and refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2 and is_linear:
         return residual
     beyond = max(residual.gain - thresholds.gain, unknown)
-    leaves_much = beyond > MAX_SHARE_LEFT * refit.gain and not _explains_nearly_all(refit, fits.baseline)
-    return residual if leaves_much else None
+    # Without the effect, model error of the size of the responses may explain as much as it does, and gains are small.
+    was, left = fits.baseline.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
+    explains_nearly_all = _leaves_little(was, left, MAX_SHARE_LEFT**2)
+    return residual if beyond > MAX_SHARE_LEFT * refit.gain and not explains_nearly_all else None
 
 
-def _explains_held_out(refit: Refit, baseline: Refit) -> bool:
-    """Whether an effect leaves little of an error of the held-out data that noise and stated errors do not explain."""
-    was, left = baseline.held_out_reduced_chi2_by_noise, refit.held_out_reduced_chi2_by_noise
-    return was > UNEXPLAINED_CHI2 and left - 1 < MAX_SHARE_LEFT * (was - left)
+def _leaves_little(was: float, left: float, share: float) -> bool:
+    """Whether little is left of an error that noise and stated errors do not explain.
 
-
-def _explains_nearly_all(refit: Refit, baseline: Refit) -> bool:
-    """Whether an effect leaves next to nothing of an error that noise and stated errors do not explain.
-
-    Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
+    Parameters
+    ----------
+    was, left
+        Reduced chi-squared by noise and stated errors without an effect and with it [-].
+    share
+        Largest share of what the effect explains that may be left above 1 [-].
     """
-    was, left = baseline.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
-    return was > UNEXPLAINED_CHI2 and left - 1 < MAX_SHARE_LEFT**2 * (was - left)
+    return was > UNEXPLAINED_CHI2 and left - 1 < share * (was - left)

@@ -88,8 +88,9 @@ def diagnose_features(
     report = report or (lambda _step, _share: None)
     report("calibration", 0.0)
     level, there = find_level(base, data), {each.effect.name for each in added}
-    known = list_effects(base, extra=extra, level=level) if added else None
-    added = [each if known is None else each.listed_in(known) for each in added]
+    if added:
+        known = list_effects(base, extra=extra, level=level)
+        added = [each.listed_in(known) for each in added]
     arrangement = run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
     catalogue = list_effects(base, without=without, extra=extra, level=level)
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
@@ -179,7 +180,7 @@ def _judge(
     finding, effects = test.decide(refits)
     clear = [each for each in indications if each.is_clear]
     nearest = next((each for each in refits if test.passes(each)), None)
-    off = arrangement.find_worst_frequency((*effects, *([] if nearest is None else [nearest]), baseline)[0].fit)
+    off = arrangement.find_worst_frequency((nearest or baseline).fit)
     if off is not None and abs(off[1]) > MAX_ERROR_SIZES[0]:
         finding, effects = Finding.NOT_CLOSE, []
     elif finding is Finding.NOTHING and clear:
