@@ -95,6 +95,19 @@ def is_refuted(refit: Refit) -> bool:
     return refit.worsens or refit.held_out_gain <= -DECISIVE
 
 
+def needs_no_model_error(refit: Refit) -> bool:
+    """Whether a fit that may have model error leaves no more of all data than noise and stated errors explain."""
+    if refit.reduced_chi2_without_model_error is None:
+        return False
+    of_training = is_noise(refit.reduced_chi2_by_noise, refit.fit.n_number)
+    return of_training and is_noise(refit.held_out_reduced_chi2_by_noise, refit.n_held_out)
+
+
+def is_noise(reduced_chi2: float, n_number: int) -> bool:
+    """Whether a reduced chi-squared of so many numbers is at most a standard deviation above 1."""
+    return bool(reduced_chi2 <= 1 + np.sqrt(2 / max(n_number, 1)))
+
+
 def errs_on_held_out(refit: Refit) -> bool:
     """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
     return refit.held_out_error > LARGE_ERROR and refit.held_out_reduced_chi2_by_noise > UNEXPLAINED_CHI2

@@ -25,6 +25,7 @@ from diagnosis.decision.evidence import (
     compute_whole_gain,
     errs_on_held_out,
     exceeds_threshold,
+    needs_no_model_error,
     passes,
 )
 from diagnosis.decision.fits import Fits
@@ -154,7 +155,7 @@ def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
         return replace(nothing, finding=Finding.NOT_CLOSE)
     if pair is not None:  # rule 4
         return replace(_name_effects(nothing, fits, [], pair), finding=Finding.AMBIGUOUS)
-    if _is_force_missing(fits):  # rule 5
+    if _is_force_missing(fits) and not needs_no_model_error(fits.baseline):  # rule 5
         return _decide_unknown(nothing, fits, place=fits.places[0])
     found = _find_law_that_generalises(fits)
     if found is not None:  # rule 6
