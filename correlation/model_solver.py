@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import name_configuration
 from correlation.linear_structure import LinearStructure
 from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
+from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
-from hbsolve.joint_law.registry import FORCE
+from hbsolve.joint_law.registry import FORCE, PARAMETERS
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import ReadingResponse, derivatives
@@ -366,13 +367,19 @@ class ModelSolver:
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
     ) -> Complex[NDArray[np.complex128], " k"]:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
-        table = self._readings(state.coefficients @ self.rows[0].T, self._forces(state), state)
+        forces = forces_at(self._at_level(state.level), state.angular_frequency, state.motion, state.sliders, FORCE)
+        return np.asarray(self._read(state, forces)[harmonics, self.numbers(names)])
+
+    def _read(self, state: SteadyState, forces: JointForces) -> Complex[NDArray[np.complex128], "h s"]:
+        """Readings of all sensors in a state, in which the joints have these forces."""
+        of_joints = complex_from_real(forces.coefficients) + self.balance.table.reference * state.displacement
+        table = self._readings(state.coefficients @ self.rows[0].T, of_joints, state)
         table[0] += self.at_rest
         if self.model.base_acceleration is not None:
             for k in range(1, len(self.base)):
                 turn = 1j * k * state.angular_frequency
                 table[k] += state.level * turn ** (self.rows[2] - 2.0) * self.base[k] * np.exp(-turn * self.delay)
-        return np.asarray(table[harmonics, self.numbers(names)])
+        return table
 
     def rates(self, tangents: Sequence[Tangent]) -> Rates:
         """Rates of parameters as this configuration has them, for `slopes` of many states."""
@@ -395,13 +402,16 @@ class ModelSolver:
         rates: Rates,
     ) -> Complex[NDArray[np.complex128], "k p"]:
         """Derivatives of what `read` returns, shape (k, p)."""
-        numbers, order = self.numbers(names), self.rows[2]
-        which, inverse = np.unique(np.column_stack([numbers, harmonics]), axis=0, return_inverse=True)
+        numbers, order, n_sensor = self.numbers(names), self.rows[2], len(self.model.sensors)
+        which, inverse = np.unique(harmonics * n_sensor + numbers, return_inverse=True)
         condensed, contact = self.at(frequency), self.linear.reciprocal.contact(frequency)
-        values = derivatives(
-            self._at_level(state.level), state, rates.system, condensed, contact, self._respond(frequency, *which.T)
-        )[inverse.ravel()]
-        read, turn = self.read(state, names, harmonics), 1j * harmonics[:, None] * state.angular_frequency
+        response, balance = self._respond(frequency, which % n_sensor, which // n_sensor), self._at_level(state.level)
+        forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, PARAMETERS)
+        values = derivatives(balance, state, forces, rates.system, condensed, contact, response)[inverse]
+        if not (rates.gain.any() or rates.delay.any() or rates.frequency_shift.any()):
+            return values
+        table = self._read(state, forces)
+        read, turn = table[harmonics, numbers], 1j * harmonics[:, None] * state.angular_frequency
         late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.frequency_shift)
         return np.asarray(
             values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.frequency_shift - late)
@@ -474,12 +484,6 @@ class ModelSolver:
             else:
                 force[number] = sensor.gain * self._line(sensor.line, sensor.component)
         return motion, force, order
-
-    def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
-        """Coefficients of all joint forces f = g + D x."""
-        balance = self._at_level(state.level)
-        g = forces_at(balance, state.angular_frequency, state.motion, state.sliders, FORCE).coefficients
-        return complex_from_real(g) + balance.table.reference * state.displacement
 
     def _at_level(self, level: float) -> HarmonicBalance:
         if level not in self.levels:

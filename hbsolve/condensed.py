@@ -253,15 +253,17 @@ class CondensedStructure:
         return self.recoveries([condensed])[0]
 
     def recoveries(self, condensed: Sequence[Condensed]) -> list[Recovery]:
-        """`recovery` at several Omega."""
-        along = np.zeros((len(self.directions), *self.static.shape), dtype=np.complex128)
-        along[:, 1:] = self.directions[:, None, :]
-        found = []
-        for dynamic, *moved in self.displacements_at_each(condensed, np.concatenate([self.dynamic[None], along])):
-            contact = np.moveaxis(np.array(moved, dtype=np.complex128).reshape(along.shape), 0, 2).copy()
-            contact[0] = self._rest[0]
-            found.append(Recovery(self.static_motion, dynamic, contact))
-        return found
+        """`recovery` at several Omega, many at once."""
+        chunks = _chunks(condensed, 16 * (len(self.directions) + 1) * self.static.size)
+        return [item for chunk in chunks for item in self._recover(chunk)]
+
+    def _recover(self, condensed: Sequence[Condensed]) -> list[Recovery]:
+        """`recoveries` at all of them in one."""
+        omega, force = self._all_harmonics([item.angular_frequency for item in condensed])
+        along = np.repeat(self.directions[:, None, :], len(omega), axis=1)
+        moved = (self._free or self.stuck).response(omega, np.concatenate([along, force[None]]))
+        rows = self._of_stuck_structure(condensed, moved[-1], np.moveaxis(moved[:-1], 0, 2))
+        return [Recovery(self.static_motion, *self._with_mean(each, self._rest[0])) for each in rows]
 
     def recover_rows(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
@@ -282,19 +284,37 @@ class CondensedStructure:
     ) -> list[tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]]:
         """`recover_rows` at all of them in one."""
         omega, force = self._all_harmonics([item.angular_frequency for item in condensed])
-        free = self._free
-        modal = free or self.stuck.modal
+        modal = self._free or self.stuck.modal
         assert modal is not None
         contact, dynamic = modal.condense_to_rows(omega, rows, self.directions, force)
-        if free is not None:
+        mean = rows @ self._rest[0]
+        return [self._with_mean(each, mean) for each in self._of_stuck_structure(condensed, dynamic, contact)]
+
+    def _of_stuck_structure(
+        self, condensed: Sequence[Condensed], dynamic: Complex[Array, "F n"], contact: Complex[Array, "F n d"]
+    ) -> list[tuple[Complex[Array, "H n"], Complex[Array, "H n d"]]]:
+        """Motion of n rows, at each Omega, from that of the structure whose modes carry it.
+
+        Parameters
+        ----------
+        condensed
+            The structure at all Omega.
+        dynamic, contact
+            Under the harmonic force [m], and under a unit force along each joint direction [m/N], at harmonics 1 to H
+            of all Omega.
+        """
+        if self._free is not None:
             # alpha_stuck f = alpha_free (f - B^T D B alpha_stuck f)
-            pulled = contact * self.reference
-            contact = contact - pulled @ np.concatenate([item.receptance[1:] for item in condensed])
+            resisted = contact * self.reference
+            contact = contact - resisted @ np.concatenate([item.receptance[1:] for item in condensed])
             moved = np.concatenate([item.dynamic[1:] for item in condensed])
-            dynamic = dynamic - (pulled @ moved[..., None])[..., 0]
-        mean, none = (rows @ self._rest[0])[None], np.zeros((1, len(rows)))
-        parts = zip(np.split(dynamic, len(condensed)), np.split(contact, len(condensed)), strict=True)
-        return [(np.concatenate([none, one]), np.concatenate([mean, other])) for one, other in parts]
+            dynamic = dynamic - (resisted @ moved[..., None])[..., 0]
+        return list(zip(np.split(dynamic, len(condensed)), np.split(contact, len(condensed)), strict=True))
+
+    def _with_mean(self, motion: tuple[Array, Array], mean: Array) -> tuple[Array, Array]:
+        """Motion under the harmonic force and under joint forces with harmonic 0, where only these act."""
+        dynamic, contact = motion
+        return np.concatenate([np.zeros((1, len(mean))), dynamic]), np.concatenate([mean[None], contact])
 
     def _all_harmonics(self, angular_frequencies: Sequence[float]) -> tuple[Vector, Array]:
         """Harmonics 1 to H of all Omega, shape (F H,) [rad/s], and the force in them, shape (F H, r) [N]."""

@@ -138,13 +138,15 @@ class ModalCoordinates:
         self, omega: Frequencies, directions: Float[Real, "d r"], force: Amplitudes
     ) -> tuple[Complex[Array, "p d d"], Complex[Array, "p d"]]:
         """Receptance between directions [m/N] and their response to a force [m]; see `DynamicStiffness.condense`."""
-        projected, modal_force = self.project(directions), _multiply(force, self.shapes)
+        projected, modal_force, d = self.project(directions), _multiply(force, self.shapes), len(directions)
+        receptance = 1 / self._diagonal(omega)
+        rows = np.vstack([projected, self.directions.T])
+        value, moved = _scale_and_project(rows, receptance), _multiply(receptance * modal_force, rows.T)
         if not self.strength.size:
-            receptance = 1 / self._diagonal(omega)
-            return _scale_and_project(projected, receptance), _multiply(receptance * modal_force, projected.T)
-        columns = self._solve_columns(omega, projected, modal_force)
-        value = np.swapaxes(_multiply(columns, projected.T), 1, 2)
-        return value[..., :-1], value[..., -1]
+            return value, moved
+        against = np.concatenate([value[:, d:, :d], moved[:, d:, None]], axis=2)
+        correction = value[:, :d, d:] @ self._couple(omega, value[:, d:, d:], against)
+        return value[:, :d, :d] - correction[..., :d], moved[:, :d] - correction[..., d]
 
     def condense_with_slopes(
         self, omega: Frequencies, directions: Float[Real, "d r"], force: Amplitudes
@@ -191,12 +193,18 @@ class ModalCoordinates:
         alone = force / diagonal
         if not self.strength.size:
             return np.asarray(alone)
-        strength = _combine(omega, self.strength)[:, :, None]
-        small = np.eye(U.shape[1]) + strength * ((U.T / diagonal[:, None, :]) @ U)
-        coupling = np.linalg.solve(small, strength * _multiply(alone, U)[..., None])[..., 0]
-        correction = _multiply(coupling, U.T)
+        along = np.moveaxis(_multiply(alone, U).reshape(-1, len(omega), U.shape[1]), 0, 2)
+        coupling = np.moveaxis(self._couple(omega, (U.T / diagonal[:, None, :]) @ U, along), 2, 0)
+        correction = _multiply(coupling, U.T).reshape(alone.shape)
         correction /= diagonal
         return np.asarray(alone - correction)
+
+    def _couple(
+        self, omega: Frequencies, receptance: Complex[Array, "p k k"], along: Complex[Array, "p k n"]
+    ) -> Complex[Array, "p k n"]:
+        """Forces along U that couple n responses, (I + S U^T D^-1 U)^-1 S U^T x, from U^T D^-1 U and U^T x."""
+        strength = _combine(omega, self.strength)[:, :, None]
+        return np.asarray(np.linalg.solve(np.eye(receptance.shape[-1]) + strength * receptance, strength * along))
 
     def _diagonal(self, omega: Frequencies) -> Amplitudes:
         """Diagonals k - omega^2 m + i (omega c + h), shape (p, r)."""
@@ -296,8 +304,19 @@ def _multiply(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> Array:
 
 
 def _scale_and_project(projected: Matrix, receptance: Amplitudes) -> Complex[Array, "p d d"]:
-    """B V diag(receptance) V^T B^T at each frequency, shape (p, d, d)."""
-    result = np.empty((len(receptance), len(projected), len(projected)), dtype=np.complex128)
-    for item, own in zip(result, receptance, strict=True):
-        item.real, item.imag = (projected * own.real) @ projected.T, (projected * own.imag) @ projected.T
+    """B V diag(receptance) V^T B^T at each frequency, shape (p, d, d).
+
+    It is symmetric. At many frequencies one product per row takes less than one per frequency.
+    """
+    p, d = len(receptance), len(projected)
+    result = np.empty((p, d, d), dtype=np.complex128)
+    if p < d:
+        for item, own in zip(result, receptance, strict=True):
+            item.real, item.imag = (projected * own.real) @ projected.T, (projected * own.imag) @ projected.T
+        return result
+    parts = np.concatenate([receptance.real, receptance.imag])
+    for row in range(d):
+        products = parts @ (projected[row] * projected[row:]).T
+        result.real[:, row, row:] = result.real[:, row:, row] = products[:p]
+        result.imag[:, row, row:] = result.imag[:, row:, row] = products[p:]
     return result

@@ -6,16 +6,18 @@ has no part in the mean.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
+from fe.compiled import compiled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.continuation_parameter import joint_index
 from hbsolve.errors import BalanceError
 from hbsolve.state import SteadyState
 from reduction.array_input import finite_array
-from reduction.array_type import Array, Matrix, Real, Row
+from reduction.array_type import Array, Matrix, Real, Row, Whole
 
 MATRICES = ("mass", "damping", "stiffness", "structural_damping")
 
@@ -51,18 +53,19 @@ class ModelRates:
 
     Parameters
     ----------
-    count
-        Number of parameters p [-].
     matrices
-        Number of the parameter, name of the matrix, and its rate, shape (r, r).
+        Rates of m matrices below each other, shape (m r, r).
+    parameter, kind
+        Number of the parameter and kind of each matrix as an index of `MATRICES`, shape (m,).
     static_load, harmonic_force
         Shapes (p, r) and (p, H + 1, r) [N].
     joints
         Rate of each parameter in the table of the joints, shape (p, n_parameter).
     """
 
-    count: int
-    matrices: Sequence[tuple[int, str, Matrix]]
+    matrices: Float[Real, "m*r r"]
+    parameter: Int[Whole, " m"]
+    kind: Int[Whole, " m"]
     static_load: Float[Real, "p r"]
     harmonic_force: Complex[Array, "p harmonic r"]
     joints: Float[Real, "p parameter"]
@@ -77,14 +80,15 @@ class ModelRates:
             A joint or parameter that the system does not have, or an array of another size or not finite.
         """
         r, p = balance.system.n_dof, len(parameters)
-        matrices, static = list[tuple[int, str, Matrix]](), np.zeros((p, r))
+        matrices, of_matrix, static = [np.zeros((0, r))], list[tuple[int, int]](), np.zeros((p, r))
         harmonic = np.zeros((p, balance.n_harmonic, r), dtype=np.complex128)
         joints = np.zeros((p, len(balance.table.value)))
         for number, parameter in enumerate(parameters):
-            for name in MATRICES:
+            for kind, name in enumerate(MATRICES):
                 if (matrix := getattr(parameter.matrices, name)) is not None:
                     what = f"the {name.replace('_', ' ')} of a matrix parameter"
-                    matrices.append((number, name, entries(matrix, what, (r, r))))
+                    matrices.append(entries(matrix, what, (r, r)))
+                    of_matrix.append((number, kind))
             if parameter.static_load is not None:
                 static[number] = entries(parameter.static_load, "the static load of a model parameter", (r,))
             if parameter.harmonic_force is not None:
@@ -92,19 +96,22 @@ class ModelRates:
                 harmonic[number, :retained] = parameter.harmonic_force[:retained]
             for (joint, name), rate in parameter.joints.items():
                 joints[number, joint_index(balance, joint, name)[1]] += rate
-        return cls(count=p, matrices=matrices, static_load=static, harmonic_force=harmonic, joints=joints)
+        numbers, kinds = np.array(of_matrix, dtype=np.int64).reshape(-1, 2).T
+        return cls(
+            matrices=np.concatenate(matrices), parameter=numbers, kind=kinds, static_load=static,
+            harmonic_force=harmonic, joints=joints,
+        )  # fmt: skip
 
     def loads(self, state: SteadyState) -> Complex[Array, "p harmonic r"]:
         """Change of the loads with each parameter, in a state, shape (p, H + 1, r) [N / its unit]."""
         q, loads = state.coefficients, state.level * self.harmonic_force
         loads[:, 0] += self.static_load
-        k = np.arange(len(q))[:, None] * state.angular_frequency
-        factors = {"mass": k**2, "damping": -1j * k, "stiffness": -1.0, "structural_damping": -1j * (k > 0)}
+        k = np.arange(len(q)) * state.angular_frequency
+        factors = np.array([k**2, -1j * k, np.full(len(k), -1.0), -1j * (k > 0)])
         # Real and imaginary parts below each other: half the work of a complex product.
-        parts = np.concatenate([q.real, q.imag])
-        for number, name, matrix in self.matrices:
-            moved = parts @ matrix.T
-            loads[number] += factors[name] * (moved[: len(q)] + 1j * moved[len(q) :])
+        moved = np.concatenate([q.real, q.imag]) @ self.matrices.T
+        moved = (moved[: len(q)] + 1j * moved[len(q) :]).reshape(len(q), len(self.kind), q.shape[1])
+        np.add.at(loads, self.parameter, factors[self.kind][..., None] * moved.swapaxes(0, 1))
         return loads
 
     def forces(self, balance: HarmonicBalance, by_parameter: Float[Real, "parameter 3 nh"]) -> Float[Real, "p d nh"]:
@@ -117,13 +124,21 @@ class ModelRates:
         by_parameter
             Of the joint forces, as in `hbsolve.aft.JointForces`.
         """
-        table, g = balance.table, np.zeros((self.count, balance.n_direction, by_parameter.shape[2]))
-        for joint in range(len(table.kind)):
-            (d0, d1), (p0, p1) = table.direction[joint : joint + 2], table.parameter[joint : joint + 2]
-            changed = np.flatnonzero(self.joints[:, p0:p1].any(axis=1))
-            if len(changed):
-                g[changed, d0:d1] = np.tensordot(self.joints[changed, p0:p1], by_parameter[p0:p1, : d1 - d0], axes=1)
-        return g
+        table = balance.table
+        return np.asarray(_sum_over_joints(self.joints, by_parameter, table.direction, table.parameter))
+
+
+@compiled
+def _sum_over_joints(rates: Any, by_parameter: Any, direction: Any, parameter: Any) -> Any:
+    """Sum of each joint's forces by its parameters, times the rates of these, shape (p, d, nh)."""
+    total = np.zeros((len(rates), direction[-1], by_parameter.shape[2]))
+    for joint in range(len(direction) - 1):
+        first, count = direction[joint], direction[joint + 1] - direction[joint]
+        for number in range(parameter[joint], parameter[joint + 1]):
+            for p in range(len(rates)):
+                if rates[p, number] != 0.0:
+                    total[p, first : first + count] += rates[p, number] * by_parameter[number, :count]
+    return total
 
 
 def entries(values: object, what: str, shape: tuple[int, ...]) -> Real:

@@ -169,6 +169,7 @@ class ReadingResponse(NamedTuple):
 def derivatives(
     balance: HarmonicBalance,
     state: SteadyState,
+    forces: JointForces,
     rates: ModelRates,
     condensed: Condensed,
     contact: Complex[Array, "harmonic r d"],
@@ -183,15 +184,14 @@ def derivatives(
     ----------
     balance
         Balance at the level of the state.
-    state, rates
-        State and parameters of this balance.
+    state, forces, rates
+        State of this balance, the forces of its joints with their derivatives, and parameters.
     condensed, contact
         The structure at the state's Omega, and what it moves under a unit force along each joint direction.
     response
         Response of the readings at the state's Omega.
     """
-    forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, want=PARAMETERS)
-    loads, g = rates.loads(state), complex_from_real(rates.forces(balance, forces.by_parameter))
+    loads, g = rates.loads(state), rates.forces(balance, forces.by_parameter)
     n_harmonic, A = len(condensed.static), condensed.receptance
     # A force of the joints moves them, too: dx = B alpha df - A dg.
     own, moving = response.reaction.copy(), response.motion.any(axis=1)
@@ -211,7 +211,8 @@ def derivatives(
         by_motion += by_slip
         by_reaction -= _by_harmonic(by_slip, A)
     by_load = response.weigh_by_harmonic(response.load, n_harmonic) + _by_harmonic(by_motion, contact.swapaxes(1, 2))
-    found = _real_products(loads, by_load) + _real_products(g, by_reaction)
+    reaction = real_from_complex(by_reaction.conj())
+    found = _real_products(loads, by_load) + reaction.reshape(len(reaction), -1) @ g.reshape(len(g), -1).T
     return np.asarray(found[: len(found) // 2] + 1j * found[len(found) // 2 :])
 
 
