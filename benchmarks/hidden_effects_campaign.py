@@ -23,7 +23,7 @@ from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
-from diagnosis.localisation import Place
+from diagnosis.localisation import UnknownForcePlace
 from diagnosis.threshold.detection_threshold import Thresholds
 from study.diagnose.thresholds import shipped_thresholds
 from transient.virtual_bench.hidden_effect import HiddenEffectRecord, make_campaign
@@ -145,7 +145,7 @@ def _record(
     case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, seconds: tuple[float, float]
 ) -> Record:
     verdict, before = found.verdict, found.baseline
-    place = next((each for each in (verdict.place, *found.places) if isinstance(each, Place)), None)
+    place = next((each for each in (verdict.place, *found.places) if isinstance(each, UnknownForcePlace)), None)
     floor, noise_floor = floors(found.arrangement)
     return Record(
         row=case.row,

@@ -415,7 +415,7 @@ def _measured() -> dict[str, Sample]:
 def _stored() -> dict[str, Sample]:
     from pipeline.record import DamagedRecord, Record, read_record, write_record
     from study.diagnose.add import undo
-    from study.diagnose.history import Errors, History, Step, history_of
+    from study.diagnose.history import Errors, History, HistoryStep, history_of
 
     def record(path: Path) -> None:
         value = {"rom": rom(), "list": [1.5, (2, "x"), None], "array": np.arange(6.0)}
@@ -427,8 +427,10 @@ def _stored() -> dict[str, Sample]:
         text = case.read_text()
         errors = Errors(training=0.1, held_out=0.2, training_chi2=1.0, held_out_chi2=2.0)
         steps = (
-            Step(what="diagnosis", when="2026-01-01T00:00:00+00:00", case_key="ab", campaign="campaign", before=errors),
-            Step(
+            HistoryStep(
+                what="diagnosis", when="2026-01-01T00:00:00+00:00", case_key="ab", campaign="campaign", before=errors,
+            ),
+            HistoryStep(
                 what="add", effect="mass at tip", values={"mass": [0.1, 0.01]}, case_before=text,
                 case_after=text + "\n[calibrated]\nmu = 1.1\n", diff=("+mu = 1.1",), before=errors, after=errors,
             ),

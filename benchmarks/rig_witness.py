@@ -22,7 +22,7 @@ from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.steady_state import steady_state
 from study.kind.registry import open_case
 from study.shipped_cases import RIG
-from study.solve.curve import Curve, response_curve
+from study.solve.curve import RequestedCurve, response_curve
 from transient.state import start_from
 from transient.steady import steady_motion
 
@@ -33,7 +33,7 @@ SAMPLES = 512
 STEPS = 2048
 
 
-def solved(rig: PreparedRig, curve: Curve) -> tuple[ResponseBranch, float]:
+def solved(rig: PreparedRig, curve: RequestedCurve) -> tuple[ResponseBranch, float]:
     """A curve, and the processor time that it took [s]."""
     model, start = rig.model, time.process_time()
     branch = response_curve(model.system, curve, model.harmonics, model.n_sample)

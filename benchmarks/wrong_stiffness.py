@@ -24,7 +24,7 @@ from correlation.model import Model, Sensor
 from correlation.prediction import Points, Predictor
 from reduction.joint_law.jenkins import JenkinsElement
 from reduction.jointed_system import JointedSystem
-from study.compare.gross_misfit import GROSS, ROUGH, Readings
+from study.compare.gross_misfit import GROSS, ROUGH, MotionReadings
 from study.compare.visible_resonance import find_visible_resonances
 from study.compare.wrong_stiffness import POWERS, STIFFNESS, find_wrong_stiffness
 
@@ -100,7 +100,7 @@ def plant_unit(model: Model, random: np.random.Generator) -> tuple[Model, str, s
     return wrong, joint.name, f"{name} {10.0**-power:g} times that"
 
 
-def measure(specimen: Model, random: np.random.Generator) -> Readings:
+def measure(specimen: Model, random: np.random.Generator) -> MotionReadings:
     """Motions of a specimen around its first resonance; they are no prediction yet."""
     frequency = find_visible_resonances(specimen)[0] * BAND
     level, at, number = (grid.ravel() for grid in np.meshgrid(LEVELS, frequency, [0, 1], indexing="ij"))
@@ -110,10 +110,10 @@ def measure(specimen: Model, random: np.random.Generator) -> Readings:
     )  # fmt: skip
     exact = Predictor(points=points, tolerance=ROUGH).predict(specimen).value
     noise = random.standard_normal((2, len(at)))
-    return Readings(points=points, value=exact * (1 + NOISE * (noise[0] + 1j * noise[1])), stated=exact)
+    return MotionReadings(points=points, value=exact * (1 + NOISE * (noise[0] + 1j * noise[1])), stated=exact)
 
 
-def judge(readings: Readings, case: Model) -> tuple[bool, tuple[str, str]]:
+def judge(readings: MotionReadings, case: Model) -> tuple[bool, tuple[str, str]]:
     """Whether a case is grossly off, and place and sentence of what is suspected of it."""
     stated = Predictor(points=readings.points, tolerance=ROUGH).predict(case).value
     beside = replace(readings, stated=stated)

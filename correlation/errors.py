@@ -17,7 +17,7 @@ class CampaignError(InputError):
     """A campaign folder that cannot be used; the message names the file, the field, the value and the remedy."""
 
 
-class Mistakes:
+class CampaignMistakes:
     """Mistakes of a campaign that do not follow from each other, reported together."""
 
     def __init__(self) -> None:

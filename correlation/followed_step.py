@@ -17,7 +17,7 @@ Motion = Complex[NDArray[np.complex128], "harmonic d"]
 NEAR = 0.2
 
 
-class Step(NamedTuple):
+class SweepStep(NamedTuple):
     """Step of a sweep at one level."""
 
     level: float

@@ -34,7 +34,7 @@ class Stack(NamedTuple):
     dynamic: Complex[Array, "F harmonic d"]
 
 
-class Reading(NamedTuple):
+class UnitReadings(NamedTuple):
     """Readings of sensors in n states: under the static load, under 1 N, and under unit joint forces."""
 
     static: Complex[Array, "harmonic s"]
@@ -64,7 +64,7 @@ class LinearStructure:
     _recovery: dict[float, Recovery] = field(default_factory=dict)
     _stack: dict[tuple[float, ...], Stack] = field(default_factory=dict)
     _row_recovery: dict[bytes, dict[float, tuple[Array, Array]]] = field(default_factory=dict)
-    _read: dict[tuple[bytes, tuple[float, ...]], Reading] = field(default_factory=dict)
+    _read: dict[tuple[bytes, tuple[float, ...]], UnitReadings] = field(default_factory=dict)
 
     @classmethod
     def of(cls, balance: HarmonicBalance, shift: float, near: "LinearStructure | None") -> "LinearStructure":
@@ -151,17 +151,17 @@ class LinearStructure:
         found = source.balance.structure.recoveries([source._condensed[frequency] for frequency in new])
         source._recovery.update(zip(new, found, strict=True))
 
-    def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
+    def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> UnitReadings:
         """Readings of sensors with these rows over the displacement, shape (s, r)."""
         source, key = self.base or self, (rows.tobytes(), frequencies)
         static = self._static_motion @ rows.T
         if not frequencies:
             empty = np.zeros((0, *static.shape), dtype=np.complex128)
-            return Reading(static, empty, empty[..., None], np.zeros(0))
+            return UnitReadings(static, empty, empty[..., None], np.zeros(0))
         if key not in source._read:
             omega = np.array([source.at(frequency).angular_frequency for frequency in frequencies])
             dynamic, contact = zip(*source.recover_rows(frequencies, rows), strict=True)
-            source._read[key] = Reading(static, np.array(dynamic), np.array(contact), omega)
+            source._read[key] = UnitReadings(static, np.array(dynamic), np.array(contact), omega)
         return source._read[key]._replace(static=static)
 
     def recover_rows(

@@ -22,7 +22,7 @@ from reduction.jointed_system import FrictionContact, JointedSystem
 
 __all__ = [
     "COMPONENTS", "DERIVATIVE", "DIRECTIONS", "AnySensor", "DeadWeight", "Dof", "Head", "LineSensor", "LoadCell",
-    "Matrix", "Model", "Part", "Row", "Sensor", "Wire",
+    "Matrix", "Model", "Row", "Sensor", "StructurePart", "Wire",
 ]  # fmt: skip
 
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -56,7 +56,7 @@ class Dof:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
+class StructurePart:
     """A named share of the structure's mass and stiffness, each of shape (r, r) [kg, N/m]."""
 
     name: str
@@ -124,7 +124,7 @@ class Model:
 
     system: JointedSystem
     sensors: tuple[AnySensor, ...]
-    parts: tuple[Part, ...] = ()
+    parts: tuple[StructurePart, ...] = ()
     dofs: tuple[Dof, ...] = ()
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     joint_groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -144,7 +144,7 @@ class Model:
     def __post_init__(self) -> None:
         r = self.system.n_dof
         if not self.parts:
-            whole = Part(name="all", mass=self.system.mass, stiffness=self.system.stiffness)
+            whole = StructurePart(name="all", mass=self.system.mass, stiffness=self.system.stiffness)
             object.__setattr__(self, "parts", (whole,))
         if not self.dofs:
             object.__setattr__(self, "dofs", (Dof(),) * r)

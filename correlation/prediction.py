@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.followed_step import FollowedStep, Step
+from correlation.followed_step import FollowedStep, SweepStep
 from correlation.model import Model
 from correlation.model_solver import ModelSolver, Tangent
 from correlation.row_table import RowTable
@@ -119,7 +119,7 @@ class Prediction:
     states_back: Mapping[Key, SteadyState] = field(default_factory=dict)
     by_sweep: Complex[NDArray[np.complex128], "S k"] = field(default_factory=lambda: np.zeros((0, 0), dtype=complex))
     jumps: tuple[SweepJump, ...] = ()
-    followed: Mapping[Step, FollowedStep] = field(default_factory=dict)
+    followed: Mapping[SweepStep, FollowedStep] = field(default_factory=dict)
 
     def where(self, rows: Bool[NDArray[np.bool_], " k"] | Int[NDArray[np.int64], " n"]) -> "Prediction":
         """Prediction at some of the points, by a mask or by their numbers; the states are those of all."""
@@ -197,7 +197,7 @@ class Predictor:
         return self._value(by_sweep)
 
     def _put_on_branches(
-        self, one: "_LevelStates", followed: dict[Step, FollowedStep]
+        self, one: "_LevelStates", followed: dict[SweepStep, FollowedStep]
     ) -> tuple[list[SteadyState | None], list[SweepJump]]:
         """States of a level, of which those of another branch than that of their sweep are replaced; its jumps.
 

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
 
-from correlation.followed_step import FollowedStep, Motion, Step
+from correlation.followed_step import FollowedStep, Motion, SweepStep
 from correlation.model_solver import ModelSolver
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState
@@ -53,7 +53,7 @@ class SweepPath:
 
     solver: ModelSolver
     level: float
-    followed: dict[Step, FollowedStep] = field(default_factory=dict)
+    followed: dict[SweepStep, FollowedStep] = field(default_factory=dict)
     _sliders: NDArray[np.float64] = field(init=False)
     _first_sweep: dict[float, SteadyState] = field(init=False, default_factory=dict)
     _jumps: set[frozenset[float | None]] = field(init=False, default_factory=set)
@@ -136,7 +136,7 @@ class SweepPath:
             return state, None
         if not self._may_jump(here.displacement, before, state.displacement, target):
             return state, None
-        step = Step(self.level, before, target)
+        step = SweepStep(self.level, before, target)
         earlier = self.followed.get(step)
         if earlier is not None and earlier.jump is None and earlier.is_near(here.displacement, state.displacement):
             return state, None

@@ -30,7 +30,7 @@ from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.far_start import list_far_starts
 from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.fit.fit_parameter import Values
-from diagnosis.fit.problem import UNEXPLAINED_CHI2, Problem, Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, FitProblem, Refit
 from diagnosis.fit.refit import (
     baseline_fit,
     choose_finalists,
@@ -58,7 +58,7 @@ from fe.dense_modes import compute_dense_modes
 
 #: Effects with values from which their fits may begin.
 Starts: TypeAlias = Sequence[tuple[Effect, Values]]
-P = TypeVar("P", bound=Problem, covariant=True)
+P = TypeVar("P", bound=FitProblem, covariant=True)
 
 #: Called with the name of a step and the share of the whole diagnosis that is done [-].
 Report = Callable[[str, float], None]
@@ -167,7 +167,7 @@ class EffectChoice(NamedTuple):
 
 
 def screen_and_refit(
-    problem: Problem,
+    problem: FitProblem,
     effects: Sequence[Effect],
     run_step: RunStep,
     report: Report,
@@ -224,7 +224,7 @@ def screen_and_refit(
 
 
 def screen_effects(
-    problem: Problem, effects: Sequence[Effect], run_step: RunStep, report: Report, progress: ProgressFractions
+    problem: FitProblem, effects: Sequence[Effect], run_step: RunStep, report: Report, progress: ProgressFractions
 ) -> list[Score]:
     """Scores of effects, best first; parameters as of `screen_and_refit`."""
     report("screening", progress.screening)

@@ -48,7 +48,7 @@ PHASES = "180 spring, 0 mass, -90 damping"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Place:
+class UnknownForcePlace:
     """A place at which an unknown force explains the residual.
 
     Parameters
@@ -104,7 +104,7 @@ class Place:
         return f"near {self.name}, a force{grows}{phase}, in the {self.configuration} structure"
 
 
-def localise(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -> list[Place]:
+def localise(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -> list[UnknownForcePlace]:
     """Places ranked by the gain of an unknown force there, best first.
 
     Parameters
@@ -135,7 +135,7 @@ def _fit_place(
     name: str,
     free: bool,
     slopes: NDArray[np.complex128],
-) -> Place | None:
+) -> UnknownForcePlace | None:
     """An unknown force at a place in one configuration; None where the model has no state.
 
     The force follows the amplitude at each frequency, which determines the exponent better than the levels.
@@ -176,7 +176,7 @@ def find_common_phase(force: NDArray[np.complex128], certainty: NDArray[np.float
     return float(np.degrees(np.angle(whole)))
 
 
-def _choose_weights(by_weights: Sequence[Place]) -> Place:
+def _choose_weights(by_weights: Sequence[UnknownForcePlace]) -> UnknownForcePlace:
     """The place by the covariance that suits it best; without a phase where that depends on the model error."""
     best = max(by_weights, key=lambda place: place.gain)
     phases = [place.phase for place in by_weights]
@@ -264,7 +264,7 @@ def _fit_force(
     amplitude: NDArray[np.float64],
     changes: Matrix,
     weights: ProjectedCovariance,
-) -> Place:
+) -> UnknownForcePlace:
     n, moves = len(levels), np.where(amplitude > 0, amplitude, 1.0)
     # kappa a and lambda are forces, which are fitted alike well whatever the size of the motion.
     per_force = np.concatenate([changes[:, : 2 * n] / np.repeat(moves, 2), changes[:, 2 * n :]], axis=1)
@@ -279,7 +279,7 @@ def _fit_force(
     sizes = [(np.abs(forces[:n]), spread[:n]), (np.abs(third), spread[n:])]
     slopes = [_fit_exponent(amplitude, size, deviation) for size, deviation in sizes if len(deviation)]
     exponent, exponent_deviation = min(slopes, key=lambda pair: pair[1])
-    return Place(
+    return UnknownForcePlace(
         name=name,
         gain=float(residual @ across @ solution) - weights.cost_difference,
         n_number=len(solution),
@@ -297,7 +297,7 @@ def _fit_force(
     )
 
 
-def _combine_exponents(found: Sequence[Place]) -> Place:
+def _combine_exponents(found: Sequence[UnknownForcePlace]) -> UnknownForcePlace:
     """Place with the exponent of the largest gain, combined with the exponent of the growth from level to level."""
     gains = np.array([place.gain for place in found])
     number = int(np.argmax(gains))

@@ -3,11 +3,11 @@
 from typing import TypeAlias
 
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.localisation import Place, localise
+from diagnosis.localisation import UnknownForcePlace, localise
 from diagnosis.model_error_share import list_covariances
 from diagnosis.resonator import Resonator, find_resonators
 
-UnknownForce: TypeAlias = Place | Resonator
+UnknownForce: TypeAlias = UnknownForcePlace | Resonator
 
 
 def find_unknown_forces(arrangement: Arrangement) -> list[UnknownForce]:

@@ -13,7 +13,7 @@ LINE = "#0072b2"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrequencyResponse(TitledFigure):
+class ReceptanceCurve(TitledFigure):
     """A receptance over frequency.
 
     Parameters
@@ -29,8 +29,8 @@ class FrequencyResponse(TitledFigure):
     title: str
 
 
-@draws(FrequencyResponse, "frequency_response")
-def frequency_response_figure(result: FrequencyResponse) -> Figure:
+@draws(ReceptanceCurve, "frequency_response")
+def frequency_response_figure(result: ReceptanceCurve) -> Figure:
     """Draw a receptance."""
     from matplotlib.ticker import MultipleLocator
 

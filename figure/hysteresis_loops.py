@@ -18,7 +18,7 @@ from figure.style import (
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Loop:
+class HysteresisLoop:
     """Hysteresis loop of one joint over one period.
 
     Parameters
@@ -55,7 +55,7 @@ class HysteresisLoops(TitledFigure):
         Name of each joint, and its motion on each curve.
     """
 
-    joints: Sequence[tuple[str, Sequence[Loop]]]
+    joints: Sequence[tuple[str, Sequence[HysteresisLoop]]]
     title: str
 
 
@@ -92,7 +92,7 @@ def hysteresis_figure(result: HysteresisLoops) -> Figure:
     return figure
 
 
-def _draw(row: Sequence[Axes], loop: Loop, colour: str) -> None:
+def _draw(row: Sequence[Axes], loop: HysteresisLoop, colour: str) -> None:
     _, displacement = closed(loop.time, loop.displacement)
     time, force = closed(loop.time, loop.force)
     row[0].plot(displacement * 1e6, force, color=colour, linewidth=1.4, label=loop.label)

@@ -51,7 +51,7 @@ print("drawn by", window.GetClassName() if high > low else "nobody")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class CheckResult:
     """Result of one check.
 
     Parameters
@@ -76,7 +76,7 @@ class Finding:
     pip: tuple[str, ...] = ()
 
 
-def examine(cache_folder: Path) -> list[Finding]:
+def examine(cache_folder: Path) -> list[CheckResult]:
     """Check everything.
 
     Parameters
@@ -87,7 +87,7 @@ def examine(cache_folder: Path) -> list[Finding]:
     return [_python(), *_libraries(), *_packages(), _picture(), _cholmod(), _calculix(), _cache(cache_folder)]
 
 
-def make_install_command(findings: Iterable[Finding]) -> str:
+def make_install_command(findings: Iterable[CheckResult]) -> str:
     """One line for the shell that installs all that is missing; empty if nothing is."""
     ill = [finding for finding in findings if finding.verdict != "ok"]
     apt = sorted({package for finding in ill for package in finding.apt})
@@ -101,17 +101,17 @@ def make_install_command(findings: Iterable[Finding]) -> str:
     return " && ".join(parts)
 
 
-def _python() -> Finding:
+def _python() -> CheckResult:
     version = platform.python_version()
     detail = f"{version} on {platform.machine()} {platform.system()}"
     if sys.version_info < OLDEST_PYTHON:
-        return Finding(subject="Python", verdict="missing", detail=f"{detail}; 3.11 or later is needed")
-    return Finding(subject="Python", verdict="ok", detail=detail)
+        return CheckResult(subject="Python", verdict="missing", detail=f"{detail}; 3.11 or later is needed")
+    return CheckResult(subject="Python", verdict="ok", detail=detail)
 
 
-def _libraries() -> list[Finding]:
+def _libraries() -> list[CheckResult]:
     return [
-        Finding(
+        CheckResult(
             subject="system libraries",
             verdict="missing" if missing else "ok",
             detail=f"{', '.join(missing)} for {MEANT_FOR[purpose]}" if missing else MEANT_FOR[purpose],
@@ -121,13 +121,15 @@ def _libraries() -> list[Finding]:
     ]
 
 
-def _packages() -> list[Finding]:
+def _packages() -> list[CheckResult]:
     """Python packages that stickslip itself declares; what these need in turn is pip's business."""
     try:
         declared = importlib.metadata.requires("stickslip") or []
     except importlib.metadata.PackageNotFoundError:
         detail = "is not installed in this environment"
-        return [Finding(subject="Python packages", verdict="missing", detail=f"stickslip {detail}", pip=("stickslip",))]
+        return [
+            CheckResult(subject="Python packages", verdict="missing", detail=f"stickslip {detail}", pip=("stickslip",))
+        ]
     missing, present = [], 0
     for line in declared:
         requirement, _, marker = line.partition(";")
@@ -139,53 +141,55 @@ def _packages() -> list[Finding]:
             present += 1
         except importlib.metadata.PackageNotFoundError:
             pip = (requirement.strip(),)
-            missing.append(Finding(subject="Python package", verdict="missing", detail=name, pip=pip))
-    return missing or [Finding(subject="Python packages", verdict="ok", detail=f"all {present} declared ones")]
+            missing.append(CheckResult(subject="Python package", verdict="missing", detail=name, pip=pip))
+    return missing or [CheckResult(subject="Python packages", verdict="ok", detail=f"all {present} declared ones")]
 
 
-def _picture() -> Finding:
+def _picture() -> CheckResult:
     subject = "off-screen picture"
     if missing_libraries("pictures"):
-        return Finding(subject=subject, verdict="missing", detail="not tried, since its libraries are missing")
+        return CheckResult(subject=subject, verdict="missing", detail="not tried, since its libraries are missing")
     try:
         trial = subprocess.run(
             [sys.executable, "-c", TEST_PICTURE], capture_output=True, text=True, timeout=PICTURE_TIMEOUT, check=False
         )
     except subprocess.TimeoutExpired:
-        return Finding(subject=subject, verdict="missing", detail=f"no picture within {PICTURE_TIMEOUT:.0f} s")
+        return CheckResult(subject=subject, verdict="missing", detail=f"no picture within {PICTURE_TIMEOUT:.0f} s")
     if trial.returncode == 0 and "drawn by" in trial.stdout and "nobody" not in trial.stdout:
-        return Finding(subject=subject, verdict="ok", detail=trial.stdout.strip().splitlines()[-1])
+        return CheckResult(subject=subject, verdict="ok", detail=trial.stdout.strip().splitlines()[-1])
     if trial.returncode < 0:
         detail = f"drawing crashed with signal {-trial.returncode}"
     else:
         detail = (trial.stderr.strip().splitlines() or ["nothing was drawn"])[-1]
-    return Finding(subject=subject, verdict="missing", detail=detail, apt=("libegl1", "libgl1", "libgl1-mesa-dri"))
+    return CheckResult(subject=subject, verdict="missing", detail=detail, apt=("libegl1", "libgl1", "libgl1-mesa-dri"))
 
 
-def _cholmod() -> Finding:
+def _cholmod() -> CheckResult:
     path = ctypes.util.find_library("cholmod")
     if path is not None and loads(path):
-        return Finding(subject="CHOLMOD", verdict="ok", detail=f"{path}, for large reductions on one or two threads")
+        return CheckResult(
+            subject="CHOLMOD", verdict="ok", detail=f"{path}, for large reductions on one or two threads"
+        )
     # Its name is another one in each release: it has no place in a line that must not fail.
     packages = "apt-get install libcholmod5, or libcholmod3 on Debian 12"
     detail = f"without libcholmod reductions are slower: {packages}"
-    return Finding(subject="CHOLMOD", verdict="missing", detail=detail, is_needed=False)
+    return CheckResult(subject="CHOLMOD", verdict="missing", detail=detail, is_needed=False)
 
 
-def _calculix() -> Finding:
+def _calculix() -> CheckResult:
     path = shutil.which("ccx")
     detail = path or "ccx, the independent witness of some tests, is not there"
-    return Finding(
+    return CheckResult(
         subject="CalculiX", verdict="ok" if path else "missing", detail=detail, is_needed=False, apt=("calculix-ccx",)
     )
 
 
-def _cache(folder: Path) -> Finding:
+def _cache(folder: Path) -> CheckResult:
     subject = "stored results"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return Finding(subject=subject, verdict="ok", detail=str(folder))
+            return CheckResult(subject=subject, verdict="ok", detail=str(folder))
     except OSError as error:
         detail = f"{folder} cannot be written ({error.strerror}): set STICKSLIP_CACHE to a folder that can"
-        return Finding(subject=subject, verdict="missing", detail=detail, is_needed=False)
+        return CheckResult(subject=subject, verdict="missing", detail=detail, is_needed=False)

@@ -20,7 +20,7 @@ from transient.anderson_acceleration import AndersonAcceleration
 from transient.errors import StepError, TransientError
 from transient.state import TransientState
 from transient.state_transition import ModalStructure, modal_structure
-from transient.stepper import JointHistory, Record, Stepper
+from transient.stepper import JointHistory, PeriodRecord, Stepper
 
 #: Periods over which the decay is read off.
 WINDOW = 20
@@ -192,7 +192,9 @@ def _check_numbers(
         )
 
 
-def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: int) -> tuple[SteadyMotion, Record]:
+def _settle(
+    stepper: Stepper, tolerance: float, max_period: int, acceleration: int
+) -> tuple[SteadyMotion, PeriodRecord]:
     """Steady state by steps of one length, without an estimate of their error, and its record."""
     structure = stepper.structure
     period = 2 * np.pi / stepper.angular_frequency

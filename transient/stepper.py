@@ -36,7 +36,7 @@ class JointHistory:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Record(JointHistory):
+class PeriodRecord(JointHistory):
     """One period, sampled at the start of each step."""
 
     modal_displacement: Matrix
@@ -131,7 +131,7 @@ class Stepper:
         """
         self._integrate(NONE, NONE, NONE, level, load)
 
-    def record(self, level: Vector | None = None, load: Vector | None = None) -> Record:
+    def record(self, level: Vector | None = None, load: Vector | None = None) -> PeriodRecord:
         """Integrate over one period and return it; arguments as for `advance`."""
         n, r, table = self.steps_per_period, self.structure.system.n_dof, self.structure.table
         states, forces, sliders = np.empty((n, 2 * r)), np.empty((n, len(table.rows))), np.empty((n, table.n_slider))
@@ -140,7 +140,7 @@ class Stepper:
         displacement, velocity = (rows @ part.T for part in (states[:, :r], states[:, r:]))
         force = forces.T.copy()
         set_instant_forces(table.instant, table.packed, displacement, velocity, sliders, force)
-        return Record(
+        return PeriodRecord(
             modal_displacement=states[:, :r],
             modal_velocity=states[:, r:],
             displacement=displacement,

@@ -12,7 +12,7 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, 
 from correlation.model import Model
 from reduction.array_type import Array
 from transient.errors import TransientError
-from transient.stepper import Record
+from transient.stepper import PeriodRecord
 from transient.virtual_bench.sweep import VirtualSweepTest
 
 #: Of all streams of random numbers; frequencies, repeats, and steps of the integration per period.
@@ -26,7 +26,7 @@ HARMONICS = ((1,), (1, 3), (1, 2, 3))
 class Bench(VirtualSweepTest):
     """The bench with harmonics 0 to 3 of each motion."""
 
-    def read(self, record: Record) -> tuple[Array, Array, float]:
+    def read(self, record: PeriodRecord) -> tuple[Array, Array, float]:
         """See `VirtualSweepTest.read`."""
         _, force, slip = super().read(record)
         motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1)[:, :4] * (2 / self.steps_per_period)

@@ -11,7 +11,7 @@ from benchmarks.strangers.layout import Grid, Layout
 from benchmarks.strangers.specimen import Specimen, pressed
 from correlation.campaign.measurement import Campaign, MeasuredSensor, Measurement, Test
 from correlation.model import DERIVATIVE, Model
-from transient.virtual_bench.sweep import Readings, VirtualSweepTest
+from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
 
 PRELOAD_JITTER, FREQUENCY_JITTER, HISTORY = 0.01, 3e-4, 0.9
 #: Of the integration: with half as many, motions with slip err by up to 0.2 %.
@@ -89,7 +89,7 @@ def measure(
 
 
 def _read(
-    specimen: Specimen, layout: Layout, swept: Readings, grid: Grid, place: int
+    specimen: Specimen, layout: Layout, swept: SweepReadings, grid: Grid, place: int
 ) -> list[tuple[int, int, complex]]:
     """Number of the sensor, harmonic and reading without noise at a point."""
     model = specimen.free if grid.configuration == "free" else specimen.jointed

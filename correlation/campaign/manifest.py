@@ -21,7 +21,7 @@ from correlation.campaign.signal_entry import PEAK_OF, read_sign
 from correlation.campaign.time_record import TIME
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataType
-from correlation.errors import CampaignError, Mistakes
+from correlation.errors import CampaignError, CampaignMistakes
 from geometry.toml_position import explain_syntax, key_lines
 
 MANIFEST = "campaign.toml"
@@ -130,7 +130,7 @@ def read_manifest(folder: Path) -> Manifest:
     schema = root.take("schema", int)
     if schema != SCHEMA:
         raise root.problem("schema", f"this version of stickslip reads schema = {SCHEMA}")
-    mistakes = Mistakes()
+    mistakes = CampaignMistakes()
     records = mistakes.attempt(lambda: root.tables("record", required=False), ())
     runs = mistakes.attempt(lambda: root.tables("run", required=False), ())
     data = [
@@ -176,7 +176,7 @@ def read_manifest(folder: Path) -> Manifest:
     return manifest
 
 
-def _all(mistakes: Mistakes, tables: Sequence[TomlTable], read: Callable[[TomlTable], Entry]) -> list[Entry]:
+def _all(mistakes: CampaignMistakes, tables: Sequence[TomlTable], read: Callable[[TomlTable], Entry]) -> list[Entry]:
     """Entries of some tables; one that is a mistake is noted and left out."""
     entries: list[Entry | None] = [mistakes.attempt(partial(read, table), None) for table in tables]
     return [entry for entry in entries if entry is not None]
@@ -205,7 +205,7 @@ def _drive(root: TomlTable) -> Drive:
     return Drive(quantity=quantity, unit=str(unit or "V"), calibrated=False)
 
 
-def _units(root: TomlTable, drive: Drive, required: bool, mistakes: Mistakes) -> tuple[RunUnits, float]:
+def _units(root: TomlTable, drive: Drive, required: bool, mistakes: CampaignMistakes) -> tuple[RunUnits, float]:
     """Conventions, and the factor of frequencies; time records alone need none."""
     time_sign, peak, level_factor, frequency_factor = 1, 1.0, 1.0, 1.0
     level_unit, frequency_unit = drive.unit, "Hz"
@@ -245,7 +245,7 @@ def _frequency_factor(unit: object) -> float:
     return si_factor(str(unit), "Hz")
 
 
-def _check_names(tables: Sequence[TomlTable], mistakes: Mistakes) -> None:
+def _check_names(tables: Sequence[TomlTable], mistakes: CampaignMistakes) -> None:
     names: set[str] = set()
     for table in tables:
         name = table.values.get("name")

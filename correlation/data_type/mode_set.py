@@ -13,7 +13,7 @@ from correlation.model import Model
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ModeSet:
+class ComparedModes:
     """Measured modes and those of the model that are near them.
 
     Parameters
@@ -49,7 +49,7 @@ class ModeSet:
         return self.shape if self.mistake is None else np.asarray(self.mistake.correct(self.shape))
 
 
-def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet]:
+def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ComparedModes]:
     """Modes with shapes, by configuration and sensors; those of a set that no mode of the model is near are left out.
 
     Raises
@@ -74,7 +74,7 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet
             np.array([mode.frequency for mode in measured]), np.array([mode.shape for mode in measured]).T,
             frequency, seen, [sensor.quantity for sensor in motion_sensors(model, sensors)],
         )  # fmt: skip
-        yield ModeSet(
+        yield ComparedModes(
             configuration=configuration, sensors=sensors, modes=tuple(measured), frequency=frequency,
             damping=damping, model_shape=seen, mistake=mistake,
         )  # fmt: skip

@@ -18,7 +18,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.curve_peak import CurvePeak, find_curve_peaks
 from correlation.metric.mode_pairing import Mode, pair_modes, track_modes
-from correlation.metric.peak_reading import Curve, choose_upper_branch, has_jump_at_peak, measure_noise, read_peaks
+from correlation.metric.peak_reading import PeakCurve, choose_upper_branch, has_jump_at_peak, measure_noise, read_peaks
 from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
 
@@ -204,8 +204,8 @@ class _Level:
         rows = choose_upper_branch(self.points, self.measured, own[self.points.sensor[own] == sensor])
         frequency = self.points.frequency[rows]
         curves = {
-            "measured": Curve.around(measured, frequency, self.measured[rows]),
-            "predicted": Curve.around(predicted, frequency, self.predicted[rows]),
+            "measured": PeakCurve.around(measured, frequency, self.measured[rows]),
+            "predicted": PeakCurve.around(predicted, frequency, self.predicted[rows]),
         }
         whose = [name for name, of in curves.items() if has_jump_at_peak(self.points, of, rows, self.source.sweeps)]
         where = (

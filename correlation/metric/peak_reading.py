@@ -39,7 +39,7 @@ PARABOLA = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Curve:
+class PeakCurve:
     """Values of one sensor at one level over the force there, and the part of them that one peak takes up.
 
     Parameters
@@ -57,7 +57,7 @@ class Curve:
     span: Mask
 
     @classmethod
-    def around(cls, peak: CurvePeak | None, frequency: Vector, value: Coefficients) -> "Curve":
+    def around(cls, peak: CurvePeak | None, frequency: Vector, value: Coefficients) -> "PeakCurve":
         """A curve around a peak; around none, no point is part of it."""
         low, high = (np.inf, -np.inf) if peak is None else (peak.low, peak.high)
         return cls(frequency=frequency, value=value, span=(frequency >= low) & (frequency <= high))
@@ -92,7 +92,7 @@ class PeakReading:
 
 
 def read_peaks(
-    measured: Curve, predicted: Curve, rows: Rows, features: FeatureVector, whitening: Whitening
+    measured: PeakCurve, predicted: PeakCurve, rows: Rows, features: FeatureVector, whitening: Whitening
 ) -> PeakReading:
     """Read both peaks.
 
@@ -158,7 +158,7 @@ def choose_upper_branch(
     return np.asarray(order[np.unique(points.frequency[order], return_index=True)[1]])
 
 
-def has_jump_at_peak(points: Points, curve: Curve, rows: Rows, sweeps: tuple[int, ...]) -> bool:
+def has_jump_at_peak(points: Points, curve: PeakCurve, rows: Rows, sweeps: tuple[int, ...]) -> bool:
     """Whether the points of a peak are on one of two branches, or beside a jump of the only sweep."""
     try:
         peak = np.flatnonzero(curve.find_points())
@@ -173,7 +173,7 @@ def has_jump_at_peak(points: Points, curve: Curve, rows: Rows, sweeps: tuple[int
     return bool(np.isin(steps, beside).any() or points.sweep[rows[peak]].any())
 
 
-def _points(measured: Curve, predicted: Curve, beside: int = 0) -> tuple[Mask, Mask]:
+def _points(measured: PeakCurve, predicted: PeakCurve, beside: int = 0) -> tuple[Mask, Mask]:
     """Which points a measured and a predicted peak are read off, shape (f,) each; none if nothing is predicted."""
     chosen = measured.find_points(beside)
     try:
@@ -214,7 +214,7 @@ def _by_number(
     return np.asarray(-parts / np.abs(inverse) ** 2)
 
 
-def _reading(measured: Curve, predicted: Curve, noise: Vector) -> float:
+def _reading(measured: PeakCurve, predicted: PeakCurve, noise: Vector) -> float:
     """Mean square of what measured and predicted peaks differ by from parabolas, relative to their moduli [-].
 
     Noise, whose relative variance is given, departs from a parabola, too, and is counted already.

@@ -59,7 +59,7 @@ def estimate_error_size(
     difference
         Measured less predicted features, shape (m,).
     """
-    density = Density(whitening, patterns, usual, difference)
+    density = ErrorSizeDensity(whitening, patterns, usual, difference)
     reading, found, least = _search_readings(density, usual.reading)
     if least > density(NO_ERROR) - MIN_GAIN:
         return NO_ERROR
@@ -68,7 +68,7 @@ def estimate_error_size(
     return ErrorSize(*np.where(sizes < SMALL * np.array(astuple(usual)), 0.0, sizes).tolist())
 
 
-def _search_readings(density: "Density", usual: float) -> tuple[float, Sizes, float]:
+def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, Sizes, float]:
     """Size of the errors of readings, those of the others by it, and -2 ln p."""
     tried: dict[float, tuple[Sizes, float]] = {0.0: density.minimise(0.0)}
     if not usual:
@@ -164,7 +164,7 @@ class _Columns:
 _prepared: WeakKeyDictionary[ErrorPatterns, WeakKeyDictionary[Whitening, _Columns]] = WeakKeyDictionary()
 
 
-class Density:
+class ErrorSizeDensity:
     """-2 ln p of sizes, up to a constant; parameters as of `estimate_error_size`."""
 
     def __init__(self, whitening: Whitening, patterns: ErrorPatterns, usual: ErrorSize, difference: Vector) -> None:

@@ -35,7 +35,7 @@ SEEN = 1.0
 SMOOTH = 0.5
 
 
-class Shift(NamedTuple):
+class JitterShift(NamedTuple):
     """Jitter of `REACH` standard deviations of a single repeat, up and down, half of it, and its first-order change."""
 
     models: tuple[Model, Model]
@@ -50,7 +50,7 @@ class Remainder(NamedTuple):
     kink: Modes
 
 
-def compute_remainder(nominal: ModelFeatures, shift: Shift) -> Remainder:
+def compute_remainder(nominal: ModelFeatures, shift: JitterShift) -> Remainder:
     """Compute the changes beyond the first order at either end of a shift: d_+ and d_- in two parts."""
     up, down = _beyond_first_order(nominal, shift.models, shift.change)
     half_up, half_down = _beyond_first_order(nominal, shift.halves, shift.change / 2)

@@ -21,7 +21,7 @@ STEPS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Drive:
+class IntegrationInput:
     """Input of the integration: the force of a record, and the samples to compare.
 
     Parameters
@@ -52,7 +52,7 @@ class Drive:
 
 def prepare_drive(
     record: TimeRecord, *, run_in: float = 0.0, sensors: Sequence[str] | None = None, steps: int = STEPS
-) -> Drive:
+) -> IntegrationInput:
     """Prepare a record.
 
     Parameters
@@ -88,10 +88,10 @@ def prepare_drive(
         force = np.zeros((len(record.time) - 1) * steps + 1)
     else:
         force = compensate_interpolation(refine(record.channel(record.force), steps))
-    return Drive(record=record, sensors=names, force=force, steps=steps, first=first)
+    return IntegrationInput(record=record, sensors=names, force=force, steps=steps, first=first)
 
 
-def predict_record(model: Model, driven: Drive, start: State | None = None) -> Samples | None:
+def predict_record(model: Model, driven: IntegrationInput, start: State | None = None) -> Samples | None:
     """Predicted sensor readings, shape (s, n); None where the response diverges.
 
     Parameters
@@ -111,7 +111,7 @@ def predict_record(model: Model, driven: Drive, start: State | None = None) -> S
 
 def predict_rates(
     model: Model,
-    driven: Drive,
+    driven: IntegrationInput,
     pairs: Sequence[tuple[Model, Model, float]],
     start: State | None = None,
     basis: Float[NDArray[np.float64], "b n"] | None = None,
@@ -148,7 +148,7 @@ def predict_rates(
     return value[1:]
 
 
-def estimate_numerical_error(model: Model, driven: Drive) -> float:
+def estimate_numerical_error(model: Model, driven: IntegrationInput) -> float:
     """Difference to steps half as long, relative to the response, all sensors together [-].
 
     The integration is of second order in the forces of joints, of fourth in that of the record: the error is at most
@@ -162,12 +162,12 @@ def estimate_numerical_error(model: Model, driven: Drive) -> float:
     return float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
 
 
-def _propagator(model: Model, driven: Drive) -> Propagator:
+def _propagator(model: Model, driven: IntegrationInput) -> Propagator:
     return make_propagator(model, driven.sensors, driven.record.step / driven.steps)
 
 
 def _integrate(
-    driven: Drive, matrices: Sequence[Propagator], start: Float[NDArray[np.float64], "p1 n"]
+    driven: IntegrationInput, matrices: Sequence[Propagator], start: Float[NDArray[np.float64], "p1 n"]
 ) -> Float[NDArray[np.float64], "p1 s n"] | None:
     from correlation.time_record.integration import integrate
 

@@ -26,7 +26,7 @@ DRIVEN, ROUNDING = 1e-3, 1e-13
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Resonance:
+class ResonanceModel:
     """Modes of one configuration with all contacts stuck, and its response to the force.
 
     Parameters
@@ -119,7 +119,7 @@ class Resonance:
         return 4 / 3 * abs(spring) / amplitude**2 if amplitude else None
 
 
-def find_resonance(system: JointedSystem, level: float) -> Resonance | None:
+def find_resonance(system: JointedSystem, level: float) -> ResonanceModel | None:
     """Resonance of a system at a level [N]; none for a structure that is not supported."""
     try:
         squared, mode_shapes = eigh(stuck_stiffness(system.stiffness, system.joints), system.mass)
@@ -128,7 +128,7 @@ def find_resonance(system: JointedSystem, level: float) -> Resonance | None:
     if not squared[0] > ROUNDING * squared[-1]:
         return None
     driven = np.abs(system.dynamic @ mode_shapes).max(axis=0)
-    return Resonance(
+    return ResonanceModel(
         system=system,
         angular_frequencies=np.sqrt(squared),
         mode_shapes=mode_shapes,

@@ -12,7 +12,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
-from diagnosis.candidate.resonance import Resonance, Row, Rows, find_resonance
+from diagnosis.candidate.resonance import ResonanceModel, Row, Rows, find_resonance
 from reduction.jointed_system import JointedSystem
 
 #: Configurations of tests: with the contacts of the lines, and without.
@@ -34,7 +34,7 @@ class Scale:
     """
 
     system: JointedSystem
-    resonances: tuple[Resonance, ...]
+    resonances: tuple[ResonanceModel, ...]
 
     def share(self, row: Row, rows: Sequence[Row]) -> float:
         """Motion of a row in the mode relative to the largest of other rows, in the mode where it is largest [-]."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.resonance import SHIFT, Resonance
+from diagnosis.candidate.resonance import SHIFT, ResonanceModel
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 from reduction.elastic_support import ElasticBody
@@ -58,7 +58,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     return found or [Untestable(name=KIND, reason="the model does not tell how its supports could give way")]
 
 
-def _typical(resonance: Resonance, body: ElasticBody) -> float | None:
+def _typical(resonance: ResonanceModel, body: ElasticBody) -> float | None:
     """Compliance that lowers the resonance by `SHIFT`, to first order [m/N]; None where the mode does not load it."""
     force = body.support.motion.T @ body.matrices[1] @ resonance.mode_shape
     # The mode does the work of its forces on the springs: d omega^2 = -c f^T kappa^-1 f.

@@ -13,7 +13,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.far_start import choose_start, list_far_strengths
 from diagnosis.fit.fit_parameter import Values
-from diagnosis.fit.problem import Problem
+from diagnosis.fit.problem import FitProblem
 from diagnosis.fit.refit import fit_from_starts
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
@@ -25,7 +25,7 @@ ROUNDS = 3
 
 
 def fit_alike(
-    problem: Problem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], run_step: RunStep = compute_step
+    problem: FitProblem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], run_step: RunStep = compute_step
 ) -> list[tuple[Score, Fit]]:
     """The fits, and better ones of effects that should fit as well as the best one and do not.
 
@@ -53,7 +53,7 @@ def fit_alike(
 
 
 def list_starts_alike(
-    problem: Problem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], best: Score, best_fit: Fit
+    problem: FitProblem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], best: Score, best_fit: Fit
 ) -> list[tuple[Effect, Values]]:
     """Effects that should fit as well as the best one and do not, with values from which their fits may begin.
 
@@ -80,7 +80,7 @@ def list_starts_alike(
     return [(score.effect, _start_like(problem, score, best, best_fit)) for _, score in nearest]
 
 
-def _start_like(problem: Problem, score: Score, best: Score, fit: Fit) -> Values:
+def _start_like(problem: FitProblem, score: Score, best: Score, fit: Fit) -> Values:
     """Values of a fit with its effect replaced by another one, of the strength that changes as much or a far one."""
     own, other, n_fitted = score.effect.parameters[0], best.effect.parameters[0], len(problem.fit.values)
     share = (fit.values[n_fitted] - other.vanishes) / (other.typical - other.vanishes) * best.size / score.size

@@ -14,11 +14,11 @@ from correlation.prediction import Prediction
 from diagnosis.candidate.effect import Effect, EffectParameter, changes_joints
 from diagnosis.fit.calibration import compute_chi2
 from diagnosis.fit.fit_parameter import Values, make_start
-from diagnosis.fit.problem import Problem
+from diagnosis.fit.problem import FitProblem
 from diagnosis.fit.refit import MAX_BY_SLIP, acts_by_slip_alone
 
 
-def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
+def list_far_starts(problem: FitProblem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
     """The fitted values with far strengths of the first few effects that are ratios of joints, or act through slip.
 
     To either side, the far strength that leaves the lesser chi^2.
@@ -37,7 +37,7 @@ def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[E
 
 
 def choose_start(
-    problem: Problem, effect: Effect, fitted: Values, strengths: Iterable[float], nearby: Prediction
+    problem: FitProblem, effect: Effect, fitted: Values, strengths: Iterable[float], nearby: Prediction
 ) -> Values:
     """Fitted values with that strength of an effect which leaves the least chi^2, from a prediction nearby."""
     unknowns = problem.unknowns([effect])

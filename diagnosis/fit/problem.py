@@ -182,7 +182,7 @@ class Screened(Protocol):
         ...
 
 
-class Problem(Screened, Protocol):
+class FitProblem(Screened, Protocol):
     """The same with held-out data that test a fit."""
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:

@@ -13,7 +13,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.effect import find_kind
 from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate, recalibrate
 from diagnosis.fit.fit_parameter import Values, make_start
-from diagnosis.fit.problem import EffectSelection, Problem, Refit
+from diagnosis.fit.problem import EffectSelection, FitProblem, Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
 
@@ -61,12 +61,12 @@ def acts_by_slip_alone(effect: Effect) -> bool:
     return kind is not None and kind.acts_by_slip_alone
 
 
-def baseline_fit(problem: Problem) -> Refit:
+def baseline_fit(problem: FitProblem) -> Refit:
     """Test of the calibration parameters alone."""
     return problem.tested(None, problem.fit)
 
 
-def quick_fit(problem: Problem, score: Score) -> Fit:
+def quick_fit(problem: FitProblem, score: Score) -> Fit:
     """Quick fit from the strength of the screening; from typical strength where that gains too little.
 
     The slopes of the screening are those without the effect. Where they lead astray, a fit with those of the start is
@@ -86,13 +86,13 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     return min(fits, key=lambda fit: fit.chi2)
 
 
-def is_poor_fit(problem: Problem) -> bool:
+def is_poor_fit(problem: FitProblem) -> bool:
     """Whether the first fit is far from the minimum, by its reduced chi-squared."""
     return problem.fit.chi2 >= MAX_RESPONSE_FIT_CHI2 * problem.fit.n_number
 
 
 def fit_from_starts(
-    problem: Problem,
+    problem: FitProblem,
     scores: Sequence[Score],
     fits: Sequence[tuple[Score, Fit]],
     starts: Sequence[tuple[Effect, Values]],
@@ -132,7 +132,7 @@ def fit_from_starts(
 
 
 def fit_from(
-    problem: Problem,
+    problem: FitProblem,
     effect: Effect,
     start: Values,
     nearby: Prediction | None = None,
@@ -156,7 +156,7 @@ def fit_from(
     return calibrate(problem.train, problem.unknowns([effect]), start, nearby, ending=Ending.QUICK, ceiling=ceiling)
 
 
-def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:
+def _typical_start(problem: FitProblem, score: Score, side: float = 1.0) -> Values:
     """Values of the first fit with typical strength, to the side of the strength of the screening or to the other."""
     parameter = score.effect.parameters[0]
     size = abs(parameter.typical - parameter.vanishes)
@@ -185,7 +185,7 @@ def choose_finalists(
     return [fits[number] for number in best]
 
 
-def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:
+def refit(problem: FitProblem, score: Score, quick: Fit | None = None) -> Refit:
     """Fit one effect thoroughly, and test it on the held-out data.
 
     Parameters

@@ -15,7 +15,14 @@ from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
 from correlation.noise.error_patterns import ErrorPatterns, compute_moduli
 from correlation.noise.error_size import NO_ERROR, ErrorSize
-from correlation.noise.kink import REACH, Remainder, Shift, compute_remainder, make_curvature_modes, make_kink_modes
+from correlation.noise.kink import (
+    REACH,
+    JitterShift,
+    Remainder,
+    compute_remainder,
+    make_curvature_modes,
+    make_kink_modes,
+)
 from correlation.noise.model_error import ModelErrorCovariance
 from correlation.noise.nuisance import (
     N_COMMON,
@@ -307,7 +314,7 @@ def _finish_comparison(
     return comparison, scatter._replace(whitening=comparison.whitening)
 
 
-def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> list[Shift]:
+def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> list[JitterShift]:
     """Shifts by `REACH` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
     sizes = [REACH * float(np.sqrt(each[0, 0])) for each in scatter.jitter[:2]]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
@@ -327,6 +334,6 @@ def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> li
     return found
 
 
-def _make_shift(shifted: Callable[[float], Model], change: Vector) -> Shift:
+def _make_shift(shifted: Callable[[float], Model], change: Vector) -> JitterShift:
     """Shift of a model by its ends and halves."""
-    return Shift(models=(shifted(1.0), shifted(-1.0)), halves=(shifted(0.5), shifted(-0.5)), change=change)
+    return JitterShift(models=(shifted(1.0), shifted(-1.0)), halves=(shifted(0.5), shifted(-0.5)), change=change)

@@ -29,7 +29,7 @@ BAND = (0.025, 0.975)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Curve:
+class CurveWithBand:
     """A curve with its 95 % band, shape (n,) each.
 
     Parameters
@@ -47,7 +47,7 @@ class Curve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Loop:
+class RecoveredLoop:
     """Force along the strongest measured motion of a level.
 
     Parameters
@@ -63,7 +63,7 @@ class Loop:
     level: float
     displacement: Float[NDArray[np.float64], " n"]
     velocity: Float[NDArray[np.float64], " n"]
-    force: Curve
+    force: CurveWithBand
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,11 +90,11 @@ class LawCurves:
         Whether the data say anything of a force that is the same on both sides.
     """
 
-    loops: tuple[Loop, ...]
-    stiffness: Curve
-    work: Curve
-    spring: Curve
-    damper: Curve
+    loops: tuple[RecoveredLoop, ...]
+    stiffness: CurveWithBand
+    work: CurveWithBand
+    spring: CurveWithBand
+    damper: CurveWithBand
     stiffness_draws: Draws
     work_draws: Draws
     spring_draws: Draws
@@ -117,7 +117,9 @@ def compute_curves(law: PlaceLaw) -> LawCurves:
         functions = functions - functions.mean(axis=0)
         phase = np.arange(N_INSTANT) / N_INSTANT
         loops.append(
-            Loop(level=level, displacement=u[0], velocity=v[0], force=_curve(phase, functions, posterior.mean, draws))
+            RecoveredLoop(
+                level=level, displacement=u[0], velocity=v[0], force=_curve(phase, functions, posterior.mean, draws)
+            )
         )
     amplitude, omega = np.array(sorted(amplitudes)).T
     grid = np.linspace(amplitude[0], amplitude[-1], N_AMPLITUDE)
@@ -163,7 +165,7 @@ def _mean_branches(
 
 def _curve(
     x: NDArray[np.float64], functions: Float[NDArray[np.float64], "n b"], mean: NDArray[np.float64], draws: Draws
-) -> Curve:
+) -> CurveWithBand:
     low, high = np.quantile(draws @ functions.T, BAND, axis=0)
     best = functions @ mean
-    return Curve(x=x, mean=best, low=np.minimum(low, best), high=np.maximum(high, best))
+    return CurveWithBand(x=x, mean=best, low=np.minimum(low, best), high=np.maximum(high, best))

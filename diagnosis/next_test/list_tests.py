@@ -11,7 +11,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model, Sensor
 from diagnosis.candidate.effect import EffectError
 from diagnosis.candidate.place import MOVES
-from diagnosis.candidate.resonance import DRIVEN, SHIFT, Resonance, find_resonance
+from diagnosis.candidate.resonance import DRIVEN, SHIFT, ResonanceModel, find_resonance
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.next_test.next_test import NextTest, find_mass_rows, list_free_places
 
@@ -207,7 +207,7 @@ def _list_moving(tested: Tested, model: Model) -> list[str]:
     return sorted((name for name in free if share[name] > MOVES), key=lambda name: -share[name])[:N_PLACE]
 
 
-def surround_resonance(resonance: Resonance, number: int) -> tuple[float, ...] | None:
+def surround_resonance(resonance: ResonanceModel, number: int) -> tuple[float, ...] | None:
     """Frequencies about a resonance; None for one that the force does not drive."""
     own = replace(resonance, number=number)
     omega, drive = own.angular_frequency, np.abs(own.system.dynamic @ own.mode_shapes).max(axis=0)

@@ -22,7 +22,7 @@ from scipy.linalg import eigh
 
 from correlation.errors import CampaignError
 from correlation.model import Model
-from correlation.time_record.prediction import Drive, Samples, predict_rates, predict_record
+from correlation.time_record.prediction import IntegrationInput, Samples, predict_rates, predict_record
 from diagnosis.fit.calibration import Matrix, Search, Vector, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from hbsolve.errors import ModelError
@@ -65,14 +65,14 @@ class RecordComparison:
         Standard deviation of each sensor, by name [its unit]; 0 if it is not known.
     """
 
-    drives: tuple[Drive, ...]
+    drives: tuple[IntegrationInput, ...]
     basis: tuple[Float[NDArray[np.float64], "b n"], ...]
     noise: dict[str, float]
 
     search: ClassVar[Search] = Search(steps=40, failures=7, gain=0.0, share=1e-7, updated=False)
 
     @classmethod
-    def prepare(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
+    def prepare(cls, drives: Sequence[IntegrationInput], model: Model, noise: dict[str, float]) -> "RecordComparison":
         """Records of a model; those without a force start in its lowest modes.
 
         Raises
@@ -191,15 +191,15 @@ class RecordComparison:
         return [part @ basis for part, basis in zip(parts, self.basis, strict=True)]
 
 
-def _size(driven: Drive) -> Float[NDArray[np.float64], " s"]:
+def _size(driven: IntegrationInput) -> Float[NDArray[np.float64], " s"]:
     return np.asarray(driven.measured.std(axis=1))
 
 
-def _weighted(driven: Drive, values: Samples) -> Vector:
+def _weighted(driven: IntegrationInput, values: Samples) -> Vector:
     return np.asarray(((values - values.mean(axis=1, keepdims=True)) / _size(driven)[:, None]).ravel())
 
 
-def _starts(driven: Drive, model: Model) -> Float[NDArray[np.float64], "b n"]:
+def _starts(driven: IntegrationInput, model: Model) -> Float[NDArray[np.float64], "b n"]:
     """Displacements and velocities of the modes that the record can resolve."""
     system = model.system
     if driven.record.force is not None:

@@ -28,7 +28,7 @@ class Preparation(TypedDict, total=False):
     steps: int
 
 
-class Options(Preparation, total=False):
+class RecordOptions(Preparation, total=False):
     """Options of all rounds, see `diagnose_records`."""
 
     without: Collection[str]
@@ -108,7 +108,7 @@ def record_rounds(
     calibration: Sequence[Effect],
     *,
     most: int = 3,
-    **options: Unpack[Options],
+    **options: Unpack[RecordOptions],
 ) -> list[RecordDiagnosis]:
     """Add the missing effect and diagnose again, until none passes the test or several cannot be distinguished.
 

@@ -8,7 +8,7 @@ from jaxtyping import Complex, Float
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import InitialSliders
-from hbsolve.backbone.modal_balance import Equation, ModalBalance, Unknowns
+from hbsolve.backbone.modal_balance import ModalBalance, ModalEquation, ModalUnknowns
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.joint_law.registry import FORCE
@@ -164,14 +164,14 @@ class _BackboneContinuation:
     def __init__(self, modal: ModalBalance, sliders: InitialSliders, last: float, longest: float) -> None:
         self.modal, self.sliders, self.last, self.longest = modal, sliders, last, longest
 
-    def follow(self, first: float, report: Callable[[float, float], None] | None) -> list[Unknowns]:
+    def follow(self, first: float, report: Callable[[float, float], None] | None) -> list[ModalUnknowns]:
         """Points from ln a on."""
         here, equation = self._begin(first)
         points, step, t = [here], min(FIRST, self.longest), None
         while points[-1].log_amplitude < self.last and len(points) < MOST_POINTS and step > LEAST:
             t = self._tangent(here, equation, t)
             ahead = min(step, max((self.last - here.log_amplitude) / t[3], LEAST)) if t[3] > 0 else step
-            start = Unknowns(
+            start = ModalUnknowns(
                 here.motion + ahead * t[0], here.angular_frequency + ahead * t[1], here.damping_ratio + ahead * t[2],
                 here.log_amplitude + ahead * t[3],
             )  # fmt: skip
@@ -189,7 +189,7 @@ class _BackboneContinuation:
                 break
         return points
 
-    def result(self, points: list[Unknowns]) -> Backbone:
+    def result(self, points: list[ModalUnknowns]) -> Backbone:
         """Points as a backbone."""
         modal, balance = self.modal, self.modal.balance
         forces = [forces_at(balance, item.angular_frequency, item.motion, self.sliders, want=FORCE) for item in points]
@@ -205,14 +205,14 @@ class _BackboneContinuation:
             complete=points[-1].log_amplitude >= self.last * (1 - 1e-12) - 1e-9,
         )
 
-    def _begin(self, first: float) -> tuple[Unknowns, Equation]:
+    def _begin(self, first: float) -> tuple[ModalUnknowns, ModalEquation]:
         modal, m = self.modal, self.modal.mode
         omega = float(np.sqrt(max(modal.modes.eigenvalue[m], 0.0)))
         if omega <= RIGID * float(np.sqrt(modal.modes.eigenvalue[-1])):
             raise BalanceError(f"mode {m + 1} is a rigid-body motion, which has no frequency: take a higher one")
         zeta = float(modal.modes.damping[m, m]) / (2 * omega)
         linear = modal.linear(omega, zeta)
-        start = Unknowns(modal.rest + np.exp(first) * modal.fundamental(linear.by_amplitude), omega, zeta, first)
+        start = ModalUnknowns(modal.rest + np.exp(first) * modal.fundamental(linear.by_amplitude), omega, zeta, first)
         found = self._correct(start, (np.zeros_like(modal.rest), 1.0))
         if found is None:
             raise NoSteadyState(
@@ -221,12 +221,12 @@ class _BackboneContinuation:
             )
         return found[0], found[1]
 
-    def _size(self, at: Unknowns) -> float:
+    def _size(self, at: ModalUnknowns) -> float:
         """Size of the vibration, to which changes of the motion are relative [m]."""
         return float(np.linalg.norm(at.motion - self.modal.rest)) or 1.0
 
     def _tangent(
-        self, at: Unknowns, equation: Equation, last: tuple[Real, float, float, float] | None
+        self, at: ModalUnknowns, equation: ModalEquation, last: tuple[Real, float, float, float] | None
     ) -> tuple[Real, float, float, float]:
         """Direction of length 1 in the motion and ln a, onward."""
         border = (np.zeros_like(at.motion), 1.0) if last is None else (last[0] / self._size(at) ** 2, last[3])
@@ -235,7 +235,9 @@ class _BackboneContinuation:
         omega, zeta, log_amplitude = (float(value) / length for value in change)
         return moved / length, omega, zeta, log_amplitude
 
-    def _correct(self, start: Unknowns, border: tuple[Real, float]) -> tuple[Unknowns, Equation, int] | None:
+    def _correct(
+        self, start: ModalUnknowns, border: tuple[Real, float]
+    ) -> tuple[ModalUnknowns, ModalEquation, int] | None:
         """Newton's method in the plane square to the border."""
         at = start
         for iteration in range(ITERATIONS + 1):
@@ -248,7 +250,7 @@ class _BackboneContinuation:
             distance = float((border[0] * (at.motion - start.motion)).sum())
             distance += border[1] * (at.log_amplitude - start.log_amplitude)
             moved, change = self._step(at, equation, border, equation.residual, equation.modal, distance)
-            at = Unknowns(
+            at = ModalUnknowns(
                 at.motion + moved, at.angular_frequency + float(change[0]), at.damping_ratio + float(change[1]),
                 at.log_amplitude + float(change[2]),
             )  # fmt: skip
@@ -258,8 +260,8 @@ class _BackboneContinuation:
 
     def _step(
         self,
-        at: Unknowns,
-        equation: Equation,
+        at: ModalUnknowns,
+        equation: ModalEquation,
         border: tuple[Real, float],
         residual: Real,
         modal: complex,

@@ -39,7 +39,7 @@ from reduction.array_type import Array, Real, Whole
 STEP = 1e-6
 
 
-class Unknowns(NamedTuple):
+class ModalUnknowns(NamedTuple):
     """A point of the backbone."""
 
     motion: Real
@@ -68,7 +68,7 @@ class Linear(NamedTuple):
     """s [1/s^2]."""
 
 
-class Equation(NamedTuple):
+class ModalEquation(NamedTuple):
     """R and S at a point, and what Newton's method needs of them."""
 
     residual: Real
@@ -116,7 +116,7 @@ class ModalBalance:
         along = rows[:, self.mode] - rows[:, others] @ moved
         return Linear(columns, along, complex(Z[self.mode, self.mode] - Z[self.mode, others] @ moved))
 
-    def evaluate(self, at: Unknowns, sliders: InitialSliders) -> Equation:
+    def evaluate(self, at: ModalUnknowns, sliders: InitialSliders) -> ModalEquation:
         """R, S and their derivatives at a point."""
         omega, zeta = at.angular_frequency, at.damping_ratio
         forces = forces_at(self.balance, omega, at.motion, sliders, want=PARAMETERS)
@@ -134,16 +134,16 @@ class ModalBalance:
         modal_by[0] += self._scale(at) * complex(linear.by_amplitude @ complex_from_real(forces.by_frequency)[1])
         by.append(-at.amplitude * self.fundamental(linear.by_amplitude))
         modal_by.append(self._scale(at) * linear.stiffness * at.amplitude)
-        return Equation(residual, modal, forces, linear, np.array(by), np.array(modal_by))
+        return ModalEquation(residual, modal, forces, linear, np.array(by), np.array(modal_by))
 
-    def solve(self, equation: Equation, right: Real) -> Real:
+    def solve(self, equation: ModalEquation, right: Real) -> Real:
         """(I + A L)^-1 of a motion."""
         first, count = self.balance.joint_of_direction
         right = np.ascontiguousarray(right)
         solved: Real = newton_step(equation.forces, equation.linear.columns, first, count, right, 0.0)
         return solved
 
-    def modal_change(self, at: Unknowns, equation: Equation, moved: Real) -> complex:
+    def modal_change(self, at: ModalUnknowns, equation: ModalEquation, moved: Real) -> complex:
         """Change of S, scaled, by a change of the motion."""
         first, count = self.balance.joint_of_direction
         rows = active_rows(equation.forces.active)
@@ -153,7 +153,7 @@ class ModalBalance:
         force = complex_from_real(scattered(rows, change, *moved.shape))
         return self._scale(at) * complex(equation.linear.by_amplitude @ force[1])
 
-    def response(self, at: Unknowns, forces: JointForces) -> Coefficients:
+    def response(self, at: ModalUnknowns, forces: JointForces) -> Coefficients:
         """Coefficients of all degrees of freedom, shape (H + 1, r) [m]."""
         modes, others = self.modes, self.others
         modal_force = -complex_from_real(forces.coefficients) @ modes.rows
@@ -177,13 +177,13 @@ class ModalBalance:
             return np.asarray(own + 1j * w * np.diag(self.modes.damping))
         return np.asarray(np.diag(own) + 1j * w * self.modes.damping)
 
-    def _equations(self, at: Unknowns, linear: Linear, forces: JointForces) -> tuple[Real, complex]:
+    def _equations(self, at: ModalUnknowns, linear: Linear, forces: JointForces) -> tuple[Real, complex]:
         """R, and S over a and the eigenvalue of the mode."""
         R = at.motion - self.rest - at.amplitude * self.fundamental(linear.by_amplitude)
         S = linear.stiffness * at.amplitude + complex(linear.by_amplitude @ complex_from_real(forces.coefficients)[1])
         return R + apply_receptance(linear.columns, forces.coefficients), self._scale(at) * S
 
-    def _scale(self, at: Unknowns) -> float:
+    def _scale(self, at: ModalUnknowns) -> float:
         return 1 / (at.amplitude * float(self.modes.eigenvalue[self.mode]))
 
     def fundamental(self, values: Complex[Array, " d"]) -> Real:

@@ -106,7 +106,7 @@ def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LinearStep:
+class LinearProgramme:
     """The linear programme at one steady state."""
 
     derivative: SliderDerivative
@@ -133,7 +133,7 @@ class LinearStep:
         return share * self.length, float(self.cost @ share)
 
 
-def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> LinearStep:
+def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> LinearProgramme:
     """The linear programme at a steady state."""
     derivative = slider_derivative(point, trial)
     own, n = derivative.undetermined, len(derivative.undetermined)
@@ -144,7 +144,7 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
     bound = np.maximum(np.concatenate([w - low, high - w]), 0.0)
     size = np.abs(rows).max(axis=1, initial=np.finfo(float).tiny)
     moved, reach = w - point.box.nominal[own], point.box.reach[own]
-    return LinearStep(
+    return LinearProgramme(
         derivative=derivative,
         length=length,
         cost=side * derivative.gradient * length,
@@ -155,7 +155,9 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
     )
 
 
-def take_step(point: LimitPoint, trial: TrialState, linear: LinearStep, step: Float[Real, " n"]) -> TrialState | None:
+def take_step(
+    point: LimitPoint, trial: TrialState, linear: LinearProgramme, step: Float[Real, " n"]
+) -> TrialState | None:
     """The steady state after a step, started from where the derivative predicts it, else from where it was."""
     w = trial.initial_slider.copy()
     w[linear.derivative.undetermined] += step

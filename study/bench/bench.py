@@ -47,7 +47,7 @@ from study.compare.run import comparison_key, find_comparison
 from study.compare.suspicions import require_noise
 from study.diagnose.add import CaseEditError, add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file
-from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
+from study.diagnose.history import DIAGNOSIS, HistoryStep, case_key, history_of, read_text
 from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import make_waterfall
@@ -56,7 +56,7 @@ from study.run_context import RunContext, silent_run
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
+class CallResult:
     """Answer of a call.
 
     Parameters
@@ -111,7 +111,7 @@ class Bench:
         self.run, self.without, self.is_copy = run or silent_run(), tuple(without), is_copy
         self._comparison: _Comparison | None = None
 
-    def compare(self) -> Result:
+    def compare(self) -> CallResult:
         """Compare the case with the measurements, as `stickslip compare` does.
 
         Raises
@@ -124,7 +124,7 @@ class Bench:
             seen, self._comparison = hash_text(read_text(self.case)), None
             found_alone, shown = compare_data_campaign(self.case, campaign, self.run)
             shown["verdict"]["seen"] = seen
-            return Result(numbers=found_alone, views=shown)
+            return CallResult(numbers=found_alone, views=shown)
         self._comparison = found = self._compare(campaign)
         compared, history = found.compared, history_of(self.case)
         with self.run.progress.step("page", expected=2):
@@ -140,9 +140,9 @@ class Bench:
         numbers = {"training deviations [-]": summarise_misfit(compared.train).whitened}
         if compared.held_out is not None:
             numbers["held-out deviations [-]"] = summarise_misfit(compared.held_out).whitened
-        return Result(numbers={**numbers, **list_errors(compared, found.drawn)}, views=views)
+        return CallResult(numbers={**numbers, **list_errors(compared, found.drawn)}, views=views)
 
-    def screen(self) -> Result:
+    def screen(self) -> CallResult:
         """Screen the effects, which is the first part of `stickslip diagnose`.
 
         Raises
@@ -151,7 +151,7 @@ class Bench:
             With what is wrong in them.
         """
         if self._read_campaign().has_only_typed_data:
-            return Result(numbers={}, views=screen_data_campaign())
+            return CallResult(numbers={}, views=screen_data_campaign())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
         drawn, now = summarise_errors(screened.uncalibrated), summarise_errors(screened.baseline)
@@ -173,9 +173,9 @@ class Bench:
         numbers: dict[str, float | str] = {**list_numbers(drawn, now)}
         if best is not None:
             numbers |= {"best by first order": best.effect.name, "chi^2 falls by [-]": best.gain}
-        return Result(numbers=numbers, views=views)
+        return CallResult(numbers=numbers, views=views)
 
-    def diagnose(self) -> Result:
+    def diagnose(self) -> CallResult:
         """Diagnose the case as `stickslip diagnose` does, and note the verdict in its history.
 
         Raises
@@ -186,7 +186,7 @@ class Bench:
         campaign = self._read_campaign()
         if campaign.has_only_typed_data:
             found, alone = diagnose_data_campaign(self.case, campaign, self.folder, self.run, self.without)
-            return Result(numbers=found, views=alone)
+            return CallResult(numbers=found, views=alone)
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
         best = diagnosed.last.best
@@ -199,12 +199,12 @@ class Bench:
             "history": show_history(diagnosed.history),
             "errors": [vars(step) for step in make_waterfall(diagnosed.last, diagnosed.history)],
         }
-        return Result(
+        return CallResult(
             numbers={"finding": shown["finding"], "verdict": shown["sentence"], **list_numbers(before, after)},
             views=views,
         )
 
-    def add(self, effect: str, values: Sequence[str] = (), seen: str | None = None) -> Result:
+    def add(self, effect: str, values: Sequence[str] = (), seen: str | None = None) -> CallResult:
         """Write an effect into the case, as `stickslip add` does.
 
         Parameters
@@ -222,7 +222,7 @@ class Bench:
         self._require_seen(seen)
         return self._written(add(self.case, effect, values, self.run))
 
-    def undo(self, count: int = 1, seen: str | None = None) -> Result:
+    def undo(self, count: int = 1, seen: str | None = None) -> CallResult:
         """Take steps back, as `stickslip undo` does; `seen` as in `add`.
 
         Raises
@@ -237,7 +237,7 @@ class Bench:
             step = undo(self.case)
         return self._written(step)
 
-    def calibrate(self, seen: str | None = None) -> Result:
+    def calibrate(self, seen: str | None = None) -> CallResult:
         """Write the fitted calibration parameters into the case, as `stickslip calibrate` does; `seen` as in `add`.
 
         Raises
@@ -248,7 +248,7 @@ class Bench:
         self._require_seen(seen)
         return self._written(calibrate_case(self.case, self.folder, self.run, self.without))
 
-    def move(self, values: Mapping[str, float]) -> Result:
+    def move(self, values: Mapping[str, float]) -> CallResult:
         """Exact curves, or features of typed data, with other values of some parameters; the case stays as it is.
 
         Parameters
@@ -264,15 +264,15 @@ class Bench:
         # A slider moves many times: files are read for the first of them alone.
         if self._comparison is None and (campaign := self._read_campaign()).has_only_typed_data:
             numbers_alone, views = move_data_parameters(self.case, campaign, self.run, values)
-            return Result(numbers=numbers_alone, views=views)
+            return CallResult(numbers=numbers_alone, views=views)
         found = self._current()
         moved = move_values(found.unknowns, found.values, values, self.case)
         with self.run.progress.step("exact curves", expected=3):
             lines = move_lines(found.compared, found.lines, found.unknowns, moved)
             shown, numbers = show_moved(found.compared, lines)
-        return Result(numbers={**numbers}, views={"moved": {**shown, "values": dict(values)}})
+        return CallResult(numbers={**numbers}, views={"moved": {**shown, "values": dict(values)}})
 
-    def limits(self) -> Result:
+    def limits(self) -> CallResult:
         """Lay the measured families over the limits of all friction histories, as `stickslip compare --limits` does.
 
         What was found of a search that was cancelled is stored, and the same call goes on from there.
@@ -288,9 +288,9 @@ class Bench:
             )  # fmt: skip
         drawing = Drawing.of(compared, found.drawn)
         panels = [(free, panel) for free, listed in drawing.panels.items() for panel in listed if panel.curves]
-        return Result(numbers=count_limits(families), views={"limits": show_limits(families, panels)})
+        return CallResult(numbers=count_limits(families), views={"limits": show_limits(families, panels)})
 
-    def save_effect(self, file: str, text: str, seen: str | None = None, before: str | None = None) -> Result:
+    def save_effect(self, file: str, text: str, seen: str | None = None, before: str | None = None) -> CallResult:
         """Write a file of effects of one's own beside the case, which names it; with a mistake nothing is written.
 
         Parameters
@@ -320,12 +320,12 @@ class Bench:
                 f"{own.path} was changed since the page showed it, and nothing was written: reload the page"
             )
         numbers, model = save_own_effect(own, text, self._read_campaign(), self.run)
-        return Result(numbers=numbers, views={"own": show_own_effects(self.case, model)})
+        return CallResult(numbers=numbers, views={"own": show_own_effects(self.case, model)})
 
-    def edit(self, text: str) -> Result:
+    def edit(self, text: str) -> CallResult:
         """Replace the case by another text, as an editor does."""
         replace_file(self.case, (use_effect_copies(self.case, text) if self.is_copy else text).encode("utf-8"))
-        return Result(numbers={})
+        return CallResult(numbers={})
 
     def _current(self) -> _Comparison:
         """The comparison of the case as it is now."""
@@ -367,7 +367,7 @@ class Bench:
                 "written: look at it as it is now, and click again"
             )
 
-    def _written(self, step: Step) -> Result:
-        return Result(
+    def _written(self, step: HistoryStep) -> CallResult:
+        return CallResult(
             numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))}
         )

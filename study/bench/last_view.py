@@ -8,13 +8,13 @@ from importlib.metadata import version
 from pathlib import Path
 
 from pipeline.output import replace_file
-from study.bench.work import Place
+from study.bench.work import BenchFiles
 
 #: Parts of the page that are of a moment alone.
 PASSING = frozenset({"moved"})
 
 
-def read_last_views(place: Place, texts: tuple[str, ...]) -> dict[str, bytes]:
+def read_last_views(place: BenchFiles, texts: tuple[str, ...]) -> dict[str, bytes]:
     """Parts of the page as they were, by name; none if they are of something else, or were never stored.
 
     Parameters
@@ -36,7 +36,7 @@ def read_last_views(place: Place, texts: tuple[str, ...]) -> dict[str, bytes]:
         return {}
 
 
-def store_last_views(place: Place, texts: tuple[str, ...], views: Mapping[str, bytes]) -> None:
+def store_last_views(place: BenchFiles, texts: tuple[str, ...], views: Mapping[str, bytes]) -> None:
     """Store the parts of a page; where the disk refuses, the next bench begins with an empty page."""
     file = _file(place)
     if file is None:
@@ -48,7 +48,7 @@ def store_last_views(place: Place, texts: tuple[str, ...], views: Mapping[str, b
         replace_file(file, f'{{"of":{of},"views":{{{listed}}}}}')
 
 
-def _file(place: Place) -> Path | None:
+def _file(place: BenchFiles) -> Path | None:
     """File of a case and its campaign; a new view replaces the last one."""
     if place.cache is None:
         return None
@@ -56,7 +56,7 @@ def _file(place: Place) -> Path | None:
     return place.cache / "bench" / f"{sha256(json.dumps(names).encode()).hexdigest()[:32]}.json"
 
 
-def _sign(place: Place, texts: tuple[str, ...]) -> str:
+def _sign(place: BenchFiles, texts: tuple[str, ...]) -> str:
     return sha256(json.dumps([version("stickslip"), *place.without, *texts]).encode()).hexdigest()
 
 

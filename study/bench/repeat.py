@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipeline.cache_folder import default_folder
 from pipeline.store import Store
-from study.bench.bench import Bench, Result
+from study.bench.bench import Bench, CallResult
 from study.json_value import to_json
 from study.run_context import RunContext, silent_run
 
@@ -22,7 +22,7 @@ def open_bench(
     return Bench(case, folder, run, without, is_copy=is_copy)
 
 
-def show(result: Result) -> None:
+def show(result: CallResult) -> None:
     """Print the numbers of a call as one line of JSON."""
     sys.stdout.write(f"{json.dumps(to_json(result.numbers), ensure_ascii=False)}\n")
     sys.stdout.flush()

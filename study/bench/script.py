@@ -11,7 +11,7 @@ PRIVATE = frozenset({"seen", "before"})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class ScriptEntry:
     """Something that was done.
 
     Parameters
@@ -30,7 +30,7 @@ class Entry:
     when: str = ""
 
 
-def command_of(entry: Entry, case: Path, folder: Path, without: Sequence[str] = ()) -> str:
+def command_of(entry: ScriptEntry, case: Path, folder: Path, without: Sequence[str] = ()) -> str:
     """Command that does the same; a comment where the page alone does it."""
     left_out = ["--without", *without] if without else []
     given = entry.arguments
@@ -56,14 +56,14 @@ def command_of(entry: Entry, case: Path, folder: Path, without: Sequence[str] = 
     return _join(words)
 
 
-def python_of(entry: Entry) -> str:
+def python_of(entry: ScriptEntry) -> str:
     """Call in Python that does the same."""
     given = {key: value for key, value in entry.arguments.items() if key not in PRIVATE and value not in ((), [], None)}
     return f"bench.{entry.name}({', '.join(f'{key}={value!r}' for key, value in given.items())})"
 
 
 def script_of(
-    entries: Sequence[Entry], case: Path, folder: Path, without: Sequence[str], text: str, history: str,
+    entries: Sequence[ScriptEntry], case: Path, folder: Path, without: Sequence[str], text: str, history: str,
     effects: Mapping[str, str] | None = None,
 ) -> str:  # fmt: skip
     """Script that repeats all entries on a copy of the case, and prints their numbers.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from geometry.errors import InputError
 from study.bench.request_check import HEADERS, NAMES, find_rejection_reason
 from study.bench.session import Session
-from study.bench.work import Place
+from study.bench.work import BenchFiles
 from study.bench.worker import Worker
 from study.page.html import LOG_SCALE
 
@@ -134,7 +134,7 @@ class BenchApplication:
         return web.json_response(self.session.state)
 
 
-def serve_bench(place: Place, port: int, *, opened: Callable[[str], None]) -> None:
+def serve_bench(place: BenchFiles, port: int, *, opened: Callable[[str], None]) -> None:
     """Serve until Ctrl-C or SIGTERM.
 
     Parameters
@@ -203,7 +203,7 @@ def write_palette() -> str:
     )
 
 
-async def _serve(place: Place, listener: socket.socket, opened: Callable[[str], None]) -> None:
+async def _serve(place: BenchFiles, listener: socket.socket, opened: Callable[[str], None]) -> None:
     from aiohttp import web
 
     loop, port, token = asyncio.get_running_loop(), listener.getsockname()[1], secrets.token_urlsafe(24)

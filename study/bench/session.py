@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from study.bench.last_view import read_last_views, store_last_views
-from study.bench.script import Entry, command_of, python_of, script_of
-from study.bench.work import CALLS, Place
+from study.bench.script import ScriptEntry, command_of, python_of, script_of
+from study.bench.work import CALLS, BenchFiles
 from study.diagnose.history import history_file
 
 #: Calls that write the case, and those whose answers are of the case as it was when they began.
@@ -68,12 +68,12 @@ class Session:
         Seconds; another one in tests.
     """
 
-    place: Place
+    place: BenchFiles
     worker: Caller
     clock: Callable[[], float] = time.monotonic
     revision: int = 0
     views: dict[str, tuple[int, bytes]] = field(default_factory=dict)
-    entries: list[Entry] = field(default_factory=list)
+    entries: list[ScriptEntry] = field(default_factory=list)
     queue: list[Call] = field(default_factory=list)
     running: Call | None = None
     steps: list[Mapping[str, Any]] = field(default_factory=list)
@@ -252,9 +252,9 @@ class Session:
             self.worker.call(self.running.number, self.running.name, self.running.arguments)
         self._increment_revision()
 
-    def _entry(self, name: str, arguments: Mapping[str, Any], numbers: Mapping[str, Any]) -> Entry:
+    def _entry(self, name: str, arguments: Mapping[str, Any], numbers: Mapping[str, Any]) -> ScriptEntry:
         now = datetime.now().astimezone().isoformat(timespec="seconds")
-        return Entry(name=name, arguments=arguments, numbers=numbers, when=now)
+        return ScriptEntry(name=name, arguments=arguments, numbers=numbers, when=now)
 
     def _set_message(self, tone: str, text: str, of: str = "") -> None:
         self.message = {"tone": tone, "text": text, "of": of}

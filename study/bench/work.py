@@ -28,7 +28,7 @@ Send = Callable[[Mapping[str, Any]], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class BenchFiles:
     """What a worker works on.
 
     Parameters
@@ -48,7 +48,7 @@ class Place:
     trust: bool = False
 
 
-def serve_calls(connection: Connection, place: Place, parent: int) -> None:
+def serve_calls(connection: Connection, place: BenchFiles, parent: int) -> None:
     """Answer calls until the connection is closed; the process ends when its server does."""
     os.setsid()  # Ctrl-C in the terminal is the server's business, and so are this worker's own processes.
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
@@ -84,7 +84,7 @@ def describe(error: Exception, name: str) -> str:
     return system_failure(error) or console.report_mistake(error, ["bench", name])
 
 
-def _open(place: Place, send: Send) -> Any:
+def _open(place: BenchFiles, send: Send) -> Any:
     from pipeline.store import Store
     from study.bench.bench import Bench
     from study.case.trust import trust_code

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from study.bench.work import Place, serve_calls
+from study.bench.work import BenchFiles, serve_calls
 
 #: Time that a process is given to end by itself [s].
 PATIENCE = 1.0
@@ -25,7 +25,7 @@ class Worker:
         Receives its messages, in a thread of its own; `{"kind": "ended"}` when it ends without being told.
     """
 
-    def __init__(self, place: Place, receive: Callable[[Mapping[str, Any]], None]) -> None:
+    def __init__(self, place: BenchFiles, receive: Callable[[Mapping[str, Any]], None]) -> None:
         self._place, self._receive = place, receive
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Any = None

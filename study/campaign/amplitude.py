@@ -7,7 +7,7 @@ from functools import cache
 from correlation.file.column import Column
 from correlation.file.unit_label import amplitude_in_words, amplitude_of_unit, find_suffix, find_unit
 from study.campaign.column_role import Role
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind
 
@@ -36,7 +36,7 @@ def _said_in_text(text: str) -> str:
     return amplitude_in_words(text) if OF_AMPLITUDES.search(text) and not AVERAGED.search(text) else ""
 
 
-def draft_amplitude(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:
+def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str | Marked:
     """What all amplitudes of stepped sines are; a column that says another thing states it in its own entry.
 
     The word of the force holds for columns without one. Without any the answer is asked for.
@@ -67,7 +67,7 @@ def draft_amplitude(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked
     return draft.ask(text, "peak", why, *CONVENTIONS)
 
 
-def own_amplitude(draft: Draft, judged: JudgedTable, column: Column) -> dict[str, str]:
+def own_amplitude(draft: ManifestDraft, judged: JudgedTable, column: Column) -> dict[str, str]:
     """The entry of a column whose amplitudes are others than those of the campaign; empty for most."""
     convention = draft.single.get("convention", {}).get("amplitude", "peak")
     common = convention.value if isinstance(convention, Marked) else convention

@@ -8,7 +8,7 @@ import numpy as np
 from correlation.file.column import Column
 from study.campaign.channel_set import ChannelSets, is_response, role_of
 from study.campaign.column_role import RATIOS, WORDS, Role, name_words
-from study.campaign.table import Table
+from study.campaign.table import MeasuredTable
 
 #: Index of a column in an array: (:,1,2), [0,1].
 INDEX = re.compile(r"[(\[]([\d,:]*\d[\d,:]*)[)\]]$")
@@ -21,7 +21,7 @@ OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
 Places = dict[str, tuple[int, ...]]
 
 
-def sets_by_array(table: Table) -> ChannelSets | None:
+def sets_by_array(table: MeasuredTable) -> ChannelSets | None:
     """Sets by the index of arrays, where an axis is that of levels; of two axes that may be it, neither counts.
 
     Parameters
@@ -74,7 +74,7 @@ def _mark(
     found.marks[name] = mark
 
 
-def _levels(table: Table) -> tuple[str, np.ndarray] | None:
+def _levels(table: MeasuredTable) -> tuple[str, np.ndarray] | None:
     """Name and values of the vector of levels beside a table; None without one, or with several."""
     vectors = [
         (_with_unit(column.name.rpartition("/")[2].rpartition(".")[2], column.unit), column.values)
@@ -96,13 +96,13 @@ def _with_unit(name: str, unit: str) -> str:
     return name if not unit or name.endswith(f"_{unit}") else f"{name}_{unit}"
 
 
-def _stands_beside(column: Column, table: Table) -> bool:
+def _stands_beside(column: Column, table: MeasuredTable) -> bool:
     return table.path in {"", column.name.rpartition("/")[0], column.name.rpartition(".")[0]} or not re.search(
         r"[./]", column.name
     )
 
 
-def _turns(table: Table) -> bool:
+def _turns(table: MeasuredTable) -> bool:
     """Whether frequencies go back: levels may then be those of passes below each other."""
     frequency = next((one.values for one in table.columns if role_of(table, one) is Role.FREQUENCY), None)
     return frequency is not None and len({*np.sign(np.diff(frequency.real)).tolist()} - {0.0}) > 1

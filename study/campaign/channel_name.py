@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from correlation.file.quantity import MOTION_WORDS
-from study.campaign.column_role import Part, Role, name_words
+from study.campaign.column_role import ComplexPart, Role, name_words
 from study.campaign.run_name import LEVEL_IN_NAME, OF_A_RUN, PLACE
 from study.campaign.table import file_stem
 from study.campaign.table_kind import OF_FILE, JudgedTable, Kind
@@ -36,7 +36,7 @@ def _is_of_file(judged: JudgedTable, column: str) -> bool:
     guess = judged.columns[column]
     if guess.role is not Role.RESPONSE:
         return False
-    main = [one for one in judged.of_role(Role.RESPONSE) if judged.columns[one.name].part is not Part.IMAGINARY]
+    main = [one for one in judged.of_role(Role.RESPONSE) if judged.columns[one.name].part is not ComplexPart.IMAGINARY]
     alone = len(main) == 1
     is_decay = judged.kind is Kind.RING_DOWN and NUMBERED.fullmatch(column) is not None
     return guess.evidence.startswith(OF_FILE) or (alone and (is_decay or _names_a_place(judged, column)))

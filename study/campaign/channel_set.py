@@ -24,7 +24,7 @@ from study.campaign.run_name import (
     QUANTITY_OF_COLUMN,
     split_name,
 )
-from study.campaign.table import Table
+from study.campaign.table import MeasuredTable
 
 #: Columns that hold for all sets beside them, and those that belong to one set alone.
 SHARED = {Role.FREQUENCY, Role.TIME, Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.SENSOR}
@@ -55,10 +55,10 @@ class ChannelSets:
     scalars: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
-Finder = Callable[[Table], ChannelSets | None]
+Finder = Callable[[MeasuredTable], ChannelSets | None]
 
 
-def split_sets(table: Table, finders: Iterable[Finder]) -> tuple[list[Table], list[str]]:
+def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[MeasuredTable], list[str]]:
     """Tables of the sets of channels that stand beside each other in one table.
 
     Parameters
@@ -106,7 +106,7 @@ def split_sets(table: Table, finders: Iterable[Finder]) -> tuple[list[Table], li
     return tables, [f'{file}: "{name}" is not used: {why}; {REMEDY}' for name, why in lost.items()]
 
 
-def role_of(table: Table, column: Column, names: Mapping[str, str] | None = None) -> Role:
+def role_of(table: MeasuredTable, column: Column, names: Mapping[str, str] | None = None) -> Role:
     """Role of a column by itself."""
     return recognise_column(column, (names or {}).get(column.name) or table.short_name(column)).role
 
@@ -122,13 +122,13 @@ def harmonic_of(mark: str) -> int | None:
     return int(match[1]) if match else None
 
 
-def sets_by_name(table: Table) -> ChannelSets | None:
+def sets_by_name(table: MeasuredTable) -> ChannelSets | None:
     """Sets by words of the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
     told = {one.name: _split_run(table, one) for one in table.columns if one.response is None}
     return _several(table, told) or sets_by_quantity(table)
 
 
-def sets_by_quantity(table: Table) -> ChannelSets | None:
+def sets_by_quantity(table: MeasuredTable) -> ChannelSets | None:
     """Sets by a number with another unit, "Acc 1000rpm": it may be a place, unless each set has a force."""
     told = {
         one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
@@ -140,7 +140,7 @@ def sets_by_quantity(table: Table) -> ChannelSets | None:
     return sets if driven >= {*sets.marks.values()} else None
 
 
-def _split_run(table: Table, column: Column) -> tuple[str, str]:
+def _split_run(table: MeasuredTable, column: Column) -> tuple[str, str]:
     """Name of a column without the words of its run, and these words."""
     name = table.short_name(column)
     if split_label(LEVEL_BESIDE_UNIT.sub("", name))[1]:
@@ -151,7 +151,7 @@ def _split_run(table: Table, column: Column) -> tuple[str, str]:
     return split_name(name, *OF_COLUMN)
 
 
-def sets_by_harmonic(table: Table) -> ChannelSets | None:
+def sets_by_harmonic(table: MeasuredTable) -> ChannelSets | None:
     """Harmonics of responses in columns of their own: "tip H1" and "tip H3"; H1 of a ratio is an estimator."""
     told = {
         one.name: split_name(table.short_name(one), HARMONIC_IN_NAME) for one in table.columns if one.response is None
@@ -170,7 +170,7 @@ def sets_by_harmonic(table: Table) -> ChannelSets | None:
     return sets if are_harmonics else None
 
 
-def sets_by_abscissa(table: Table) -> ChannelSets | None:
+def sets_by_abscissa(table: MeasuredTable) -> ChannelSets | None:
     """Sets behind times or frequencies of their own, as many columns behind each: "f1, A1, f2, A2"."""
     places = [place for place, one in enumerate(table.columns) if _is_abscissa(table, one)]
     if len(places) < 2 or places[0] != 0 or any(one.abscissa or one.response for one in table.columns):
@@ -186,14 +186,14 @@ def sets_by_abscissa(table: Table) -> ChannelSets | None:
     return ChannelSets(marks={one.name: f"set {1 + number // size}" for number, one in enumerate(table.columns)})
 
 
-def _is_abscissa(table: Table, column: Column) -> bool:
+def _is_abscissa(table: MeasuredTable, column: Column) -> bool:
     """Whether a column is a time or a frequency, judged by its values only if its unit or name may be of one."""
     words = {*name_words(table.short_name(column))}
     may_be = OF_UNIT.get(column.unit) in {"time", "frequency"} or words & (WORDS[Role.TIME] | WORDS[Role.FREQUENCY])
     return bool(may_be) and role_of(table, column) in {Role.TIME, Role.FREQUENCY}
 
 
-def sets_by_header(table: Table) -> ChannelSets | None:
+def sets_by_header(table: MeasuredTable) -> ChannelSets | None:
     """Sets whose columns have one header each, with a force in each: "Force, Amp, Force, Amp"."""
     names = {column.name for column in table.columns}
     channels = {one.name: AGAIN.sub("", one.name) for one in table.columns}
@@ -226,7 +226,7 @@ def number_sets(channels: Mapping[str, Hashable]) -> dict[str, str]:
     return marks
 
 
-def _several(table: Table, told: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
+def _several(table: MeasuredTable, told: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
     """Sets by names and words of columns, if a response has several words; None if none has."""
     found: dict[str, set[str]] = {}
     for channel, mark in told.values():
@@ -248,7 +248,7 @@ def _several(table: Table, told: Mapping[str, tuple[str, str]]) -> ChannelSets |
     )
 
 
-def _below(table: Table, named: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+def _below(table: MeasuredTable, named: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
     """Headers and sets of columns of one header, one in each set, as below the merged cell of a spreadsheet."""
     names = {column.name for column in table.columns}
     alike: dict[str, list[str]] = {}

@@ -38,7 +38,7 @@ class Role(Enum):
     OTHER = "not used"
 
 
-class Part(Enum):
+class ComplexPart(Enum):
     """Which part of a complex number a column has."""
 
     VALUE = "value"
@@ -70,7 +70,7 @@ class Recognised:
     """
 
     role: Role
-    part: Part = Part.VALUE
+    part: ComplexPart = ComplexPart.VALUE
     quantity: str = ""
     unit: str = ""
     evidence: str = ""
@@ -107,9 +107,9 @@ WORDS: dict[Role, frozenset[str]] = {
     Role.PHASE: frozenset(["phase", "phi", "ph", "phas", "angle", "arg"]),
 }
 PARTS = {
-    Part.AMPLITUDE: frozenset(["amplitude", "amp", "ampl", "magnitude", "mag", "abs", "modulus", "betrag"]),
-    Part.REAL: frozenset(["real", "re", "realteil"]),
-    Part.IMAGINARY: frozenset(["imag", "imaginary", "im", "imaginärteil", "imaginaerteil"]),
+    ComplexPart.AMPLITUDE: frozenset(["amplitude", "amp", "ampl", "magnitude", "mag", "abs", "modulus", "betrag"]),
+    ComplexPart.REAL: frozenset(["real", "re", "realteil"]),
+    ComplexPart.IMAGINARY: frozenset(["imag", "imaginary", "im", "imaginärteil", "imaginaerteil"]),
 }
 #: Words that say what an amplitude is.
 OF_AMPLITUDE = frozenset(["rms", "pk", "pp"])
@@ -253,9 +253,9 @@ def recognise_column(column: Column, name: str) -> Recognised:
         return Recognised(role=Role.FORCE, part=part, quantity="acceleration", unit=unit, evidence=why, stem=stem)
     if quantity in {*MOTIONS, "voltage"}:
         return Recognised(role=Role.RESPONSE, part=part, quantity=quantity, unit=unit, evidence=said, stem=stem)
-    if named or part is not Part.VALUE or np.iscomplexobj(column.values) or column.function:
+    if named or part is not ComplexPart.VALUE or np.iscomplexobj(column.values) or column.function:
         kind = "complex numbers" if np.iscomplexobj(column.values) else f"a channel of {column.function}"
-        evidence = f'called "{name}"' if named or part is not Part.VALUE else kind
+        evidence = f'called "{name}"' if named or part is not ComplexPart.VALUE else kind
         if not unit and (unit := listed_unit(column, named)):
             evidence += f", and {unit} stands beside it"
         return Recognised(
@@ -364,7 +364,7 @@ def _has_dimension(unit: str) -> bool:
         return False
 
 
-def _force_without_unit(column: Column, name: str, part: Part, stem: str) -> Recognised:
+def _force_without_unit(column: Column, name: str, part: ComplexPart, stem: str) -> Recognised:
     """A force by its name, in newtons, unless units are listed beside it."""
     listed = {quantity: listed_unit(column, quantity) for quantity in ("force", "voltage")}
     quantity = next((quantity for quantity, unit in listed.items() if unit), "")
@@ -400,10 +400,10 @@ def _is_drive(words: list[str], quantity: str) -> bool:
     return quantity == "voltage" and bool(set(words) & DRIVE_WORDS) and not set(words) & _motions()
 
 
-def _part(column: Column, words: list[str]) -> Part:
+def _part(column: Column, words: list[str]) -> ComplexPart:
     if np.iscomplexobj(column.values):
-        return Part.VALUE
-    return next((part for part, family in PARTS.items() if set(words) & family), Part.VALUE)
+        return ComplexPart.VALUE
+    return next((part for part, family in PARTS.items() if set(words) & family), ComplexPart.VALUE)
 
 
 def ratio_quantity(unit: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from correlation.file.quantity import OF_UNIT
 from study.campaign.amplitude import draft_amplitude
 from study.campaign.column_role import Role, ratio_quantity
-from study.campaign.draft import Draft, without_marks
+from study.campaign.draft import ManifestDraft, without_marks
 from study.campaign.draft_frequency import force_column, phase_evidence
 from study.campaign.level import named_levels, number_beside, unit_of_number
 from study.campaign.question import Marked
@@ -56,7 +56,7 @@ def _assumed_drive(judged: JudgedTable) -> str:
     return judged.columns[force.name].evidence if force is not None and judged.columns[force.name].assumed else ""
 
 
-def keep_one_drive(draft: Draft, tables: Sequence[JudgedTable]) -> list[JudgedTable]:
+def keep_one_drive(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> list[JudgedTable]:
     """Tables with the drive of most steady states; the others are left out, since a campaign has one drive."""
     states = [table for table in tables if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
     drives = [drive for table in states if (drive := drive_of(table)[0])]
@@ -76,7 +76,7 @@ def keep_one_drive(draft: Draft, tables: Sequence[JudgedTable]) -> list[JudgedTa
     return used
 
 
-def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
+def draft_conventions(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> int:
     """Draft drive, sign of time, meaning of amplitudes and units.
 
     Parameters
@@ -129,7 +129,7 @@ def _units(tables: Sequence[JudgedTable]) -> list[str]:
     return [table.columns[column.name].unit for table in tables for column in table.of_role(Role.RESPONSE)]
 
 
-def _time(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:
+def _time(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str | Marked:
     """Sign of time from the phases, where they tell it."""
     evidence = [item for table in tables if table.of_role(Role.FREQUENCY) for *_, item in phase_evidence(table)]
     falls, rises = (sum(item.time_sign == sign for item in evidence) for sign in (1, -1))

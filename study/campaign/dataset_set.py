@@ -8,7 +8,7 @@ from correlation.file.column import Column
 from study.campaign.channel_set import ChannelSets, is_response, number_sets, role_of
 from study.campaign.column_role import Role, recognise_column
 from study.campaign.run_name import HARMONIC_IN_NAME, LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN
-from study.campaign.table import Table
+from study.campaign.table import MeasuredTable
 
 #: Lines of a dataset that may tell its set, and what in them tells it.
 LINES = ("line 1", "line 2", "line 4", "line 5", "line 3", "z")
@@ -20,7 +20,7 @@ DATASET = re.compile(r"^58 #\d+ ")
 FREQUENCY_RESPONSE = "frequency response"
 
 
-def sets_by_dataset(table: Table) -> ChannelSets | None:
+def sets_by_dataset(table: MeasuredTable) -> ChannelSets | None:
     """Sets of the datasets of one abscissa; frequency responses are repeats unless their texts have levels.
 
     Parameters
@@ -66,7 +66,7 @@ def _harmonic(column: Column) -> int | None:
     return next((int(match[1]) for match in found if match), None)
 
 
-def sets_by_dataset_harmonic(table: Table) -> ChannelSets | None:
+def sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
     """Harmonics of the datasets of one set, by their texts; the first of the force drives.
 
     Parameters
@@ -164,7 +164,7 @@ def _levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str
     return None
 
 
-def _common_level(table: Table, columns: Sequence[Column]) -> dict[str, str] | None:
+def _common_level(table: MeasuredTable, columns: Sequence[Column]) -> dict[str, str] | None:
     """The level in the texts of all datasets of one abscissa, where those of other abscissas are other sets."""
     if len({one.abscissa for one in table.file.columns if one.abscissa}) < 2:
         return None

@@ -57,7 +57,7 @@ class Run(dict[str, Any]):
 
 
 @dataclass(kw_only=True)
-class Draft:
+class ManifestDraft:
     """A manifest that grows table by table.
 
     Parameters

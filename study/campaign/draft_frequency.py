@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from correlation.file.quantity import MOTION_WORDS
-from study.campaign.column_role import RATIOS, WORDS, Part, Role, name_words
-from study.campaign.draft import Draft, Run
+from study.campaign.column_role import RATIOS, WORDS, ComplexPart, Role, name_words
+from study.campaign.draft import ManifestDraft, Run
 from study.campaign.level import (
     ask_levels,
     level_in_name,
@@ -45,12 +45,14 @@ def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | No
     of_force = force_partner(judged)
     phases = [one for one in judged.of_role(Role.PHASE) if one is not of_force and not is_of_force(judged, one)]
     pairs: list[tuple[Column, Column | None]] = []
-    main = [column for column in columns if judged.columns[column.name].part is not Part.IMAGINARY]
-    alone = [one for one in main if judged.columns[one.name].part is not Part.REAL and not np.iscomplexobj(one.values)]
+    main = [column for column in columns if judged.columns[column.name].part is not ComplexPart.IMAGINARY]
+    alone = [
+        one for one in main if judged.columns[one.name].part is not ComplexPart.REAL and not np.iscomplexobj(one.values)
+    ]
     for column in main:
         guess = judged.columns[column.name]
-        if guess.part is Part.REAL:
-            candidates = [one for one in columns if judged.columns[one.name].part is Part.IMAGINARY]
+        if guess.part is ComplexPart.REAL:
+            candidates = [one for one in columns if judged.columns[one.name].part is ComplexPart.IMAGINARY]
         else:
             candidates = phases if column in alone else []
         same = [one for one in candidates if judged.columns[one.name].stem == guess.stem]
@@ -101,7 +103,7 @@ def complex_response(judged: JudgedTable, column: Column, partner: Column | None
         return np.asarray(column.values)
     if partner is None:
         return None
-    if judged.columns[column.name].part is Part.REAL:
+    if judged.columns[column.name].part is ComplexPart.REAL:
         return np.asarray(column.values + 1j * partner.values)
     degrees = judged.columns[partner.name].unit == "deg"
     return np.asarray(column.values * np.exp(1j * (np.radians(partner.values) if degrees else partner.values)))
@@ -109,7 +111,7 @@ def complex_response(judged: JudgedTable, column: Column, partner: Column | None
 
 def force_column(judged: JudgedTable) -> Column | None:
     """The force that drives: of several a measured one before the voltage of a shaker, whose name says least else."""
-    forces = [one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is not Part.IMAGINARY]
+    forces = [one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is not ComplexPart.IMAGINARY]
     measured = [one for one in forces if judged.columns[one.name].unit and not _is_voltage(judged, one)]
     return min(measured or forces, key=lambda column: len(judged.columns[column.name].stem), default=None)
 
@@ -124,9 +126,9 @@ def force_partner(judged: JudgedTable) -> Column | None:
     if force is None or np.iscomplexobj(force.values):
         return None
     guess = judged.columns[force.name]
-    if guess.part is Part.REAL:
+    if guess.part is ComplexPart.REAL:
         return next(
-            (one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is Part.IMAGINARY), None
+            (one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is ComplexPart.IMAGINARY), None
         )
     phases = judged.of_role(Role.PHASE)
     # A phase without words of its own, "phase" beside "amplitude [N]", is that of the response.
@@ -143,7 +145,7 @@ def complex_force(judged: JudgedTable) -> NDArray[Any] | None:
     return np.asarray(direction_sign(force) * (force.values if values is None else values))
 
 
-def report_unused_phases(draft: Draft, judged: JudgedTable) -> None:
+def report_unused_phases(draft: ManifestDraft, judged: JudgedTable) -> None:
     """Say which phases belong to no column: the responses and forces are read without them."""
     used = {partner.name for _, partner in responses_with_phases(judged) if partner is not None}
     of_force = force_partner(judged)
@@ -157,7 +159,7 @@ def report_unused_phases(draft: Draft, judged: JudgedTable) -> None:
     ]
 
 
-def report_second_forces(draft: Draft, judged: JudgedTable) -> None:
+def report_second_forces(draft: ManifestDraft, judged: JudgedTable) -> None:
     """Say which forces are not read, since another one drives."""
     force, partner = force_column(judged), force_partner(judged)
     draft.left_out += [
@@ -223,7 +225,7 @@ def _stated_sweep(judged: JudgedTable, rows: NDArray[Any]) -> NDArray[np.int64] 
     return None
 
 
-def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapping[str, Marked]) -> None:
+def draft_stepped_sine(draft: ManifestDraft, judged: JudgedTable, test: str, signs: Mapping[str, Marked]) -> None:
     """Runs of a stepped sine, one per combination of the settings.
 
     Parameters
@@ -274,7 +276,7 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
 
 
 def _sensor_reading(
-    draft: Draft, judged: JudgedTable, column: Column, phase: Column | None, rows: Mapping[str, Any],
+    draft: ManifestDraft, judged: JudgedTable, column: Column, phase: Column | None, rows: Mapping[str, Any],
     signs: Mapping[str, Marked],
 ) -> tuple[str, str | dict[str, Any]]:  # fmt: skip
     """Sensor of a response, and its reading in some rows."""
@@ -295,7 +297,7 @@ def _sensor_reading(
 
 
 def put_once(
-    draft: Draft, judged: JudgedTable, columns: dict[str, Any], sensor: str, column: Column, entry: Any
+    draft: ManifestDraft, judged: JudgedTable, columns: dict[str, Any], sensor: str, column: Column, entry: Any
 ) -> None:
     """Add the reading of a sensor to the columns of a run; a second one of the same sensor is left out by name."""
     if sensor in columns:
@@ -322,7 +324,7 @@ def says_free(name: str) -> bool:
     return WITHOUT_CONTACTS.search(words) is not None and not WITH_CONTACTS.search(words)
 
 
-def ask_configuration(draft: Draft, name: str) -> Marked:
+def ask_configuration(draft: ManifestDraft, name: str) -> Marked:
     """Whether a structure was measured with its contacts; names such as "free blade" say it."""
     if says_free(name):
         return Marked(value="free", assumed=f'called "{name}"')
@@ -332,13 +334,13 @@ def ask_configuration(draft: Draft, name: str) -> Marked:
     return draft.ask("With all contacts (jointed), or without (free)?", "jointed", why, "jointed", "free")
 
 
-def add_test(draft: Draft, test: str) -> None:
+def add_test(draft: ManifestDraft, test: str) -> None:
     """Add a test unless it is there."""
     if draft.named("test", test) is None:
         draft.entries["test"].append({"name": test, "configuration": ask_configuration(draft, test)})
 
 
-def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:
+def _level(draft: ManifestDraft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:
     """Level of a run: a setting, a number beside the columns, a number in the name, or the measured force."""
     for column in judged.settings:
         guess = judged.columns[column.name]

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from correlation.campaign.measurement import CONTACT_FORCE, LOAD_CELL
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
 
 LINES = ("left", "right")
@@ -13,7 +13,7 @@ ANGLES = {
 }
 
 
-def draft_load_cells(draft: Draft) -> None:
+def draft_load_cells(draft: ManifestDraft) -> None:
     """Pair the load cells of a draft by their numbers; one without a partner or a phase is left out.
 
     Parameters

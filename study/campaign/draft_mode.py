@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.file.column import MeasuredFile, MeasuredShape, Node
 from study.campaign.column_role import Role
-from study.campaign.draft import Draft, Note, without_marks
+from study.campaign.draft import ManifestDraft, Note, without_marks
 from study.campaign.draft_frequency import ask_configuration
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import AXES, draft_position
@@ -28,7 +28,7 @@ MOTIONS = 3
 Readings = dict[str, tuple[int, str, complex]]
 
 
-def draft_modes(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
+def draft_modes(draft: ManifestDraft, files: Mapping[str, MeasuredFile]) -> None:
     """One mode per shape that has a natural frequency; others are left out with the reason.
 
     Parameters
@@ -54,7 +54,7 @@ def draft_modes(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
             draft.notes.append(Note(file=name, columns=f"{len(modes)} shapes", role="modes", unit="", evidence=why))
 
 
-def draft_mode_table(draft: Draft, judged: JudgedTable) -> None:
+def draft_mode_table(draft: ManifestDraft, judged: JudgedTable) -> None:
     """One mode without a shape per row of a table of natural frequencies.
 
     Parameters
@@ -88,7 +88,7 @@ def draft_mode_table(draft: Draft, judged: JudgedTable) -> None:
         draft.entries["mode"].append(entry)
 
 
-def _damping_ratios(draft: Draft, judged: JudgedTable) -> tuple[NDArray[np.float64], str]:
+def _damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDArray[np.float64], str]:
     """Damping ratios of the rows of a table [-], NaN without any, and why their unit was assumed."""
     column = next(iter(judged.of_role(Role.DAMPING)), None)
     if column is None:
@@ -122,7 +122,7 @@ def _unique(name: str, taken: set[str]) -> str:
 
 
 def _mode(
-    draft: Draft, file: MeasuredFile, shape: MeasuredShape, name: str, nodes: Mapping[int, Node]
+    draft: ManifestDraft, file: MeasuredFile, shape: MeasuredShape, name: str, nodes: Mapping[int, Node]
 ) -> dict[str, Any]:
     """Entry of one mode."""
     entry: dict[str, Any] = {"name": name, "configuration": ask_configuration(draft, file_stem(file.path.name))}
@@ -145,7 +145,7 @@ def _mode(
     return {**entry, "shape": Marked(value=values, assumed=why) if share > 0 else values}
 
 
-def _readings(draft: Draft, shape: MeasuredShape, where: str) -> Readings:
+def _readings(draft: ManifestDraft, shape: MeasuredShape, where: str) -> Readings:
     """Displacements of a shape, of axes along which any point moves."""
     values = np.asarray(shape.values, dtype=np.complex128)
     moves = np.flatnonzero(np.nan_to_num(values).any(axis=0)).tolist()
@@ -159,7 +159,7 @@ def _readings(draft: Draft, shape: MeasuredShape, where: str) -> Readings:
     }
 
 
-def _of_one_quantity(draft: Draft, readings: Readings, where: str) -> tuple[str, Readings]:
+def _of_one_quantity(draft: ManifestDraft, readings: Readings, where: str) -> tuple[str, Readings]:
     """Quantity of most sensors that are there, and the readings at these and at new ones: a shape has one factor."""
     of = {
         sensor: str(without_marks(entry["quantity"])) for sensor in readings if (entry := draft.named("sensor", sensor))

@@ -8,7 +8,7 @@ import numpy as np
 
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX, Role
-from study.campaign.draft import Draft, without_marks
+from study.campaign.draft import ManifestDraft, without_marks
 from study.campaign.draft_frequency import (
     add_test,
     ask_configuration,
@@ -33,7 +33,7 @@ SINE = re.compile(r"sine|sinus|stepped|sweep|swept|dwell", re.IGNORECASE)
 REPEATS = "the file has several responses of one sensor, and nothing in it tells levels apart"
 
 
-def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[str, Marked]) -> None:
+def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: Mapping[str, Marked]) -> None:
     """Frequency responses of one table: those with the same reference in one entry, repeats in entries of their own."""
     frequency = judged.of_role(Role.FREQUENCY)[0]
     file = judged.table.file.path.name
@@ -88,7 +88,7 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
     draft.entries["frf"] += entries
 
 
-def _test(draft: Draft, judged: JudgedTable) -> dict[str, Any]:
+def _test(draft: ManifestDraft, judged: JudgedTable) -> dict[str, Any]:
     """Configuration of responses; those of a sine of known force are steady states of a test at this level."""
     label = judged.table.label
     value = named_force(judged.table)

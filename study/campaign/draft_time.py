@@ -9,7 +9,7 @@ from correlation.campaign.measurement_unit import STRAIN
 from correlation.file.column import Column
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
-from study.campaign.draft import Draft, Run, without_marks
+from study.campaign.draft import ManifestDraft, Run, without_marks
 from study.campaign.draft_frequency import (
     add_test,
     ask_configuration,
@@ -33,7 +33,7 @@ from study.campaign.table_kind import JudgedTable, is_unnamed
 from study.campaign.time_history import SECONDS, sine_amplitude, strongest_line, uniform_rate
 
 
-def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:
+def draft_ring_downs(draft: ManifestDraft, judged: JudgedTable) -> None:
     """One ring-down per response."""
     time = judged.of_role(Role.TIME)[0]
     for column in motions(judged):
@@ -52,7 +52,7 @@ def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:
         )
 
 
-def draft_loops(draft: Draft, judged: JudgedTable) -> None:
+def draft_loops(draft: ManifestDraft, judged: JudgedTable) -> None:
     """One loop per combination of the settings."""
     time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
     displacement = next(one for one in motions(judged) if judged.columns[one.name].quantity == "displacement")
@@ -76,7 +76,7 @@ def draft_loops(draft: Draft, judged: JudgedTable) -> None:
         draft.entries["loop"].append({**entry, **({"rows": rows} if rows else {}), "columns": columns})
 
 
-def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
+def draft_steady_states(draft: ManifestDraft, judged: JudgedTable, test: str) -> None:
     """Runs over time: one per combination of the settings."""
     add_test(draft, test)
     report_second_forces(draft, judged)
@@ -97,7 +97,7 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
         draft.entries["run"].append(Run({**run, **({"rows": rows} if rows else {}), "columns": columns}, judged))
 
 
-def draft_record(draft: Draft, judged: JudgedTable) -> None:
+def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
     """One record of all channels, with its sampling rate."""
     time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
     file = judged.table.file.path.name
@@ -154,7 +154,7 @@ def motions(judged: JudgedTable) -> list[Column]:
     return [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in known]
 
 
-def _add_channel(draft: Draft, judged: JudgedTable, column: Column) -> None:
+def _add_channel(draft: ManifestDraft, judged: JudgedTable, column: Column) -> None:
     """Sensor of a channel of a record, which has the name of its column, unless another record has it."""
     if draft.named("sensor", column.name) is not None:
         return
@@ -169,7 +169,7 @@ def _add_channel(draft: Draft, judged: JudgedTable, column: Column) -> None:
             entry["name"] = column.name
 
 
-def _with_unit(draft: Draft, judged: JudgedTable, column: Column, si: str) -> str | dict[str, Any]:
+def _with_unit(draft: ManifestDraft, judged: JudgedTable, column: Column, si: str) -> str | dict[str, Any]:
     entry = reading(draft, judged, column)
     if isinstance(entry, str) and not column.unit and si:
         return {"column": column.name, "unit": Marked(value=si, assumed="the file says no unit; SI")}

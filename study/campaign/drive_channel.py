@@ -5,7 +5,7 @@ from typing import Any
 
 from correlation.file.column import Column
 from study.campaign.column_role import Role
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind, unnamed_channels
 
@@ -13,7 +13,7 @@ from study.campaign.table_kind import JudgedTable, Kind, unnamed_channels
 ASSUMED = "assumed: "
 
 
-def choose_drive(draft: Draft, judged: JudgedTable) -> JudgedTable:
+def choose_drive(draft: ManifestDraft, judged: JudgedTable) -> JudgedTable:
     """A table whose drive is one of its channels: the phases of steady states count from it.
 
     Parameters

@@ -17,7 +17,7 @@ from study.campaign.channel_set import (
 )
 from study.campaign.column_role import Role
 from study.campaign.dataset_set import sets_by_dataset, sets_by_dataset_harmonic
-from study.campaign.table import Table, split_tables
+from study.campaign.table import MeasuredTable, split_tables
 
 #: Ways to tell sets of channels, the surest first; then what stands within each of these sets.
 FINDERS = (
@@ -27,7 +27,7 @@ FINDERS = (
 )
 
 
-def find_tables(file: MeasuredFile) -> tuple[list[Table], list[str]]:
+def find_tables(file: MeasuredFile) -> tuple[list[MeasuredTable], list[str]]:
     """Tables of a file, and which of its columns belong to no set that is known, one sentence each.
 
     Parameters
@@ -44,7 +44,7 @@ def find_tables(file: MeasuredFile) -> tuple[list[Table], list[str]]:
     return [_without_padding(table) for table in tables], left_out
 
 
-def _without_padding(table: Table) -> Table:
+def _without_padding(table: MeasuredTable) -> MeasuredTable:
     """A table without rows at its end that have no time, as below a run that is shorter than others beside it."""
     times = [one for one in table.columns if role_of(table, one) is Role.TIME]
     there = np.any([np.isfinite(one.values) for one in times], axis=0) if times else np.ones(1, dtype=np.bool_)

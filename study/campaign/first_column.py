@@ -10,14 +10,14 @@ import numpy as np
 from correlation.file.arrays.first_column import rises_evenly
 from correlation.file.column import Column
 from study.campaign.column_role import Recognised, Role
-from study.campaign.table import Table
+from study.campaign.table import MeasuredTable
 
 #: Begins the evidence of a column that may be a time as well as a frequency.
 EITHER = "it rises in equal steps, as a time or a frequency does"
 INDEX = re.compile(r"[(\[][\d:,]+[)\]]$")
 
 
-def recognise_first_columns(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def recognise_first_columns(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Times and frequencies in the first column of an array; what rises in equal steps is no motion.
 
     Beside complex numbers it is a frequency, and a time beside one channel of both signs. Beside several channels of

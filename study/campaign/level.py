@@ -14,11 +14,11 @@ from correlation.data_quality.missing_level import find_common_factors, format_f
 from correlation.file.quantity import OF_UNIT
 from correlation.file.unit_label import find_suffix
 from study.campaign.column_role import name_words
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
 from study.campaign.run_name import level_value, levels_in_name
 from study.campaign.set_point import HELD
-from study.campaign.table import Table, file_stem
+from study.campaign.table import MeasuredTable, file_stem
 from study.campaign.table_kind import JudgedTable
 
 Series = Float[NDArray[np.float64], " n"]
@@ -31,7 +31,7 @@ WHY = "neither force nor level is in the file"
 DIGITS = 2
 
 
-def named_levels(table: Table) -> list[re.Match[str]]:
+def named_levels(table: MeasuredTable) -> list[re.Match[str]]:
     """Levels in the names of a set of channels, of a group and of a file, the likeliest first."""
     whole = f"{file_stem(table.file.path.name)} {table.path}"
     return [*levels_in_name(table.of_set), *levels_in_name(whole)]
@@ -60,7 +60,7 @@ def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
     return (float(f"{forces[0][0] / si_factor(unit, 'N'):.12g}"), forces[0][1]) if forces else (None, "")
 
 
-def named_force(table: Table) -> float | None:
+def named_force(table: MeasuredTable) -> float | None:
     """Level in the names of a table that is a force [N]; None without one."""
     return next((value for match in named_levels(table) if (value := _newtons(match)) is not None), None)
 
@@ -86,7 +86,7 @@ def number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str,
     return {}
 
 
-def unit_of_number(table: Table) -> str:
+def unit_of_number(table: MeasuredTable) -> str:
     """Unit of the number beside the columns of a table that is a level, by its name; empty without one."""
     named = next((name for name, number in table.scalars.items() if _is_level(name, number)), "")
     return find_suffix(named)[1]
@@ -118,7 +118,7 @@ def named_set_point(judged: JudgedTable, force: str, size: Series | float) -> di
 
 
 def ask_levels(
-    draft: Draft, label: str, frequency: Series, sweep: Whole | None, sizes: Sequence[Series]
+    draft: ManifestDraft, label: str, frequency: Series, sweep: Whole | None, sizes: Sequence[Series]
 ) -> dict[str, Any]:
     """Level or levels of a run whose file has neither force nor level.
 

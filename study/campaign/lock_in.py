@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from study.campaign.column_role import QUADRATURE, Part, Recognised, Role, name_words
-from study.campaign.table import Table
+from study.campaign.column_role import QUADRATURE, ComplexPart, Recognised, Role, name_words
+from study.campaign.table import MeasuredTable
 
 
-def recognise_quadratures(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def recognise_quadratures(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Beside frequencies, X and Y of both signs are real and imaginary parts.
 
     Parameters
@@ -26,7 +26,7 @@ def recognise_quadratures(table: Table, columns: Mapping[str, Recognised]) -> di
         column
         for column in table.columns
         if columns[column.name].role is Role.RESPONSE
-        and columns[column.name].part is Part.VALUE
+        and columns[column.name].part is ComplexPart.VALUE
         and not np.iscomplexobj(column.values)
     ]
     words = {column.name: tuple(name_words(table.short_name(column))) for column in parts}
@@ -42,6 +42,6 @@ def recognise_quadratures(table: Table, columns: Mapping[str, Recognised]) -> di
         ):
             why = f'"{real.name}" and "{partner[0].name}" {QUADRATURE}'
             stem = " ".join(word for word in words[real.name] if word != "x")
-            for part, column in ((Part.REAL, real), (Part.IMAGINARY, partner[0])):
+            for part, column in ((ComplexPart.REAL, real), (ComplexPart.IMAGINARY, partner[0])):
                 result[column.name] = replace(columns[column.name], part=part, stem=stem, evidence=why)
     return result

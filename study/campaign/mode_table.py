@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.file.column import Column
 from study.campaign.column_role import Recognised, Role, name_words
-from study.campaign.table import Table
+from study.campaign.table import MeasuredTable
 
 MODE_WORDS = {"mode", "modes", "eigenmode", "eigenform"}
 DAMPING_WORDS = {"damping", "zeta", "xi", "dämpfung", "daempfung", "dämpfungsgrad"}
@@ -17,7 +17,7 @@ RATIO_UNITS = {"", "percent"}
 BESIDE = {Role.FREQUENCY, Role.ORDER, Role.REPEAT, Role.OTHER, Role.FOREIGN, Role.COHERENCE, Role.SENSOR}
 
 
-def recognise_modes(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def recognise_modes(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Columns of a table of natural frequencies that hold numbers, names and damping of modes; empty for other tables.
 
     Parameters

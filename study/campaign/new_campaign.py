@@ -17,7 +17,7 @@ from correlation.file.text_table.read_table import DECIMALS
 from study.campaign.channel_name import name_channels
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
-from study.campaign.draft import Draft, Note
+from study.campaign.draft import ManifestDraft, Note
 from study.campaign.draft_frequency import draft_stepped_sine, responses_with_phases
 from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_mode_table, draft_modes
@@ -59,7 +59,7 @@ class NewCampaign:
     """
 
     path: Path
-    draft: Draft
+    draft: ManifestDraft
     suspicions: tuple[str, ...]
 
 
@@ -143,7 +143,7 @@ def _has_measured(folder: Path) -> bool:
     return any(_may_be_measured(path) for path in folder.iterdir())
 
 
-def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
+def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
     """Draft the manifest of a folder.
 
     Parameters
@@ -163,7 +163,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         raise CampaignError(
             f'"{folder}" has no measured file of a known format, but {others}: save their numbers as CSV'
         )
-    draft = Draft(title=folder.resolve().name, answers=answers)
+    draft = ManifestDraft(title=folder.resolve().name, answers=answers)
     for name, reason in measured.unreadable.items():
         sentence = reason.removeprefix(name).lstrip(":, ")
         draft.notes.append(Note(file=name, columns="", role="cannot be read", unit="", evidence=sentence))
@@ -213,7 +213,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     return draft
 
 
-def write_manifest(measured: FolderFiles, draft: Draft, analyse: Analyse = analyse_uncached) -> NewCampaign:
+def write_manifest(measured: FolderFiles, draft: ManifestDraft, analyse: Analyse = analyse_uncached) -> NewCampaign:
     """Write a draft, without entries that `read_campaign` refuses.
 
     Parameters
@@ -240,7 +240,7 @@ def write_manifest(measured: FolderFiles, draft: Draft, analyse: Analyse = analy
     return NewCampaign(path=path, draft=draft, suspicions=(*draft.suspicions, *suspicions))
 
 
-def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
+def _draft_tables(draft: ManifestDraft, judged: Sequence[JudgedTable]) -> None:
     """Entries of all tables, after what they have in common."""
     judged = keep_one_drive(draft, judged)
     stepped = [table for table in judged if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
@@ -273,7 +273,7 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
             draft.left_out.append(f"{name}: a tidy table: write [[test]] and [[sensor]] with its names")
 
 
-def _mark_settling(draft: Draft, judged: JudgedTable, test: str) -> None:
+def _mark_settling(draft: ManifestDraft, judged: JudgedTable, test: str) -> None:
     frequency = judged.of_role(Role.FREQUENCY)[0]
     mask = judged.mask(judged.rows()[0])
     sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]

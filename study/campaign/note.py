@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from correlation.file.column import MeasuredFile
 from correlation.file.format.uff import NOT_READ
 from correlation.file.text_table.footer import describe_footer
-from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
+from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, ComplexPart, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
 from study.campaign.table_kind import JudgedTable, Kind, unit_remedy
@@ -100,7 +100,7 @@ def _described(judged: JudgedTable) -> list[tuple[str, str, str, str]]:
         role = guess.role.value
         if guess.role in {Role.RESPONSE, Role.FORCE}:
             kind = guess.quantity if guess.quantity != role else ""
-            details = [word for word in (kind, "" if guess.part is Part.VALUE else guess.part.value) if word]
+            details = [word for word in (kind, "" if guess.part is ComplexPart.VALUE else guess.part.value) if word]
             role += f" ({', '.join(details)})" if details else ""
         evidence = guess.evidence
         if column.name in settings:

@@ -15,7 +15,7 @@ from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from pipeline.fingerprint import key
-from study.campaign.draft import Draft, entry_name, without_marks
+from study.campaign.draft import ManifestDraft, entry_name, without_marks
 from study.merge_sentences import merge_similar
 
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
@@ -27,7 +27,7 @@ NAMED_RECORD = re.compile(r'record "(.+?)"')
 SHOWN = 4
 
 
-def nothing_left(draft: Draft, folder: Path) -> CampaignError:
+def nothing_left(draft: ManifestDraft, folder: Path) -> CampaignError:
     """Why nothing of a folder can be used."""
     reasons = [reason.rstrip(".") for reason in merge_similar(draft.left_out)]
     more = [f"and {len(reasons) - SHOWN} more"] if len(reasons) > SHOWN else []
@@ -36,7 +36,7 @@ def nothing_left(draft: Draft, folder: Path) -> CampaignError:
 
 
 def keep_readable(
-    draft: Draft, folder: Path, measured: Mapping[str, MeasuredFile], analyse: Analyse = analyse_uncached
+    draft: ManifestDraft, folder: Path, measured: Mapping[str, MeasuredFile], analyse: Analyse = analyse_uncached
 ) -> list[str]:
     """Leave out entries that `read_campaign` refuses, one after the other.
 
@@ -99,7 +99,7 @@ def _name_again(file: Path, name: Path) -> None:
         shutil.copyfile(file, name)
 
 
-def _leave_out(draft: Draft, message: str) -> bool:
+def _leave_out(draft: ManifestDraft, message: str) -> bool:
     """Take entries that a message names out of a draft; whether there were any."""
     lines = message.splitlines()
     doomed: dict[tuple[str, int], str] = {}
@@ -135,7 +135,7 @@ def _leave_out(draft: Draft, message: str) -> bool:
     return bool(doomed)
 
 
-def _without_numbers(draft: Draft, kind: str, number: int, line: str) -> str:
+def _without_numbers(draft: ManifestDraft, kind: str, number: int, line: str) -> str:
     """What a message says of an entry, with the names of others: their numbers are those of this trial alone."""
 
     def name(match: re.Match[str]) -> str:
@@ -147,11 +147,11 @@ def _without_numbers(draft: Draft, kind: str, number: int, line: str) -> str:
     return NAMED_ENTRY.sub(name, reason)
 
 
-def _has_sensor(draft: Draft, entry: Mapping[str, Any]) -> bool:
+def _has_sensor(draft: ManifestDraft, entry: Mapping[str, Any]) -> bool:
     return any(draft.named("sensor", name) for name in entry["columns"])
 
 
-def _drop_unused(draft: Draft) -> None:
+def _drop_unused(draft: ManifestDraft) -> None:
     """Remove sensors and tests that no entry uses."""
     used: set[str] = set()
     for kind in ("run", "frf"):

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import number_frequencies
 from study.campaign.column_role import WORDS, Role, name_words
-from study.campaign.draft import Draft, Run, without_marks
+from study.campaign.draft import ManifestDraft, Run, without_marks
 from study.campaign.draft_frequency import complex_force, harmonic_of_rows
 from study.campaign.dwell import dwell_frequencies
 from study.campaign.question import Marked
 from study.campaign.run_name import last_number, repeat_in_name
 from study.campaign.set_point import HELD
-from study.campaign.table import Table, file_stem
+from study.campaign.table import MeasuredTable, file_stem
 from study.campaign.time_history import sine_amplitude
 
 Series = Float[NDArray[np.float64], " n"]
@@ -31,7 +31,7 @@ FEWEST, SHARE = 3, 0.7
 REPEATS, SETTLING = "repeats", "settling"
 
 
-def number_repeats(draft: Draft) -> None:
+def number_repeats(draft: ManifestDraft) -> None:
     """Give runs of one test at one set point one level, and those with the same points among them a number each.
 
     Parameters
@@ -131,7 +131,7 @@ def _repeat_numbers(groups: Sequence[Sequence[tuple[Run, int]]]) -> tuple[list[l
     return [_counted(group) for group in groups], ""
 
 
-def _stated_repeat(table: Table) -> tuple[int, str]:
+def _stated_repeat(table: MeasuredTable) -> tuple[int, str]:
     """Number of the repeat that an attribute or a word of the name states, and which; 0 without one."""
     for name, number in table.scalars.items():
         if set(name_words(name)) & WORDS[Role.REPEAT] and number > 0 and number == int(number):
@@ -139,7 +139,7 @@ def _stated_repeat(table: Table) -> tuple[int, str]:
     return repeat_in_name(_run_name(table)) or 0, "the repeat in its name"
 
 
-def _run_name(table: Table) -> str:
+def _run_name(table: MeasuredTable) -> str:
     return f"{file_stem(table.file.path.name)} {table.path} {table.of_set}".rstrip()
 
 
@@ -163,7 +163,7 @@ def _counted(group: Sequence[tuple[Run, int]]) -> list[int]:
     return numbers
 
 
-def _number(draft: Draft, runs: Sequence[Run], numbers: Sequence[int], called: str, said: str) -> None:
+def _number(draft: ManifestDraft, runs: Sequence[Run], numbers: Sequence[int], called: str, said: str) -> None:
     """Number runs of one level, unless they are one response that settles."""
     if {*numbers} == {1}:
         return
@@ -178,7 +178,7 @@ def _number(draft: Draft, runs: Sequence[Run], numbers: Sequence[int], called: s
         run["columns"] = columns
 
 
-def mark_settling(draft: Draft, test: str, frequency: Series, sizes: Sequence[Series]) -> None:
+def mark_settling(draft: ManifestDraft, test: str, frequency: Series, sizes: Sequence[Series]) -> None:
     """Ask whether readings that follow each other at one frequency settle, and say so in their test.
 
     Parameters
@@ -201,7 +201,7 @@ def mark_settling(draft: Draft, test: str, frequency: Series, sizes: Sequence[Se
         entry["settling"] = Marked(value=True, assumed=answer.assumed)
 
 
-def _ask(draft: Draft, text: str, default: str, why: str) -> Marked:
+def _ask(draft: ManifestDraft, text: str, default: str, why: str) -> Marked:
     """Whether readings are repeats or one response that settles."""
     return draft.ask(f"{text}, or one response that settles?", default, why, REPEATS, SETTLING)
 

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from correlation.metric.curve_peak import CurvePeak, find_own_peaks
 from correlation.metric.mode_pairing import pair_modes
 from study.campaign.column_role import Role
-from study.campaign.draft import Draft, Run
+from study.campaign.draft import ManifestDraft, Run
 from study.campaign.draft_frequency import complex_force, complex_response, harmonic_of_rows, responses_with_phases
 from study.campaign.repeat import run_direction, run_level
 
 Series = Float[NDArray[np.float64], " n"]
 
 
-def doubt_repeats(draft: Draft) -> Iterator[str]:
+def doubt_repeats(draft: ManifestDraft) -> Iterator[str]:
     """Pairs of repeats whose resonances differ, one sentence for each test and level.
 
     The half-power width of a peak is what damping alone spreads: two responses whose peaks are further apart share no

@@ -6,7 +6,7 @@ import numpy as np
 
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.draft_frequency import force_column, phase_evidence
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, name_motion, opposite_sign
 from study.campaign.question import Marked
@@ -14,7 +14,7 @@ from study.campaign.sensor_draft import direction_sign
 from study.campaign.table_kind import JudgedTable
 
 
-def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
+def sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
     """Signs of sensors whose phases at the peaks are opposite to those of a sensor at the force.
 
     Where the file says that the sensor is at the force this is the sign of its readings. Elsewhere the shape may be the

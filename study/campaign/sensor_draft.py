@@ -11,8 +11,8 @@ from correlation.file.decibel import SCALE
 from correlation.file.format.wav import holds_counts
 from correlation.file.quantity import MOTION_WORDS
 from study.campaign.amplitude import own_amplitude
-from study.campaign.column_role import MOTIONS, QUADRATURE, Part, Recognised, Role
-from study.campaign.draft import Draft, without_marks
+from study.campaign.column_role import MOTIONS, QUADRATURE, ComplexPart, Recognised, Role
+from study.campaign.draft import ManifestDraft, without_marks
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable, Kind
 from study.campaign.unknown_unit import says_counts
@@ -65,7 +65,13 @@ def sensor_name(judged: JudgedTable, column: Column) -> str:
 
 
 def add_sensor(
-    draft: Draft, judged: JudgedTable, column: Column, *, has_phase: bool | None, needs_unit: bool, name: str = ""
+    draft: ManifestDraft,
+    judged: JudgedTable,
+    column: Column,
+    *,
+    has_phase: bool | None,
+    needs_unit: bool,
+    name: str = "",
 ) -> str:
     """Add the sensor of a response unless it is there.
 
@@ -115,7 +121,7 @@ def add_sensor(
     return name
 
 
-def ask_quantity(draft: Draft, name: str, guess: Recognised) -> str | Marked:
+def ask_quantity(draft: ManifestDraft, name: str, guess: Recognised) -> str | Marked:
     """What a sensor measures."""
     if guess.quantity in {*MOTIONS, LOAD_CELL}:
         return Marked(value=guess.quantity, assumed=guess.evidence) if guess.assumed else guess.quantity
@@ -125,7 +131,13 @@ def ask_quantity(draft: Draft, name: str, guess: Recognised) -> str | Marked:
 
 
 def reading(
-    draft: Draft, judged: JudgedTable, column: Column, *, sensor: str = "", phase: Column | None = None, per: str = ""
+    draft: ManifestDraft,
+    judged: JudgedTable,
+    column: Column,
+    *,
+    sensor: str = "",
+    phase: Column | None = None,
+    per: str = "",
 ) -> str | dict[str, Any]:
     """Columns and unit of a quantity as the manifest names them.
 
@@ -142,7 +154,7 @@ def reading(
     """
     guess = judged.columns[column.name]
     entry: dict[str, Any] = {}
-    if guess.part is Part.REAL and phase is not None:
+    if guess.part is ComplexPart.REAL and phase is not None:
         entry = {"real": column.name, "imag": phase.name}
         if guess.evidence.endswith(QUADRATURE):
             entry["real"] = Marked(value=column.name, assumed=guess.evidence)
@@ -152,7 +164,7 @@ def reading(
             angle = judged.columns[phase.name].unit
             why = f'"{phase.name}" {"goes beyond" if angle == "deg" else "stays within"} 2.1 pi'
             entry["phase_unit"] = Marked(value=angle, assumed=why)
-    elif guess.part is Part.AMPLITUDE:
+    elif guess.part is ComplexPart.AMPLITUDE:
         entry = {"amplitude": column.name}
     else:
         entry = {"column": column.name}
@@ -176,7 +188,7 @@ def reading(
 
 
 def drive_reading(
-    draft: Draft, judged: JudgedTable, force: Column, *, phase: Column | None = None
+    draft: ManifestDraft, judged: JudgedTable, force: Column, *, phase: Column | None = None
 ) -> str | dict[str, Any]:
     """Columns, unit and sign of the force that drives; a drive that is not calibrated has no unit of its own.
 
@@ -224,7 +236,7 @@ def _unit(quantity: str, guess: Recognised, per: str) -> Marked:
     return Marked(value=f"({si})/({per})" if per else si, assumed="the file says no unit; SI")
 
 
-def _position(draft: Draft, judged: JudgedTable, column: Column, name: str) -> dict[str, Any]:
+def _position(draft: ManifestDraft, judged: JudgedTable, column: Column, name: str) -> dict[str, Any]:
     """Direction and place: of the file where it says them."""
     point, nodes = column.response, judged.table.file.nodes
     count = len([one for one in judged.table.columns if judged.columns[one.name].role is Role.RESPONSE])
@@ -233,7 +245,7 @@ def _position(draft: Draft, judged: JudgedTable, column: Column, name: str) -> d
     return draft_position(draft, which, axis, None if point is None or point.node is None else nodes.get(point.node))
 
 
-def draft_position(draft: Draft, which: str, axis: str, node: Node | None) -> dict[str, Any]:
+def draft_position(draft: ManifestDraft, which: str, axis: str, node: Node | None) -> dict[str, Any]:
     """Direction and place of a sensor: what its file says, and else what is asked.
 
     Parameters

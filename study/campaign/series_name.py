@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from study.campaign.channel_set import AGAIN
 from study.campaign.dataset_set import DATASET
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.draft_frequency import complex_force, is_response_controlled, responses_with_phases, says_free
 from study.campaign.run_name import LENGTH_IN_NAME, QUANTITY_OF_COLUMN, condition_words, naming_scheme
 from study.campaign.table import file_stem
@@ -14,7 +14,7 @@ from study.campaign.table_kind import JudgedTable, Kind
 WITHOUT_TEST = {Kind.RING_DOWN, Kind.LOOP, Kind.FREQUENCY_RESPONSE}
 
 
-def name_tests(draft: Draft, tables: Sequence[JudgedTable]) -> dict[int, str]:
+def name_tests(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> dict[int, str]:
     """Test of each table, by its identity.
 
     Tables of equal columns are runs of one test. Words of the names of their files that tell neither a run, a level, a

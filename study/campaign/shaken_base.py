@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from study.campaign.column_role import Recognised, Role, name_words
-from study.campaign.table import Table
+from study.campaign.table import MeasuredTable
 
 CONTROL_WORDS, DEMAND_WORDS = {"control", "regelsignal"}, {"demand", "target", "sollwert", "profile"}
 
 
-def recognise_controller(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def recognise_controller(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """The acceleration called "control" as what drives, beside a demand or a voltage; others as they are.
 
     Parameters

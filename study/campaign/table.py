@@ -19,7 +19,7 @@ INDEX = re.compile(r"(\([\d:,]+\)|\[[\d,]+\])$")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Table:
+class MeasuredTable:
     """Columns that were measured together.
 
     Parameters
@@ -74,7 +74,7 @@ def file_stem(name: str) -> str:
     return unicodedata.normalize("NFC", Path(name.removesuffix(".gz")).stem)
 
 
-def split_tables(file: MeasuredFile) -> list[Table]:
+def split_tables(file: MeasuredFile) -> list[MeasuredTable]:
     """Tables of a file: by abscissa where the file says it, else by path and length.
 
     Parameters
@@ -102,7 +102,7 @@ def split_tables(file: MeasuredFile) -> list[Table]:
         # What stands at the top of a file holds for all tables of its length.
         common = groups.get((abscissa, "", length), []) if path else []
         scalars = _attributes(columns) | _scalars(file, path)
-        tables.append(Table(file=file, path=path, columns=(*common, *columns), scalars=scalars, group=single))
+        tables.append(MeasuredTable(file=file, path=path, columns=(*common, *columns), scalars=scalars, group=single))
     paths = {table.path for table in tables if table.path}
     return [table for table in tables if table.path or not paths or _stands_alone(table, tables)]
 
@@ -129,7 +129,7 @@ def _without_last(name: str) -> str:
     return whole if mark and last.lower() in OF_ONE else name
 
 
-def _stands_alone(table: Table, tables: list[Table]) -> bool:
+def _stands_alone(table: MeasuredTable, tables: list[MeasuredTable]) -> bool:
     """Whether a table at the top of a file is more than the common columns of others."""
     return not any(set(table.columns) < set(other.columns) for other in tables)
 

@@ -17,7 +17,7 @@ from study.campaign.column_role import (
     RATIOS,
     SPECTRUM_WORDS,
     UNKNOWN_UNIT,
-    Part,
+    ComplexPart,
     Recognised,
     Role,
     name_words,
@@ -31,7 +31,7 @@ from study.campaign.mode_table import recognise_modes
 from study.campaign.motion_ratio import TRANSMISSIBILITY, is_motion_ratio
 from study.campaign.set_point import changes_between_passes
 from study.campaign.shaken_base import recognise_controller
-from study.campaign.table import Table, file_stem
+from study.campaign.table import MeasuredTable, file_stem
 from study.campaign.time_history import (
     IN_LINES,
     SECONDS,
@@ -76,7 +76,7 @@ class JudgedTable:
         Columns that are constant in blocks of rows: each combination of their values is a series of its own.
     """
 
-    table: Table
+    table: MeasuredTable
     kind: Kind
     evidence: str
     columns: Mapping[str, Recognised]
@@ -136,7 +136,7 @@ DISTORTED = 1e-3
 MUCH_LESS_HARMONIC = 10.0
 
 
-def judge_table(table: Table) -> JudgedTable:
+def judge_table(table: MeasuredTable) -> JudgedTable:
     """Kind of a table and roles of its columns.
 
     Parameters
@@ -198,7 +198,7 @@ def _lacks_response(judged: JudgedTable) -> str:
     return "it has no response"
 
 
-def _to_add(table: Table) -> str:
+def _to_add(table: MeasuredTable) -> str:
     """How the frequencies of complex numbers are added to a file of its format."""
     if table.file.format == "uff":
         return "say its abscissa in Hz, as type 18 in dataset 58"
@@ -246,7 +246,7 @@ def _as(judged: JudgedTable, kind: Kind, evidence: str) -> JudgedTable:
     return JudgedTable(**{**vars(judged), "kind": kind, "evidence": evidence})
 
 
-def _force_symbols(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _force_symbols(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Beside a time or a frequency of another name, F is a force."""
     forces = {
         column.name: force
@@ -260,7 +260,7 @@ def _force_symbols(table: Table, columns: Mapping[str, Recognised]) -> dict[str,
     return {**columns, **(forces if others & {Role.TIME, Role.FREQUENCY} else {})}
 
 
-def _name_of_file(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _name_of_file(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Channels of which nothing else is known are what the name of their file or group says: "velocity.wav"."""
     words = set(name_words(f"{file_stem(table.file.path.name)} {table.path or table.group}"))
     unknown = [name for name, guess in columns.items() if guess.role is Role.RESPONSE and not guess.quantity]
@@ -276,7 +276,7 @@ def _name_of_file(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
     return {**columns, **{name: replace(columns[name], **change) for name in unknown if change}}
 
 
-def _raw_voltages(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """A voltage beside a column of the same name in another unit is the raw reading of it: "Force (V)", "Force (N)"."""
     result = dict(columns)
     for column in table.columns:
@@ -303,7 +303,7 @@ def _strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     return {**columns, **{name: Recognised(role=Role.FOREIGN, unit=STRAIN, evidence=why) for name in strains}}
 
 
-def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _one_abscissa(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Of several times or frequencies the first that varies most is the abscissa."""
     result = dict(columns)
     for role in (Role.TIME, Role.FREQUENCY):
@@ -315,7 +315,7 @@ def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
     return result
 
 
-def _time_stamps(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _time_stamps(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """A time beside a frequency is a time stamp if there are phases, or if a step of it is no part of a period."""
     result = dict(columns)
     time, frequency = (
@@ -328,7 +328,7 @@ def _time_stamps(table: Table, columns: Mapping[str, Recognised]) -> dict[str, R
     steps = SECONDS.get(columns[time.name].unit, 1.0) * np.abs(np.diff(time.values))
     hertz = HERTZ.get(columns[frequency.name].unit, 1.0) * np.abs(frequency.values)
     if any(np.iscomplexobj(one.values) for one in table.columns) or any(
-        guess.role is Role.PHASE or guess.part in {Part.REAL, Part.IMAGINARY} for guess in others
+        guess.role is Role.PHASE or guess.part in {ComplexPart.REAL, ComplexPart.IMAGINARY} for guess in others
     ):
         why = "a time stamp: amplitudes and phases stand beside a frequency"
     elif np.nanmedian(steps) * np.nanmedian(hertz) > NYQUIST:
@@ -339,7 +339,7 @@ def _time_stamps(table: Table, columns: Mapping[str, Recognised]) -> dict[str, R
     return result
 
 
-def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _unknown_response(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Without any known response, what is unknown beside a time or a frequency is one, and so are voltages."""
     roles = {guess.role for guess in columns.values()}
     result = dict(columns)
@@ -364,7 +364,7 @@ def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[s
     return result
 
 
-def _steps_of_level(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _steps_of_level(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """What has few values beside frequencies, one in each pass, is the set point of a level: a force, or any column.
 
     Where neither force nor level is known, the name of such a column does not matter, unless it counts the passes.
@@ -398,7 +398,7 @@ def _may_be_level(column: Column) -> bool:
     return quantity in {"force", "voltage"} or not np.array_equal(values, 1 + np.arange(len(values)))
 
 
-def _dead_drives(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _dead_drives(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Beside another force, one that is zero in all rows does not drive."""
     forces = [one for one in table.columns if columns[one.name].role is Role.FORCE]
     dead = [one.name for one in forces if not np.any(one.values)]
@@ -408,7 +408,7 @@ def _dead_drives(table: Table, columns: Mapping[str, Recognised]) -> dict[str, R
     return {**columns, **{name: replace(columns[name], role=Role.OTHER, evidence=why) for name in dead}}
 
 
-def _settings(table: Table, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
+def _settings(table: MeasuredTable, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
     """Columns that name the series of a row: levels, sensors, harmonics, and whatever is constant in blocks."""
     time = next((one.values for one in table.columns if columns[one.name].role is Role.TIME), None)
     settings = []
@@ -484,7 +484,7 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
     words = {*name_words(f"{file_stem(judged.table.file.path.name)} {judged.table.path}")}
     guesses = [judged.columns[column.name] for column in judged.table.columns]
     has_phase = any(np.iscomplexobj(column.values) for column in judged.of_role(Role.RESPONSE)) or any(
-        guess.role is Role.PHASE or guess.part is Part.IMAGINARY for guess in guesses
+        guess.role is Role.PHASE or guess.part is ComplexPart.IMAGINARY for guess in guesses
     )
     # What has the unit of a motion, and not of its ratio to a force, is its spectrum.
     of_motion = any(column.unit for column in judged.of_role(Role.RESPONSE))

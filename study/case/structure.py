@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import AnySensor, DeadWeight, Dof, LoadCell, Part
+from correlation.model import AnySensor, DeadWeight, Dof, LoadCell, StructurePart
 from fe.sparse.factor import Symmetric
 from reduction.base_excitation import BaseMotion
 from reduction.elastic_support import ElasticBody
@@ -72,7 +72,7 @@ class Structure:
 
     matrices: StructureMatrices
     dofs: tuple[Dof, ...] = ()
-    parts: tuple[Part, ...] = ()
+    parts: tuple[StructurePart, ...] = ()
     stored: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
     joints: tuple[Joint, ...] = ()

@@ -34,7 +34,7 @@ def bench(
     """Open the bench."""
     one_thread_by_default()
     from study.bench.server import serve_bench
-    from study.bench.work import Place
+    from study.bench.work import BenchFiles
     from study.kind.registry import open_case
 
     open_case(case)  # a mistake of the file is told at once
@@ -50,6 +50,6 @@ def bench(
 
             webbrowser.open(address)
 
-    place = Place(case=case, folder=campaign, without=without, cache=options.cache_folder, trust=options.trust)
+    place = BenchFiles(case=case, folder=campaign, without=without, cache=options.cache_folder, trust=options.trust)
     serve_bench(place, port, opened=opened)
     return Answer(document={"case": str(case), "address": addresses[0]}, text="The bench is closed; nothing is lost.")

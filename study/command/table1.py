@@ -11,7 +11,7 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from study.table1.report import Report
+    from study.table1.report import Table1Report
     from study.table1.study import MeshStudy
 
 app = command_app(
@@ -50,7 +50,7 @@ def table1(
     return Answer(document=document, text=_table(report.studies[0], report))
 
 
-def _table(study: "MeshStudy", report: "Report") -> "Table":
+def _table(study: "MeshStudy", report: "Table1Report") -> "Table":
     from rich.table import Table
 
     table = Table(

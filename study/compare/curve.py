@@ -32,7 +32,7 @@ WORTH_DRAWING = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Curve:
+class ComparedCurve:
     """Curve of one sensor and harmonic at one level, in the unit in which it is drawn.
 
     Parameters
@@ -61,7 +61,7 @@ class Curve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Panel:
+class SensorPanel:
     """All levels of one sensor and harmonic.
 
     Parameters
@@ -83,7 +83,7 @@ class Panel:
     unit: str
     scale: float
     per_level: bool
-    curves: tuple[Curve, ...] = ()
+    curves: tuple[ComparedCurve, ...] = ()
 
     @property
     def is_static(self) -> bool:
@@ -112,7 +112,7 @@ class Drawing:
     """
 
     misfit: Mapping[bool, Misfit]
-    panels: Mapping[bool, Sequence[Panel]]
+    panels: Mapping[bool, Sequence[SensorPanel]]
     held_out: frozenset[float]
     unit: str = "N"
 
@@ -150,7 +150,7 @@ def predict_lines(
 
 def make_panels(
     model: Model, misfit: Misfit, lines: tuple[Points, Coefficients], units: Mapping[str, str], level_unit: str = "N"
-) -> list[Panel]:
+) -> list[SensorPanel]:
     """Curves of every sensor and harmonic of one configuration; `units` are those of the measured values by sensor."""
     fine, line = lines
     sensors = {sensor.name: sensor for sensor in model.sensors}
@@ -163,14 +163,14 @@ def make_panels(
         unit, scale = choose_unit(units[key[0]], float(size.max()))
         if per_level:
             unit = per_level_unit(unit, level_unit)
-        panel = Panel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
+        panel = SensorPanel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
         curves = []
         for (other, level, sweep), rows in points:
             if other != key:
                 continue
             drawn, factor = lines_of[other, level, sweep], panel.factor(misfit.points.force[rows])
             curves.append(
-                Curve(
+                ComparedCurve(
                     level=level,
                     sweep=sweep,
                     rows=rows,

@@ -17,7 +17,7 @@ GROSS = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Readings:
+class MotionReadings:
     """Some readings of motions.
 
     Parameters
@@ -34,11 +34,11 @@ class Readings:
     value: Complex[NDArray[np.complex128], " m"]
     stated: Complex[NDArray[np.complex128], " m"]
 
-    def where(self, rows: Bool[NDArray[np.bool_], " m"] | Int[NDArray[np.int64], " n"]) -> "Readings":
+    def where(self, rows: Bool[NDArray[np.bool_], " m"] | Int[NDArray[np.int64], " n"]) -> "MotionReadings":
         """Rows of a mask, or of indices."""
-        return Readings(points=self.points.where(rows), value=self.value[rows], stated=self.stated[rows])
+        return MotionReadings(points=self.points.where(rows), value=self.value[rows], stated=self.stated[rows])
 
-    def some(self, most: int) -> "Readings":
+    def some(self, most: int) -> "MotionReadings":
         """At most so many of them, evenly; steps of whole rows could meet one sensor alone."""
         n = len(self.value)
         return self.where(np.linspace(0, n - 1, min(n, most)).round().astype(np.int64))

@@ -10,7 +10,7 @@ from correlation.model import LineSensor, Sensor
 from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
 from figure.misfit_map import MapPanel, MisfitMap
 from figure.registry import pictures as drawn_pictures
-from study.compare.curve import Drawing, Frequencies, Panel, list_curve_keys, stands_out
+from study.compare.curve import Drawing, Frequencies, SensorPanel, list_curve_keys, stands_out
 
 ABOUT = {
     "frf": "response per unit of the level",
@@ -56,7 +56,7 @@ def draw_pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
     return drawn_pictures(drawn)
 
 
-def _figures(panels: Sequence[Panel]) -> dict[str, tuple[list[Panel], int]]:
+def _figures(panels: Sequence[SensorPanel]) -> dict[str, tuple[list[SensorPanel], int]]:
     """Panels of each figure and how many stand side by side: fundamental motions, their harmonics, contact forces."""
     forces = [panel for panel in panels if isinstance(panel.sensor, LineSensor)]
     motions = [panel for panel in panels if isinstance(panel.sensor, Sensor)]
@@ -82,13 +82,13 @@ def _map(misfit: Misfit, levels: Frequencies, words: Sequence[str], title: str) 
     return MisfitMap(panels=panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
 
 
-def _has_phase(misfit: Misfit, panel: Panel) -> bool:
+def _has_phase(misfit: Misfit, panel: SensorPanel) -> bool:
     sensor, harmonic = panel.key
     points = misfit.points
     return bool(misfit.phased[(points.sensor == sensor) & (points.harmonic == harmonic)].any())
 
 
-def _overlay(panel: Panel, levels: Frequencies, has_phase: bool) -> OverlayPanel:
+def _overlay(panel: SensorPanel, levels: Frequencies, has_phase: bool) -> OverlayPanel:
     sensor, harmonic = panel.key
     label = sensor if panel.per_level else f"{sensor}, harmonic {harmonic}"
     curves = [

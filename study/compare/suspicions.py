@@ -25,7 +25,7 @@ from correlation.feature.table import average_campaign
 from correlation.model import Model
 from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
-from study.compare.gross_misfit import GROSS, ROUGH, Readings, find_motions
+from study.compare.gross_misfit import GROSS, ROUGH, MotionReadings, find_motions
 from study.compare.visible_resonance import find_visible_resonances
 from study.compare.wrong_stiffness import find_wrong_stiffness
 
@@ -64,7 +64,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     )
     predictor = Predictor(points=points, tolerance=ROUGH)
     predicted = predictor.predict(model).value if before is None else predictor.vary(model, before)
-    all_readings = Readings(points=points, value=table.value, stated=predicted)
+    all_readings = MotionReadings(points=points, value=table.value, stated=predicted)
     motions = all_readings.where(find_motions(campaign, points))
     of_tests = (
         *find_model_suspicions(campaign, compute_model_frequencies(model)),
@@ -104,7 +104,7 @@ def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
         )  # fmt: skip
 
 
-def _wrong_levels(campaign: Campaign, motions: Readings, model: Model) -> tuple[Suspicion, ...]:
+def _wrong_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> tuple[Suspicion, ...]:
     """Levels in another unit, where contacts slip at the stated ones: the model is asked at the others."""
     readings = motions.some(MOST_ASKED)
     stated = readings.stated_misfit

@@ -7,7 +7,7 @@ import numpy as np
 from correlation.campaign.measurement import Suspicion
 from correlation.model import Model
 from reduction.errors import JointError
-from study.compare.gross_misfit import GROSS, Readings
+from study.compare.gross_misfit import GROSS, MotionReadings
 from study.compare.visible_resonance import find_visible_resonances
 
 #: Readings that tell a wrong stiffness: models that are tried are asked for all of them.
@@ -25,7 +25,7 @@ DISTINGUISHABLE = 0.5
 MOST_TRIED = 2
 
 
-def find_wrong_stiffness(motions: Readings, model: Model) -> tuple[Suspicion, ...]:
+def find_wrong_stiffness(motions: MotionReadings, model: Model) -> tuple[Suspicion, ...]:
     """The stiffness of a line, of all lines or of a joint that explains a gross misfit by a factor between two units.
 
     Parameters
@@ -64,7 +64,7 @@ def find_wrong_stiffness(motions: Readings, model: Model) -> tuple[Suspicion, ..
     return ()
 
 
-def _find_lowest_peak(jointed: Readings) -> float | None:
+def _find_lowest_peak(jointed: MotionReadings) -> float | None:
     """Frequency of the largest motion of one sensor at the lowest level, where contacts hardly slip [Hz].
 
     None where it is at an end of the band.

@@ -17,7 +17,7 @@ from study.diagnose.history import (
     UNDO,
     Errors,
     History,
-    Step,
+    HistoryStep,
     case_key,
     history_of,
     read_text,
@@ -35,7 +35,7 @@ class CaseEditError(InputError):
     """An edit of a case that cannot be made, or taken back."""
 
 
-def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | None = None) -> Step:
+def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | None = None) -> HistoryStep:
     """Write an effect into a case.
 
     Parameters
@@ -68,7 +68,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     written = {effect: as_written(values) for effect, values in step.pop("added").items()}
     written[step["effect"]] = as_written(step["values"])
     new = edit_case(text, written, as_written(step["calibrated"]), str(case))
-    noted = Step(
+    noted = HistoryStep(
         what=ADD,
         **step,
         case_before=text,
@@ -79,7 +79,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     return save_step(case, history, noted, new)
 
 
-def undo(case: Path) -> Step:
+def undo(case: Path) -> HistoryStep:
     """Take the last added effect out of a case again; what was edited elsewhere since stays.
 
     Parameters
@@ -112,7 +112,7 @@ def undo(case: Path) -> Step:
             f'{case}: the lines of "{last.effect}" were edited since they were written: take that edit back, or '
             "remove them by hand"
         )
-    noted = Step(
+    noted = HistoryStep(
         what=UNDO, effect=last.effect, before=last.after, after=last.before, case_before=text, case_after=old,
         diff=list_changes(text, old, case.name), case_key=case_key(old),
     )  # fmt: skip
@@ -223,7 +223,7 @@ def _setup(case: Path, history: History, run: RunContext | None) -> Setup:
     return read_case(case, read_measured(folder, run or silent_run()) if is_there else None, run).setup
 
 
-def save_step(case: Path, history: History, step: Step, text: str) -> Step:
+def save_step(case: Path, history: History, step: HistoryStep, text: str) -> HistoryStep:
     """Write history and case, or neither."""
     longer = history.with_step(step)
     longer.save()

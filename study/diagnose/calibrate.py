@@ -7,7 +7,7 @@ from study.case.setup import read_case, require_loads
 from study.compare.suspicions import require_testable
 from study.diagnose.add import CaseEditError, as_written, save_step
 from study.diagnose.edit import edit_case, list_changes
-from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
+from study.diagnose.history import CALIBRATION, HistoryStep, case_key, history_of, read_text
 from study.diagnose.round import summarise_errors
 from study.diagnose.screen import ScreeningResult, screen_case
 from study.diagnose.table import list_case_values
@@ -16,7 +16,7 @@ from study.measured_campaign import read_measured
 from study.run_context import RunContext
 
 
-def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> Step:
+def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> HistoryStep:
     """Fit the calibration parameters and the added effects of a case, and write their values into it.
 
     Parameters
@@ -60,7 +60,7 @@ def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, .
     return screen_case(setup, campaign, without=without, store=run.store, progress=run.progress)
 
 
-def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text: str) -> Step:
+def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text: str) -> HistoryStep:
     """Write a fit into a case, and note it in the history.
 
     Parameters
@@ -85,7 +85,7 @@ def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text:
     added = {effect: as_written(numbers) for effect, numbers in values["added"].items()}
     new = edit_case(text, added, as_written(values["calibrated"]), str(case))
     drawn, after = summarise_errors(screened.uncalibrated), summarise_errors(screened.baseline)
-    step = Step(
+    step = HistoryStep(
         what=CALIBRATION, effect=CALIBRATION, campaign=str(folder.resolve()), calibrated=values["calibrated"],
         before=None if screened.setup.added or screened.setup.calibrated else drawn, after=after, drawn=drawn,
         accepted=None if screened.setup.added else after, case_before=text, case_after=new,

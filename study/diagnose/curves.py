@@ -24,19 +24,19 @@ from study.compare.curve import (
 from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.section.misfit import map_misfit
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage, list_data_sets
+from study.diagnose.stages import FitStage, list_data_sets
 from study.page.number import round_list
 
 Numbers = Float[NDArray[np.float64], " f"]
 
 
-def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
+def joined_misfit(result: Round, stage: FitStage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
     train, held_out = (data_set.misfit for data_set in list_data_sets(result, stage))
     return join_sides(train, held_out)
 
 
-def make_curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
+def make_curves(result: Round, shown: Sequence[FitStage]) -> dict[str, Any]:
     """Responses over frequency: of each configuration, sensor and harmonic, and level; amplitude, phase, deviation."""
     misfit, new = joined_misfit(result, shown[-1])
     levels = np.unique(misfit.points.level)
@@ -80,7 +80,7 @@ def make_curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     }
 
 
-def make_maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
+def make_maps(result: Round, shown: Sequence[FitStage]) -> list[dict[str, Any]]:
     """Misfit of each configuration and stage: rows are levels within sensors and harmonics, columns frequencies."""
     parts = [joined_misfit(result, stage)[0] for stage in shown]
     listed = []
@@ -98,7 +98,7 @@ def make_maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
     return listed
 
 
-def _lines(result: Round, stage: Stage, fine: Points, name: str) -> NDArray[np.complex128]:
+def _lines(result: Round, stage: FitStage, fine: Points, name: str) -> NDArray[np.complex128]:
     fit = stage.refit.fit
     return result.run_step(
         f"curves, {stage.name}, {name}", lambda: Predictor(points=fine).predict(fit.model, fit.prediction).value

@@ -25,7 +25,7 @@ from study.compare.sentence import Summary
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import add
 from study.diagnose.advice import ADVICE
-from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
+from study.diagnose.history import DIAGNOSIS, Errors, HistoryStep, case_key, history_of, read_text
 from study.diagnose.progress import phases
 from study.diagnose.round import MOST_ADDED, Steps, summarise_errors
 from study.diagnose.table import format_fitted_strength, list_case_values
@@ -268,7 +268,7 @@ def _record(found: DataDiagnosisResult, case: Path, folder: Path, key: str) -> N
         for refit in found.diagnosis.refits
         if refit.effect is not None
     ]
-    step = Step(
+    step = HistoryStep(
         what=DIAGNOSIS, case_key=key, campaign=str(folder.resolve()), sentence=found.headline,
         finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.baseline), candidates=fitted,
     )  # fmt: skip

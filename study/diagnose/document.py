@@ -5,7 +5,7 @@ from typing import Any
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.fit.problem import Refit
-from diagnosis.localisation import Place
+from diagnosis.localisation import UnknownForcePlace
 from diagnosis.resonator import Resonator
 from study.diagnose.doubt import list_doubts, list_notes
 from study.diagnose.report import format_headline
@@ -54,7 +54,7 @@ def make_document(result: Round) -> dict[str, Any]:
         },
         "added": _document_added(result),
         "candidates": [_document_row(row) for row in list_rows(result)],
-        "places": [_document_place(each) for each in diagnosis.places if isinstance(each, Place)],
+        "places": [_document_place(each) for each in diagnosis.places if isinstance(each, UnknownForcePlace)],
         "resonators": [_document_resonator(each) for each in diagnosis.places if isinstance(each, Resonator)],
         "missing_law": None if result.law is None else result.law.document,
         "next_test": result.next_step.document,
@@ -76,7 +76,7 @@ def _document_added(result: Round) -> list[dict[str, Any]]:
     ]
 
 
-def _document_place(place: Place) -> dict[str, Any]:
+def _document_place(place: UnknownForcePlace) -> dict[str, Any]:
     """A place where an unknown force would explain what is left."""
     return {
         "place": place.name,

@@ -47,7 +47,7 @@ class Errors:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Step:
+class HistoryStep:
     """Step of a history.
 
     Parameters
@@ -110,12 +110,12 @@ class History:
     """
 
     file: Path
-    steps: tuple[Step, ...] = ()
+    steps: tuple[HistoryStep, ...] = ()
 
     @property
-    def active_steps(self) -> tuple[Step, ...]:
+    def active_steps(self) -> tuple[HistoryStep, ...]:
         """Added effects and calibrations that have not been undone."""
-        steps: list[Step] = []
+        steps: list[HistoryStep] = []
         for step in self.steps:
             if step.what in {ADD, CALIBRATION}:
                 steps.append(step)
@@ -124,11 +124,11 @@ class History:
         return tuple(steps)
 
     @property
-    def last_diagnosis(self) -> Step | None:
+    def last_diagnosis(self) -> HistoryStep | None:
         """The latest one; none if there is none."""
         return next((step for step in reversed(self.steps) if step.what == DIAGNOSIS), None)
 
-    def with_step(self, step: Step) -> "History":
+    def with_step(self, step: HistoryStep) -> "History":
         """The history with one more step; a diagnosis takes the place of one of the same case."""
         stamped = replace(step, when=step.when or datetime.now().astimezone().isoformat(timespec="seconds"))
         steps = self.steps
@@ -207,15 +207,15 @@ def write_beside(file: Path, text: str) -> None:
         ) from None
 
 
-def _plain(step: Step) -> dict[str, Any]:
+def _plain(step: HistoryStep) -> dict[str, Any]:
     data = {name: getattr(step, name) for name in step.__dataclass_fields__}
     errors = {name: item.document for name, item in data.items() if isinstance(item, Errors)}
     return {name: value for name, value in (data | errors).items() if value not in (None, "", (), {}, [])}
 
 
-def _step(data: Mapping[str, Any]) -> Step:
+def _step(data: Mapping[str, Any]) -> HistoryStep:
     names = ("before", "after", "drawn", "accepted")
-    return Step(**{**data, **{name: Errors.read(data[name]) for name in names if name in data}})
+    return HistoryStep(**{**data, **{name: Errors.read(data[name]) for name in names if name in data}})
 
 
 def _damaged(file: Path, what: str) -> CaseError:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from diagnosis.missing_law.curves import Curve
+from diagnosis.missing_law.curves import CurveWithBand
 from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
 from study.diagnose.missing_law import RecoveredLaw
 
@@ -31,5 +31,5 @@ def make_law_drawing(law: RecoveredLaw, title: str) -> LawDrawing:
     )  # fmt: skip
 
 
-def _band(curve: Curve) -> BandedCurve:
+def _band(curve: CurveWithBand) -> BandedCurve:
     return BandedCurve(x=curve.x, mean=curve.mean, low=curve.low, high=curve.high)

@@ -6,7 +6,7 @@ from typing import Any
 
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.missing_law.curves import Curve, LawCurves, compute_curves
+from diagnosis.missing_law.curves import CurveWithBand, LawCurves, compute_curves
 from diagnosis.missing_law.description import LawDescription, describe
 from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.place_law import MissingLaw
@@ -98,5 +98,5 @@ def _key_of(unit: str) -> str:
     return unit.lower().replace("/", "_per_").replace(" ", "_")
 
 
-def _curve_document(curve: Curve, x: str, y: str) -> dict[str, Any]:
+def _curve_document(curve: CurveWithBand, x: str, y: str) -> dict[str, Any]:
     return {x: curve.x, y: curve.mean, "low_95": curve.low, "high_95": curve.high}

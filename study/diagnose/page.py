@@ -8,7 +8,7 @@ import numpy as np
 
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
-from diagnosis.localisation import Place
+from diagnosis.localisation import UnknownForcePlace
 from diagnosis.resonator import Resonator
 from figure.candidates import CandidateBar, Candidates
 from figure.misfit_map import COLOURS, STEPS
@@ -25,7 +25,7 @@ from study.diagnose.next_test_drawing import make_next_tests
 from study.diagnose.report import LAW_FILE, describe_threshold, format_headline
 from study.diagnose.resonance import describe_level_dependence, draw_resonances
 from study.diagnose.round import Round, summarise_errors
-from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall
+from study.diagnose.stages import FitStage, describe_fall, list_stages, make_waterfall
 from study.diagnose.table import MARKED_ALIKE, format_digits, format_interval, list_factors, list_rows, list_strengths
 from study.page.html import embed, render_page, typeset_text
 
@@ -138,7 +138,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         n_shown=SHOWN,
         held_out_before=percent(result.diagnosis.baseline.held_out_error, 3),
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
-        places=[each for each in result.diagnosis.places if isinstance(each, Place)],
+        places=[each for each in result.diagnosis.places if isinstance(each, UnknownForcePlace)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
         resonators=[_resonator(each) for each in result.diagnosis.places if isinstance(each, Resonator)],
         law=None if result.law is None else [*result.law.sentences],
@@ -160,7 +160,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
     )
 
 
-def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
+def _cards(listed: Sequence[FitStage]) -> list[dict[str, str]]:
     """Key numbers of the first, the present and the proposed model."""
     values = [summarise_errors(stage.refit) for stage in listed]
 
@@ -177,7 +177,7 @@ def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
     ]
 
 
-def _place(place: Place) -> dict[str, Any]:
+def _place(place: UnknownForcePlace) -> dict[str, Any]:
     levels = zip(place.level.tolist(), place.stiffness.tolist(), place.deviation.tolist(), strict=True)
     return {
         "name": place.name,
@@ -208,7 +208,7 @@ def _resonator(resonator: Resonator) -> dict[str, str]:
     }
 
 
-def _reads(place: Place) -> str:
+def _reads(place: UnknownForcePlace) -> str:
     """Effects that such a force could be."""
     off = {180.0: "a spring", 0.0: "inertia", -90.0: "damping"}
     phase = place.phase

@@ -15,7 +15,7 @@ from study.compare.report import side_by_side
 from study.console import WIDTH
 from study.diagnose.advice import choose_advice
 from study.diagnose.doubt import HARMFUL_ERROR_RATIO, list_doubts, list_notes
-from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
+from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, HistoryStep
 from study.diagnose.missing_law import format_law
 from study.diagnose.next_test import format_next_tests
 from study.diagnose.resonance import describe_level_dependence
@@ -115,7 +115,7 @@ def describe_errors(values: Errors) -> str:
     return f"error {percent(values.training, 3):>9}, held out {percent(values.held_out, 3):>9}; {chi2}"
 
 
-def describe_step(step: Step, case: Path) -> str:
+def describe_step(step: HistoryStep, case: Path) -> str:
     """Report of `add`, `calibrate` or `undo`."""
     values = ", ".join(str(value) for value, _ in step.values.values())
     done = {

@@ -9,15 +9,15 @@ from study.compare.backbone import draw_backbones
 from study.compare.run import find_peaks
 from study.compare.sentence import describe_resonances
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage, list_data_sets, list_stages
+from study.diagnose.stages import FitStage, list_data_sets, list_stages
 
 
-def find_resonances(result: Round, stage: Stage) -> tuple[PeakError, ...]:
+def find_resonances(result: Round, stage: FitStage) -> tuple[PeakError, ...]:
     """Resonances of the training and the held-out levels beside those of a stage, by noise and stated errors alone."""
     return find_peaks(list_data_sets(result, stage), result.campaign.drive.unit).errors
 
 
-def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
+def draw_resonances(result: Round, shown: Sequence[FitStage]) -> list[dict[str, Any]]:
     """Backbones as plotly figures."""
     peaks = {stage.name: find_resonances(result, stage) for stage in shown}
     return draw_backbones({name: of for name, of in peaks.items() if of}, result.campaign.drive.unit)

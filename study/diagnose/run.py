@@ -18,7 +18,17 @@ from study.compare.suspicions import find_all_suspicions, require_testable
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.document import make_document
-from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
+from study.diagnose.history import (
+    ADD,
+    CALIBRATION,
+    DIAGNOSIS,
+    UNDO,
+    History,
+    HistoryStep,
+    case_key,
+    history_of,
+    read_text,
+)
 from study.diagnose.report import format_headline, format_report
 from study.diagnose.round import MOST_ADDED, Round, Steps, diagnose_case, summarise_errors
 from study.diagnose.table import list_case_values
@@ -176,7 +186,7 @@ def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: R
     return campaign
 
 
-def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
+def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -> HistoryStep:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths.
 
     Parameters
@@ -193,7 +203,7 @@ def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -
     added = {item.effect.name for item in result.setup.added}
     # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
     earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign.resolve())]
-    step = Step(
+    step = HistoryStep(
         what=DIAGNOSIS,
         case_key=key,
         campaign=str(campaign.resolve()),
@@ -249,7 +259,7 @@ def make_full_document(diagnosed: DiagnosisResult | DataDiagnosisResult) -> dict
     }
 
 
-def make_step_document(step: Step) -> dict[str, Any]:
+def make_step_document(step: HistoryStep) -> dict[str, Any]:
     """A step of the history."""
     return {
         "what": step.what,

@@ -14,7 +14,7 @@ from study.diagnose.round import Round, summarise_errors
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Stage:
+class FitStage:
     """A fitted model.
 
     Parameters
@@ -29,26 +29,26 @@ class Stage:
     refit: Refit
 
 
-def list_stages(result: Round) -> list[Stage]:
+def list_stages(result: Round) -> list[FitStage]:
     """As drawn; if the case has fitted values, with these; fitted in this round; with the effect that is named.
 
     Each is tested on the held-out data in the same way, with the covariance of this round.
     """
     baseline, best = result.diagnosis.baseline, result.best
-    listed = [Stage(name="as drawn", refit=result.uncalibrated)]
+    listed = [FitStage(name="as drawn", refit=result.uncalibrated)]
     if result.setup.added or result.setup.calibrated:
         as_it_is = result.run_step(
             "as it is", lambda: result.diagnosis.arrangement.test_uncalibrated(result.setup.complete)
         )
-        listed += [Stage(name="as the case says", refit=as_it_is), Stage(name="fitted anew", refit=baseline)]
+        listed += [FitStage(name="as the case says", refit=as_it_is), FitStage(name="fitted anew", refit=baseline)]
     else:
-        listed.append(Stage(name="calibrated", refit=baseline))
+        listed.append(FitStage(name="calibrated", refit=baseline))
     if best is not None and best.effect is not None:
-        listed.append(Stage(name=f"with {best.label}", refit=best))
+        listed.append(FitStage(name=f"with {best.label}", refit=best))
     return listed
 
 
-def list_data_sets(result: Round, stage: Stage) -> list[DataSet]:
+def list_data_sets(result: Round, stage: FitStage) -> list[DataSet]:
     """Training and held-out data beside a stage, by noise and stated errors alone."""
     arrangement, fit = result.diagnosis.arrangement, stage.refit.fit
     held_out = arrangement.held_out

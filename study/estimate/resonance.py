@@ -44,7 +44,7 @@ GRID = np.geomspace(*BOUNDS["kt"], 40)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Resonance:
+class MeasuredResonance:
     """A measured resonance of small amplitude.
 
     Parameters
@@ -73,7 +73,7 @@ class Resonance:
     is_largest: bool = True
 
 
-def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
+def find_resonances(campaign: Campaign) -> Iterator[MeasuredResonance]:
     """Resonances of the lowest level, of the last part of ring-downs, and measured modes."""
     yield from _stepped_sines(campaign)
     for datum in campaign.data:
@@ -81,7 +81,7 @@ def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
             for mode in datum.modes:
                 # Of the smallest amplitudes, the most certain ones.
                 last = len(mode.frequency) // 2 + int(np.argmin(mode.damping_deviation[len(mode.frequency) // 2 :]))
-                yield Resonance(
+                yield MeasuredResonance(
                     free=datum.configuration == "free",
                     frequency=float(mode.frequency[last]),
                     frequency_deviation=float(mode.frequency_deviation[last]),
@@ -98,7 +98,7 @@ def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
                 )
         elif isinstance(datum, MeasuredMode | MeasuredResponse) and not datum.held_out:
             for measured in (datum,) if isinstance(datum, MeasuredMode) else datum.modes:
-                yield Resonance(
+                yield MeasuredResonance(
                     free=measured.configuration == "free",
                     frequency=measured.frequency,
                     frequency_deviation=measured.frequency_deviation,
@@ -108,7 +108,7 @@ def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
                 )
 
 
-def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
+def _stepped_sines(campaign: Campaign) -> Iterator[MeasuredResonance]:
     table = campaign.measurement
     trained = ~campaign.held_out.rows(table)
     for number, test in enumerate(campaign.tests):
@@ -123,7 +123,7 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
         partners = pair_modes([{0: mode.peak} for mode in modes], [{0: mode.peak} for mode in above])
         for number, mode in enumerate(modes):
             partner = above[partners[number]] if number in partners else None
-            yield Resonance(
+            yield MeasuredResonance(
                 free=test.configuration == "free",
                 frequency=mode.frequency,
                 frequency_deviation=mode.frequency_deviation,
@@ -142,7 +142,7 @@ def _are_equal(one: float, deviation: float, other: float, other_deviation: floa
     return abs(other - one) <= TWO_SIDED_95 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
 
 
-def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstimate]:
+def estimate_damping(model: Model, resonance: MeasuredResonance) -> Iterator[FirstEstimate]:
     """The damping of the structure by one resonance, if the model has its mode."""
     ratio = damping_ratio(model, resonance)
     if not np.isfinite(resonance.damping) or ratio is None or not ratio > 0:
@@ -163,7 +163,7 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
     )
 
 
-def damping_ratio(model: Model, resonance: Resonance) -> float | None:
+def damping_ratio(model: Model, resonance: MeasuredResonance) -> float | None:
     """Damping ratio of the model's mode at a resonance, contacts stuck, or None if it has no such mode [-]."""
     system = (model.without_contacts() if resonance.free else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
@@ -177,7 +177,7 @@ def damping_ratio(model: Model, resonance: Resonance) -> float | None:
     return float(modal_damping(system, shape[:, None], omega)[0]) / (modal_mass * 2 * float(omega[0]))
 
 
-def find_partners(model: Model, stuck: Resonance, free: Sequence[Resonance]) -> list[Resonance]:
+def find_partners(model: Model, stuck: MeasuredResonance, free: Sequence[MeasuredResonance]) -> list[MeasuredResonance]:
     """Free resonances that a resonance with contacts goes back to, or the nearest one if its own was not measured.
 
     They are of the free mode of the model that moves most like its mode with stuck contacts, by the masses.
@@ -199,7 +199,7 @@ def _nearest(frequency: Float[NDArray[np.float64], " m"], wanted: float) -> int:
 
 
 def estimate_stiffness(
-    model: Model, stuck: Resonance, free: Resonance | None, damping_factor: float
+    model: Model, stuck: MeasuredResonance, free: MeasuredResonance | None, damping_factor: float
 ) -> Iterator[FirstEstimate]:
     """The tangential stiffness by the ratio of the stuck to the free frequency, if the model's ratio depends on it.
 

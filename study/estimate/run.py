@@ -18,11 +18,17 @@ from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import save_step
 from study.diagnose.edit import BOUND, UPPER, Written, edit_case, list_changes
-from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
+from study.diagnose.history import CALIBRATION, HistoryStep, case_key, history_of, read_text
 from study.estimate.contact_force import estimate_from_forces
 from study.estimate.first_estimate import FirstEstimate, choose_estimate, list_contradictions
 from study.estimate.loops import estimate_from_loop
-from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_partners, find_resonances
+from study.estimate.resonance import (
+    MeasuredResonance,
+    estimate_damping,
+    estimate_stiffness,
+    find_partners,
+    find_resonances,
+)
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.merge_sentences import merge_suspicions
@@ -153,7 +159,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     after = edit_case(before, {}, values, str(case)) if chosen else before
     lines, written = tuple(list_changes(before, after, case.name)), write and after != before
     if written:
-        step = Step(
+        step = HistoryStep(
             what=CALIBRATION, effect=FIRST_ESTIMATES, campaign=str(folder.resolve()), calibrated=values,
             case_before=before, case_after=after, diff=lines, case_key=case_key(after),
         )  # fmt: skip
@@ -200,7 +206,7 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
         best = choose_estimate(without, "zeta")
         factor = best.factor if best else 1.0
         for item in stuck:
-            partners: list[Resonance | None] = [*find_partners(model, item, free)] or [None]
+            partners: list[MeasuredResonance | None] = [*find_partners(model, item, free)] or [None]
             for partner in partners:
                 yield from estimate_stiffness(model, item, partner, factor)
 

@@ -1,6 +1,6 @@
 """A first case of a blade by its dimensions."""
 
-from study.new.draft import REDUCTION, STEEL, Draft, NewCaseRequest, key
+from study.new.draft import REDUCTION, STEEL, CaseDraft, NewCaseRequest, key
 from study.run_context import RunContext
 
 DIMENSIONS = (
@@ -11,7 +11,7 @@ DIMENSIONS = (
 WHY = "the first frequency grows with thickness / length^2"
 
 
-def draft_blade(request: NewCaseRequest, run: RunContext) -> Draft:
+def draft_blade(request: NewCaseRequest, run: RunContext) -> CaseDraft:
     """A uniform blade on a root block, clamped at two sides of the block."""
     del run
     answers = {name: request.value(name, question, default, WHY) for name, question, default in DIMENSIONS}
@@ -39,4 +39,4 @@ length_ratio = 2.3 # greatest length of an element over its thickness
 length_cap = "{min(8.0, length / 20):g} mm"
 
 {REDUCTION.format(modes=30)}"""
-    return Draft(text=text)
+    return CaseDraft(text=text)

@@ -60,7 +60,7 @@ class NewCaseRequest:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Draft:
+class CaseDraft:
     """A first case without load and sweep.
 
     Parameters
@@ -81,7 +81,7 @@ class Draft:
     is_whole: bool = False
 
 
-Drafter = Callable[[NewCaseRequest, RunContext], Draft]
+Drafter = Callable[[NewCaseRequest, RunContext], CaseDraft]
 
 
 def key(name: str, marked: Marked, comment: str = "") -> str:

@@ -1,13 +1,13 @@
 """A first case of sparse matrices that another program wrote."""
 
 from geometry.errors import InputError
-from study.new.draft import REDUCTION, Draft, NewCaseRequest, key
+from study.new.draft import REDUCTION, CaseDraft, NewCaseRequest, key
 from study.run_context import RunContext
 
 UNITS = ("m, kg, s", "mm, tonne, s")
 
 
-def draft_matrices(request: NewCaseRequest, run: RunContext) -> Draft:
+def draft_matrices(request: NewCaseRequest, run: RunContext) -> CaseDraft:
     """Mass and stiffness of ANSYS, Nastran, CalculiX or MatrixMarket, and which node is which row."""
     del run
     if len(request.files) not in (2, 3):
@@ -26,7 +26,7 @@ def draft_matrices(request: NewCaseRequest, run: RunContext) -> Draft:
         if not node.isdigit():
             raise InputError(f'"{node}" is no number of a node: give numbers such as 12 (--fix, --point)')
     support = f"[[structure.support]]\nnodes = [{', '.join(fixed)}]\n" if fixed else SUPPORT
-    return Draft(
+    return CaseDraft(
         text=f"""\
 # docs/matrices.md lists the formats.
 [structure]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from geometry.errors import InputError, MissingSoftware
 from geometry.part import MILLIMETRES_PER_METRE
-from study.new.draft import REDUCTION, STEEL, Draft, NewCaseRequest, key
+from study.new.draft import REDUCTION, STEEL, CaseDraft, NewCaseRequest, key
 from study.run_context import RunContext
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ END = "the face at an end of the longest side"
 FIXED_WORDS = ("fix", "clamp", "support", "spc", "root", "ground")
 
 
-def draft_part(request: NewCaseRequest, run: RunContext) -> Draft:
+def draft_part(request: NewCaseRequest, run: RunContext) -> CaseDraft:
     """A part, fixed at a face or set, with a point far from it that stays a coordinate."""
     from study.kind.part.table import STEP_SUFFIXES
 
@@ -35,7 +35,7 @@ def draft_part(request: NewCaseRequest, run: RunContext) -> Draft:
     return (_step if file.suffix.lower() in STEP_SUFFIXES else _mesh)(file, request, run)
 
 
-def _step(file: Path, request: NewCaseRequest, run: RunContext) -> Draft:
+def _step(file: Path, request: NewCaseRequest, run: RunContext) -> CaseDraft:
     from geometry.listed_faces import corner_points, list_faces
     from geometry.step_part import read_body
     from geometry.system_library import require_system_libraries
@@ -75,10 +75,10 @@ on = [{", ".join(f'"{name}"' for name in names)}]{why}
 
 {_point(tip)}
 {REDUCTION.format(modes=30)}"""
-    return Draft(text=text, notes=tuple(notes), pictures=pictures)
+    return CaseDraft(text=text, notes=tuple(notes), pictures=pictures)
 
 
-def _mesh(file: Path, request: NewCaseRequest, run: RunContext) -> Draft:
+def _mesh(file: Path, request: NewCaseRequest, run: RunContext) -> CaseDraft:
     from casefile.quantity import LENGTH
     from fe.file.file_material import read_file_material
     from fe.file.mesh_file import read_mesh
@@ -121,7 +121,7 @@ on = [{", ".join(f'"{name}"' for name in chosen)}] # sets of the file: {", ".joi
 
 {_point(tip)}
 {REDUCTION.format(modes=30)}"""
-    return Draft(text=text, notes=(listed,))
+    return CaseDraft(text=text, notes=(listed,))
 
 
 def _fixed(

@@ -1,11 +1,11 @@
 """A first case of plain matrices."""
 
 from geometry.errors import InputError
-from study.new.draft import Draft, NewCaseRequest
+from study.new.draft import CaseDraft, NewCaseRequest
 from study.run_context import RunContext
 
 
-def draft_plain(request: NewCaseRequest, run: RunContext) -> Draft:
+def draft_plain(request: NewCaseRequest, run: RunContext) -> CaseDraft:
     """A file of NumPy or MATLAB with M, K and perhaps C, or a reduced model."""
     from reduction.file.structure_file import load_matrices
 
@@ -16,7 +16,7 @@ def draft_plain(request: NewCaseRequest, run: RunContext) -> Draft:
     matrices = load_matrices(file)
     damped = bool(abs(matrices.damping).max() > 0)
     damping = "" if damped else '\n[structure.damping]\nratio = "0.5 %" # of the first mode: the file has no damping\n'
-    return Draft(
+    return CaseDraft(
         text=f"""\
 # Matrices M, K and perhaps C, in SI units: of a file of NumPy or MATLAB, or a reduced model that stickslip has written.
 [structure]

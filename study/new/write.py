@@ -15,7 +15,7 @@ from pipeline.output import replace_file
 from study.case.structure import Structure
 from study.kind.registry import open_case
 from study.new.blade import draft_blade
-from study.new.draft import Draft, Drafter, NewCaseRequest
+from study.new.draft import CaseDraft, Drafter, NewCaseRequest
 from study.new.matrices import draft_matrices
 from study.new.part import draft_part
 from study.new.plain import draft_plain
@@ -50,7 +50,7 @@ class NewCase:
     """
 
     path: Path
-    draft: Draft
+    draft: CaseDraft
     frequency: float | None = None
 
 

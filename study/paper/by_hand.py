@@ -8,7 +8,7 @@ from study.paper.limits import MeasuredFamilies, read_families
 from study.paper.linear import LinearCalibration, calibrate_linear
 from study.paper.model import PaperModel
 from study.paper.nonlinear import NonlinearCalibration, NonlinearIteration, calibrate_nonlinear, make_targets
-from study.paper.plan import Plan
+from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
 #: Levels of the paper [-].
@@ -43,7 +43,7 @@ class ByHand:
         return self.nonlinear.last
 
 
-def calibrate_by_hand(plan: Plan, model: PaperModel, mu: float, run: RunContext) -> ByHand:
+def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunContext) -> ByHand:
     """Go through all iterations.
 
     Parameters

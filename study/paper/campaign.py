@@ -18,7 +18,7 @@ from study.paper.truth import draw_truth, write_truth
 from study.paper.virtual_tests import (
     MEASURED,
     TIP,
-    Loop,
+    InstrumentLoop,
     TestPoints,
     measure_free,
     measure_loops,
@@ -44,7 +44,7 @@ class Reference:
     """
 
     campaign: Campaign
-    loops: tuple[Loop, ...]
+    loops: tuple[InstrumentLoop, ...]
 
 
 def make_reference(
@@ -105,7 +105,7 @@ def _points(case: PaperCase, opened: OpenCase, seed: int) -> TestPoints:
     )  # fmt: skip
 
 
-def _write_loops(folder: Path, loops: tuple[Loop, ...]) -> None:
+def _write_loops(folder: Path, loops: tuple[InstrumentLoop, ...]) -> None:
     """The loops as tables beside the campaign: its manifest has no sensor that leans."""
     for loop in loops:
         time = np.arange(len(loop.displacement)) / len(loop.displacement) / loop.frequency

@@ -15,7 +15,7 @@ Angles = tuple[Angle, Angle]
 Shares = Annotated[tuple[float, ...], Field(min_length=4)]
 
 
-class MeshTable(CaseModel):
+class PaperMeshTable(CaseModel):
     """Size of the elements, and fixed-interface modes of all bodies."""
 
     size: Length
@@ -109,8 +109,8 @@ class PaperCase(CaseModel):
     """All that the replay depends on, beside the rig."""
 
     title: str
-    model: MeshTable
-    specimen: MeshTable
+    model: PaperMeshTable
+    specimen: PaperMeshTable
     campaign: CampaignTable
     effort: EffortTable
     truth: TruthTable

@@ -11,7 +11,7 @@ from study.paper.limits import IterationLimits, furthest_outside
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score:
+class CriterionScore:
     """A number that a criterion asks for.
 
     Parameters
@@ -37,14 +37,14 @@ class Score:
 class Criterion:
     """A criterion and the numbers behind it; without any it was not judged."""
 
-    scores: tuple[Score, ...]
+    scores: tuple[CriterionScore, ...]
 
     @property
     def met(self) -> bool | None:
         """Whether all numbers are; None without any."""
         return all(score.met for score in self.scores) if self.scores else None
 
-    def worst(self, name: str) -> Score:
+    def worst(self, name: str) -> CriterionScore:
         """The score of a name that is nearest to its threshold, or furthest beyond it."""
         own = [score for score in self.scores if score.name == name]
         return min(own, key=lambda score: score.value) if name == COVERAGE else max(own, key=lambda score: score.value)
@@ -57,7 +57,7 @@ STATIC_NORMAL, STATIC_TANGENTIAL, DYNAMIC = "static normal", "static tangential"
 def judge_response(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
     """Coverage of the measured response at every level."""
     scores = [
-        Score(
+        CriterionScore(
             name=COVERAGE, level=item.family.level, value=item.coverage, threshold=criteria.coverage,
             met=bool(item.coverage >= criteria.coverage),
         )
@@ -90,7 +90,9 @@ def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
             value = furthest_outside(item) / float(family.value.max())
         # What is not a number was not found: no criterion is met by that.
         scores.append(
-            Score(name=name, level=family.level, value=value, threshold=threshold, met=bool(value <= threshold))
+            CriterionScore(
+                name=name, level=family.level, value=value, threshold=threshold, met=bool(value <= threshold)
+            )
         )
     return Criterion(scores=tuple(scores))
 

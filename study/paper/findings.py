@@ -13,7 +13,7 @@ HOLDS, NOT = "holds", "does not hold"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class PaperClaim:
     """A claim of the paper, whether it holds here, and the numbers behind that."""
 
     claim: str
@@ -21,7 +21,7 @@ class Finding:
     evidence: str
 
 
-def list_findings(result: Replay) -> list[Finding]:
+def list_findings(result: Replay) -> list[PaperClaim]:
     """All of them in the paper's order."""
     first, second, third, fourth = result.hand.nonlinear.iterations
     return [
@@ -44,13 +44,13 @@ def _largest(of: Sensitivity, quantity: str, names: tuple[str, ...]) -> tuple[st
 CONTACT, ALIGNMENT = ("kt", "kn", "mu"), ("shift_left", "inclination_left")
 
 
-def _response_by_contact(second: NonlinearIteration, third: NonlinearIteration, of: Sensitivity) -> Finding:
+def _response_by_contact(second: NonlinearIteration, third: NonlinearIteration, of: Sensitivity) -> PaperClaim:
     (contact, by_contact), (alignment, by_alignment) = (_largest(of, "upper", item) for item in (CONTACT, ALIGNMENT))
     moved = [
         float(np.nanmax(np.abs(b.band.value / a.band.value - 1)))
         for a, b in zip(second.limits.response, third.limits.response, strict=True)
     ]
-    return Finding(
+    return PaperClaim(
         claim="Limits of the response are governed by the contact parameters, unless there are gaps.",
         verdict=HOLDS if by_contact > by_alignment else NOT,
         evidence=f"a step of {contact} changes the peak of the upper limit by {by_contact:.1%}, of {alignment} by "
@@ -58,10 +58,10 @@ def _response_by_contact(second: NonlinearIteration, third: NonlinearIteration, 
     )
 
 
-def _forces_by_alignment(second: NonlinearIteration, third: NonlinearIteration, of: Sensitivity) -> Finding:
+def _forces_by_alignment(second: NonlinearIteration, third: NonlinearIteration, of: Sensitivity) -> PaperClaim:
     (contact, by_contact), (alignment, by_alignment) = (_largest(of, "normal", item) for item in (CONTACT, ALIGNMENT))
     before, after = (item.force.worst(STATIC_NORMAL).value for item in (second, third))
-    return Finding(
+    return PaperClaim(
         claim="Limits of the contact forces are governed by the alignment.",
         verdict=HOLDS if by_alignment > by_contact else NOT,
         evidence=f"a step of {alignment} changes the static normal force by {by_alignment:.1%}, of {contact} by "
@@ -69,10 +69,10 @@ def _forces_by_alignment(second: NonlinearIteration, third: NonlinearIteration, 
     )
 
 
-def _softening(first: NonlinearIteration) -> Finding:
+def _softening(first: NonlinearIteration) -> PaperClaim:
     peaks = [float(item.band.frequency[np.nanargmax(item.band.value[0])]) for item in first.limits.response]
     softens = peaks[-1] < peaks[0]
-    return Finding(
+    return PaperClaim(
         claim="The lower limit softens with the excitation.",
         verdict=HOLDS if softens else NOT,
         evidence="its peak lies at "
@@ -82,9 +82,9 @@ def _softening(first: NonlinearIteration) -> Finding:
     )
 
 
-def _stiffness_leads(of: Sensitivity) -> Finding:
+def _stiffness_leads(of: Sensitivity) -> PaperClaim:
     changes = {name: float(np.abs(of.frequency[of.names.index(name)]).max()) for name in CONTACT}
-    return Finding(
+    return PaperClaim(
         claim="kt is the most sensitive contact parameter.",
         verdict=HOLDS if max(changes, key=lambda name: changes[name]) == "kt" else NOT,
         evidence="2 % of each move the upper limit in frequency by "
@@ -92,14 +92,14 @@ def _stiffness_leads(of: Sensitivity) -> Finding:
     )
 
 
-def _deviation(third: NonlinearIteration) -> Finding:
+def _deviation(third: NonlinearIteration) -> PaperClaim:
     worst = third.force.worst(STATIC_NORMAL)
     own = {
         item.family.sensor: static_deviation(item)
         for item in third.limits.forces
         if item.family.harmonic == 0 and item.family.sensor.endswith("_N") and item.family.level == worst.level
     }
-    return Finding(
+    return PaperClaim(
         claim="The largest remaining deviation is about 7 %, of a static normal force.",
         verdict=HOLDS if worst.met else NOT,
         evidence=f"{worst.value:.1%} at {worst.level:g} N ("
@@ -108,10 +108,10 @@ def _deviation(third: NonlinearIteration) -> Finding:
     )
 
 
-def _all_covered(third: NonlinearIteration) -> Finding:
+def _all_covered(third: NonlinearIteration) -> PaperClaim:
     scores = [*third.response.scores, *third.force.scores]
     met = sum(score.met for score in scores)
-    return Finding(
+    return PaperClaim(
         claim="One set of parameters matches all response and force limits at once (20 curves in the paper).",
         verdict=HOLDS if met == len(scores) else NOT,
         evidence=f"{met} of {len(scores)} numbers meet their threshold; least coverage of the response "
@@ -119,13 +119,13 @@ def _all_covered(third: NonlinearIteration) -> Finding:
     )
 
 
-def _rotation(third: NonlinearIteration, fourth: NonlinearIteration) -> Finding:
+def _rotation(third: NonlinearIteration, fourth: NonlinearIteration) -> PaperClaim:
     shifts = [
         float(b.band.frequency[np.nanargmax(b.band.value[1])] - a.band.frequency[np.nanargmax(a.band.value[1])])
         for a, b in zip(third.limits.response, fourth.limits.response, strict=True)
     ]
     seen = all(np.nanargmax(item.band.value[1]) > 0 for item in fourth.limits.response)
-    return Finding(
+    return PaperClaim(
         claim="A rotated damper lowers the resonances of the limits, least at 10 N.",
         # At the lowest measured frequency the peak may lie anywhere below: which level falls least is not seen there.
         verdict=HOLDS if max(shifts) < 0 and seen and abs(shifts[-1]) == min(map(abs, shifts)) else "holds in part",

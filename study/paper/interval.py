@@ -27,7 +27,7 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import FamilyTarget
 from pipeline.store import stage
 from study.case.tables import Case
-from study.estimate.resonance import Resonance
+from study.estimate.resonance import MeasuredResonance
 from study.kind.rig.table import RigTable
 from study.paper.fit import PRIOR, ParameterFit, ParameterScore, compute_prior
 from study.paper.parameters import RigParameters
@@ -184,7 +184,7 @@ def fit_surface(tried: Points, score: Values, here: NDArray[np.float64]) -> tupl
     return here - np.clip(covariance @ gradient, -reach, reach), covariance
 
 
-def find_density_interval(parameters: RigParameters, free: Resonance | None) -> Iterator[Interval]:
+def find_density_interval(parameters: RigParameters, free: MeasuredResonance | None) -> Iterator[Interval]:
     """The density by the measured free resonance, the root being right: one density scales all frequencies alike."""
     if free is not None and parameters.density is not None:
         half = 2 * TWO_SIDED_95 * free.frequency_deviation / free.frequency * parameters.density

@@ -20,13 +20,13 @@ from correlation.model import Model
 from geometry.errors import ComputationFailed
 from pipeline.store import stage
 from study.case.tables import Case
-from study.estimate.resonance import Resonance, find_resonances
+from study.estimate.resonance import MeasuredResonance, find_resonances
 from study.kind.rig.table import RigTable
 from study.paper.case import CriteriaTable
 from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters, read_parameters
-from study.paper.plan import LinearStart, Plan
-from study.paper.resonance import Peak, find_small_peak
+from study.paper.plan import ByHandPlan, LinearStart
+from study.paper.resonance import ModalPeak, find_small_peak
 from study.run_context import RunContext
 
 #: Makes the model of some parameters.
@@ -51,8 +51,8 @@ class LinearFit:
     """
 
     parameters: RigParameters
-    free: Peak
-    stuck: Peak
+    free: ModalPeak
+    stuck: ModalPeak
     free_met: bool | None
     stuck_met: bool
 
@@ -77,12 +77,12 @@ class LinearCalibration:
         In their order: three, or two without a free blade.
     """
 
-    free: Resonance | None
-    stuck: Resonance
+    free: MeasuredResonance | None
+    stuck: MeasuredResonance
     iterations: tuple[LinearIteration, ...]
 
 
-def calibrate_linear(plan: Plan, model: PaperModel, mu: float, run: RunContext) -> LinearCalibration:
+def calibrate_linear(plan: ByHandPlan, model: PaperModel, mu: float, run: RunContext) -> LinearCalibration:
     """Go through the iterations of Table 2; without a free blade the third has nothing to go by.
 
     Parameters
@@ -115,13 +115,13 @@ def calibrate_linear(plan: Plan, model: PaperModel, mu: float, run: RunContext) 
     return LinearCalibration(free=free, stuck=stuck, iterations=iterations)
 
 
-def _peak(measured: Resonance) -> Peak:
-    return Peak(frequency=measured.frequency, damping=measured.damping)
+def _peak(measured: MeasuredResonance) -> ModalPeak:
+    return ModalPeak(frequency=measured.frequency, damping=measured.damping)
 
 
 @stage("linear iterations of the paper", ignore=("make",))
 def fit_linear(
-    plan: Plan, rig: Case[RigTable], free: Peak | None, stuck: Peak, mu: float, make: Make
+    plan: ByHandPlan, rig: Case[RigTable], free: ModalPeak | None, stuck: ModalPeak, mu: float, make: Make
 ) -> tuple[tuple[LinearFit, LinearFit], ...]:
     """Each iteration as it starts, and as it comes out on this rig.
 
@@ -156,7 +156,7 @@ def _started(start: LinearStart, mu: float, rig: Case[RigTable]) -> RigParameter
 
 
 def judge_linear(
-    make: Make, parameters: RigParameters, free: Peak | None, stuck: Peak, criteria: CriteriaTable
+    make: Make, parameters: RigParameters, free: ModalPeak | None, stuck: ModalPeak, criteria: CriteriaTable
 ) -> LinearFit:
     """Resonances of some parameters beside measured ones, and whether the criteria are met."""
     made = make(parameters)
@@ -170,7 +170,7 @@ def judge_linear(
     )
 
 
-def _meets(model: Peak, measured: Peak, frequency: float, width: float) -> bool:
+def _meets(model: ModalPeak, measured: ModalPeak, frequency: float, width: float) -> bool:
     near = abs(model.frequency / measured.frequency - 1) <= frequency
     return near and abs(model.damping / measured.damping - 1) <= width
 
@@ -204,7 +204,7 @@ def _solve(error: Callable[[float], float], ends: tuple[float, float], what: str
 
 
 def _third(
-    make: Make, second: RigParameters, free: Peak, stuck: Peak, *, nominal: float, ratio: float
+    make: Make, second: RigParameters, free: ModalPeak, stuck: ModalPeak, *, nominal: float, ratio: float
 ) -> RigParameters:
     """Density for the free resonance, stiffness for the stuck one, damping for both widths."""
     before = find_small_peak(make(second), free=True)

@@ -25,7 +25,7 @@ from study.paper.fit import ParameterFit, fit_parameters
 from study.paper.limits import IterationLimits, MeasuredFamilies, find_limits
 from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
-from study.paper.plan import Plan
+from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
 #: Steps that matter, of parameters for the response as shares of their values, and of the alignment.
@@ -77,7 +77,7 @@ class NonlinearCalibration:
 
 
 def calibrate_nonlinear(
-    plan: Plan, model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
+    plan: ByHandPlan, model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
 ) -> NonlinearCalibration:
     """Go through the iterations.
 

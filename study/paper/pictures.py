@@ -9,8 +9,7 @@ import numpy as np
 from correlation.family.verdict import FamilyVerdict
 from figure.family_over_limits import FamiliesOverLimits
 from figure.force_limits import ForceLimits, LineForceLimits
-from figure.hysteresis_loops import HysteresisLoops
-from figure.hysteresis_loops import Loop as DrawnLoop
+from figure.hysteresis_loops import HysteresisLoop, HysteresisLoops
 from figure.line_forces import LineForce, LineForces
 from figure.parameter_intervals import IntervalPanel, ParameterIntervals
 from figure.small_responses import SmallResponsePanel, SmallResponses
@@ -110,7 +109,7 @@ def _loops(result: Replay) -> Iterator[tuple[str, object]]:
             (
                 "right damper and blade",
                 [
-                    DrawnLoop(
+                    HysteresisLoop(
                         label=name, time=t, displacement=loop.displacement - loop.displacement.mean(),
                         force=sign * loop.tangential, normal=loop.normal,
                     )

@@ -28,7 +28,7 @@ class LinearStart:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan:
+class ByHandPlan:
     """Starts, thresholds and effort of the by-hand way.
 
     Parameters
@@ -49,7 +49,7 @@ class Plan:
     effort: EffortTable
 
 
-def make_paper_plan(case: PaperCase) -> Plan:
+def make_paper_plan(case: PaperCase) -> ByHandPlan:
     """The plan with the printed values of the paper."""
     first, second, third = (
         LinearStart(
@@ -57,13 +57,13 @@ def make_paper_plan(case: PaperCase) -> Plan:
         )
         for row in case.linear
     )
-    return Plan(
+    return ByHandPlan(
         linear=(first, second, third), rotation=case.nonlinear[3].gap_angle, criteria=case.criteria, effort=case.effort
     )
 
 
-def make_case_plan(case: Case[RigTable], paper: PaperCase) -> Plan:
+def make_case_plan(case: Case[RigTable], paper: PaperCase) -> ByHandPlan:
     """The plan that starts from a case's own values; thresholds and effort are those of the replay."""
     contact, table = case.structure.contact, case.structure
     start = LinearStart(kt=contact.kt, kn=contact.kn, damping=table.damping.ratio, root=table.root.stiffness)
-    return Plan(linear=(start, start, start), rotation=None, criteria=paper.criteria, effort=paper.effort)
+    return ByHandPlan(linear=(start, start, start), rotation=None, criteria=paper.criteria, effort=paper.effort)

@@ -14,24 +14,24 @@ from study.run_context import RunContext
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Report:
+class PaperReport:
     """A replay and the files that were written; the page is the last one."""
 
     result: Replay
     files: tuple[Path, ...]
 
 
-def write_report(run: RunContext, *, seed: int, like: int, quick: bool) -> Report:
+def write_report(run: RunContext, *, seed: int, like: int, quick: bool) -> PaperReport:
     """Replay the paper, and write everything into the run's output folder; see `study.paper.replay.replay`."""
     result = replay(run, seed=seed, like=like, quick=quick)
     with run.progress.step("figures"):
         drawn = pictures(draw_replay(result))
     written: dict[str, str | bytes] = {f"{name}.png": picture for name, picture in drawn.items()}
     written["paper.html"] = make_page(result, drawn)
-    return Report(result=result, files=run.write_files(written))
+    return PaperReport(result=result, files=run.write_files(written))
 
 
-def make_document(report: Report) -> dict[str, Any]:
+def make_document(report: PaperReport) -> dict[str, Any]:
     """The document of ``--json``."""
     result = report.result
     same, of = count_pattern(result)
@@ -51,7 +51,7 @@ def make_document(report: Report) -> dict[str, Any]:
     }
 
 
-def format_report(report: Report) -> str:
+def format_report(report: PaperReport) -> str:
     """The same in a few lines."""
     result, words = report.result, {True: "yes", False: "no", None: "-"}
     same, of = count_pattern(result)

@@ -20,7 +20,7 @@ LOWEST = 20
 
 
 @dataclass(frozen=True, kw_only=True)
-class Peak:
+class ModalPeak:
     """A resonance: its frequency [Hz] and damping ratio [-]."""
 
     frequency: float
@@ -48,7 +48,7 @@ def tip_row(model: Model) -> Float[NDArray[np.float64], " r"]:
     return next(sensor.row for sensor in model.sensors if isinstance(sensor, Sensor) and sensor.name == "tip")
 
 
-def find_small_peak(model: Model, *, free: bool) -> Peak:
+def find_small_peak(model: Model, *, free: bool) -> ModalPeak:
     """Resonance of small vibrations, of the free blade or with all contacts stuck.
 
     Parameters
@@ -64,7 +64,7 @@ def find_small_peak(model: Model, *, free: bool) -> Peak:
     own = int(np.argmin(np.abs(modes.frequency - frequency)))
     shape, omega = modes.mode_shapes[:, own], np.sqrt(modes.lambda_[[own]])
     ratio = modal_damping(system, shape[:, None], omega)[0] / (shape @ system.mass @ shape * 2 * omega[0])
-    return Peak(frequency=float(modes.frequency[own]), damping=float(ratio))
+    return ModalPeak(frequency=float(modes.frequency[own]), damping=float(ratio))
 
 
 def scale_damping(model: Model, ratio: float) -> Model:

@@ -15,7 +15,7 @@ from reduction.load_cell import along_line, blade_contact, decoupler_contact
 from transient.state import TransientState
 from transient.virtual_bench.campaign import Sweep, with_noise
 from transient.virtual_bench.repeats import repeated_test
-from transient.virtual_bench.sweep import Readings, VirtualSweepTest
+from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
 
 Row = Float[NDArray[np.float64], " r"]
 Samples = Float[NDArray[np.float64], " t"]
@@ -93,7 +93,7 @@ class TestPoints:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Loop:
+class InstrumentLoop:
     """A period at resonance on the right side, as its instruments show it.
 
     Parameters
@@ -145,7 +145,7 @@ def measure_repeat(specimen: Specimen, points: TestPoints, repeat: int) -> tuple
 
 
 @stage("friction loops of virtual tests")
-def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[Loop, ...]:
+def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[InstrumentLoop, ...]:
     """A period at the resonance of the lowest and of the highest level."""
     result = []
     lines = _lines(specimen.jointed)
@@ -162,14 +162,14 @@ def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[Loop, ...]:
         cells = _with_cells(own, _gains(points)[LOOP], points)
         T, N = blade_contact(decoupler_contact(*cells, points.theta, points.alpha), specimen.dead_weight, points.theta)
         seen = motion[list(specimen.sensors).index(LASER)] * cos(points.laser_angle)
-        result.append(Loop(level=level, frequency=up[peak], displacement=seen, tangential=T, normal=N))
+        result.append(InstrumentLoop(level=level, frequency=up[peak], displacement=seen, tangential=T, normal=N))
     return tuple(result)
 
 
-def _search(bench: VirtualSweepTest) -> Callable[[Sequence[float], float, TransientState], Readings]:
+def _search(bench: VirtualSweepTest) -> Callable[[Sequence[float], float, TransientState], SweepReadings]:
     """How the bench settles: by the search for steady states, which costs a hundredth of waiting for them."""
 
-    def settle(frequencies: Sequence[float], level: float, start: TransientState) -> Readings:
+    def settle(frequencies: Sequence[float], level: float, start: TransientState) -> SweepReadings:
         return bench.sweep(frequencies, level, start=start)
 
     return settle
@@ -194,7 +194,7 @@ def _with_cells(
     return gains[0] * (half[0] + half[1]), gains[1] * (half[0] - half[1])
 
 
-def _by_cells(readings: Readings, specimen: Specimen, points: TestPoints) -> Readings:
+def _by_cells(readings: SweepReadings, specimen: Specimen, points: TestPoints) -> SweepReadings:
     """The readings with the forces of the measured lines alone, as the load cells and eq (1) give them."""
     lines, gains, columns = _lines(specimen.jointed), _gains(points), []
     for line in MEASURED:

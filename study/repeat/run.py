@@ -14,7 +14,7 @@ from study.diagnose.history import history_file
 from study.difference import find_differences
 from study.json_value import to_json
 from study.provenance import Provenance, current_versions, digest
-from study.repeat.source import Result, only_results, read_result
+from study.repeat.source import RepeatableResult, only_results, read_result
 from study.run_context import RunContext
 from study.run_record import recorded
 
@@ -182,5 +182,5 @@ def _run_again(words: list[str], start: Path, target: Path, run: RunContext, pat
     new = target / path.name
     if not new.is_file():
         raise InputError(f"the command writes no {path.name}: give the page the name that it was written with")
-    made: Result = read_result(new, target)
+    made: RepeatableResult = read_result(new, target)
     return dict(made.values)

@@ -26,7 +26,7 @@ TAG = re.compile(r"<[^>]*>")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
+class RepeatableResult:
     """A result that can be repeated.
 
     Parameters
@@ -44,7 +44,7 @@ class Result:
     values: Mapping[str, Any]
 
 
-def read_result(path: Path, stored: Path) -> Result:
+def read_result(path: Path, stored: Path) -> RepeatableResult:
     """A page, or an output folder whose last run is on record.
 
     Parameters
@@ -79,17 +79,19 @@ def read_result(path: Path, stored: Path) -> Result:
         raise InputError(
             f"{path} does not say what it was made by: pages that a command of this version writes do, name one of them"
         )
-    return Result(provenance=provenance, folder=Path(os.path.normpath(path.parent / provenance.folder)), values=values)
+    return RepeatableResult(
+        provenance=provenance, folder=Path(os.path.normpath(path.parent / provenance.folder)), values=values
+    )
 
 
-def _read_record(path: Path, stored: Path) -> Result:
+def _read_record(path: Path, stored: Path) -> RepeatableResult:
     record = newest_record(stored, path)
     folder = Path(record.folder)
     made_by = Provenance(
         command=words_of_result(record.command), folder=os.path.relpath(folder, path.resolve()), inputs=record.inputs,
         versions={"stickslip": record.version, "python": record.python},
     )  # fmt: skip
-    return Result(provenance=made_by, folder=folder, values=only_results(record.answer))
+    return RepeatableResult(provenance=made_by, folder=folder, values=only_results(record.answer))
 
 
 def only_results(answer: Any) -> Any:

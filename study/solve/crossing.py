@@ -8,7 +8,7 @@ from hbsolve.stability.branch_stability import Bifurcation, BranchStability
 from hbsolve.stability.crossing_branch import crossing_branches
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
-from study.solve.curve import Curve
+from study.solve.curve import RequestedCurve
 
 
 @stage("crossing branches")
@@ -33,6 +33,6 @@ def find_crossing_branches(
     return tuple(found for point in points for found in crossing_branches(balance, branch, point))
 
 
-def name_crossing_branch(curve: Curve, number: int) -> Curve:
+def name_crossing_branch(curve: RequestedCurve, number: int) -> RequestedCurve:
     """The request of a curve with the label of the branch that crosses it and has this number."""
     return replace(curve, label=f"{curve.label}, branch {number}")

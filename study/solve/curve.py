@@ -25,7 +25,7 @@ WORTH_REPORTING = 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Curve:
+class RequestedCurve:
     """One curve that a case asks for.
 
     Parameters
@@ -62,7 +62,7 @@ class Curve:
 @stage("response curve", ignore=("checkpoint", "report"))
 def response_curve(
     system: JointedSystem,
-    curve: Curve,
+    curve: RequestedCurve,
     harmonics: int,
     n_sample: int,
     checkpoint: Checkpoint | None = None,
@@ -113,7 +113,7 @@ def response_curve(
         raise ComputationFailed(f"{curve.label}: {error}") from error
 
 
-def make_continuation(system: JointedSystem, curve: Curve, harmonics: int, n_sample: int) -> Continuation:
+def make_continuation(system: JointedSystem, curve: RequestedCurve, harmonics: int, n_sample: int) -> Continuation:
     """The continuation that a curve is made by."""
     balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
     if curve.parameter == "frequency":

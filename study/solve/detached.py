@@ -9,13 +9,13 @@ from hbsolve.continuation.detached import detached_curves
 from hbsolve.continuation.stop_reason import StopReason
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
-from study.solve.curve import Curve, make_continuation
+from study.solve.curve import RequestedCurve, make_continuation
 
 
 @stage("detached curves", ignore=("report",))
 def find_detached_curves(
     system: JointedSystem,
-    curve: Curve,
+    curve: RequestedCurve,
     branch: ResponseBranch,
     harmonics: int,
     n_sample: int,
@@ -44,7 +44,7 @@ def find_detached_curves(
     )  # fmt: skip
 
 
-def name_detached_curve(curve: Curve, branch: ResponseBranch, number: int) -> Curve:
+def name_detached_curve(curve: RequestedCurve, branch: ResponseBranch, number: int) -> RequestedCurve:
     """The request of a curve with the label of the detached one beside it that has this number."""
     kind = "isola" if branch.stop_reason is StopReason.ISOLA else "detached"
     return replace(curve, label=f"{curve.label}, {kind} {number}")

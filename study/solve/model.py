@@ -18,7 +18,7 @@ from study.case.setup import ReadCase, require_loads
 from study.case.sweep_table import ControlledSweepTable, FrequencySweepTable, LevelSweepTable
 from study.kind.registry import OpenCase
 from study.solve.amplitude_control import AmplitudeControl
-from study.solve.curve import Curve, Row
+from study.solve.curve import RequestedCurve, Row
 from study.solve.frequency_range import warn_of_high_frequency
 
 #: What the amplitude of a sensor is, by its quantity.
@@ -62,7 +62,7 @@ class SolveModel:
 
     system: JointedSystem
     outputs: tuple[Sensor, ...]
-    curves: tuple[Curve, ...]
+    curves: tuple[RequestedCurve, ...]
     harmonics: int
     n_sample: int
     tolerance: float | None = None
@@ -161,7 +161,7 @@ def make_vibrating_model(read: ReadCase) -> SolveModel:
     )
 
 
-def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweepTable) -> tuple[Curve, ...]:
+def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweepTable) -> tuple[RequestedCurve, ...]:
     case, sensors = read.opened.case, {output.name: output for output in model.outputs}
     with at_key(case, "sweep", "control"):
         if sweep.control not in sensors:
@@ -186,7 +186,7 @@ def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweep
             base_acceleration=base_acceleration, level_power=model.level_power,
         )  # fmt: skip
         curves.append(
-            Curve(
+            RequestedCurve(
                 parameter="frequency",
                 first=2 * pi * sweep.first,
                 last=2 * pi * sweep.last,
@@ -201,10 +201,10 @@ def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweep
     return tuple(curves)
 
 
-def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: str) -> tuple[Curve, ...]:
+def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: str) -> tuple[RequestedCurve, ...]:
     if isinstance(sweep, LevelSweepTable):
         return tuple(
-            Curve(
+            RequestedCurve(
                 parameter="level",
                 first=sweep.first,
                 last=sweep.last,
@@ -216,7 +216,7 @@ def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: 
             for item in sweep.frequencies
         )
     return tuple(
-        Curve(
+        RequestedCurve(
             parameter="frequency",
             first=2 * pi * sweep.first,
             last=2 * pi * sweep.last,

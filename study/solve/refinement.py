@@ -8,13 +8,13 @@ from hbsolve.continuation.refined_branch import refine_branch
 from pipeline.store import stage
 from reduction.array_type import Matrix
 from reduction.jointed_system import JointedSystem
-from study.solve.curve import Curve
+from study.solve.curve import RequestedCurve
 
 
 @stage("refined curve", ignore=("report",))
 def refine_curve(
     system: JointedSystem,
-    curve: Curve,
+    curve: RequestedCurve,
     branch: ResponseBranch,
     harmonics: int,
     n_sample: int,

@@ -4,7 +4,7 @@ from typing import Any
 
 from geometry.plain_number import count
 from study.kind.registry import Extras
-from study.solve.result import Peak
+from study.solve.result import CurveSummary
 from study.solve.run import SolveResult
 
 
@@ -68,7 +68,7 @@ def _motions(solved: SolveResult) -> dict[str, dict[str, str]]:
     return {} if model.base is None else {"motion": {item.name: model.motion_of(item) for item in model.outputs}}
 
 
-def _bifurcations(peak: Peak) -> str:
+def _bifurcations(peak: CurveSummary) -> str:
     """Where the stability of a curve changes."""
     points = [
         f"{item['kind']} at {item['frequency_hz']:.6g} Hz, level {item['level']:.4g}"

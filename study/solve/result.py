@@ -18,7 +18,7 @@ from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.stability.branch_stability import BranchStability
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint, JointedSystem
-from study.solve.curve import Curve
+from study.solve.curve import RequestedCurve
 from study.solve.model import SolveModel
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class SolvedCurve:
         Of each point; None where it was not asked for.
     """
 
-    curve: Curve
+    curve: RequestedCurve
     branch: ResponseBranch
     model: SolveModel
     stability: BranchStability | None = None
@@ -255,7 +255,7 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
 
 
 @dataclass(frozen=True, kw_only=True)
-class Peak:
+class CurveSummary:
     """Summary of one curve, as its entry of the JSON document.
 
     Parameters
@@ -293,11 +293,11 @@ class Peak:
     bifurcations: Sequence[Mapping[str, Any]] | None = None
 
 
-def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
+def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> CurveSummary:
     """The highest point of a curve."""
     unit, scale = SURFACE_UNIT[output.quantity]
     point, branch = item.peak(output, harmonic), item.branch
-    return Peak(
+    return CurveSummary(
         label=item.curve.label,
         peak_frequency_hz=float(branch.frequency[point]),
         peak_level=float(item.level[point]),

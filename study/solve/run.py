@@ -9,7 +9,7 @@ import numpy as np
 from casefile.table import located
 from correlation.model import Sensor
 from figure.contact_states import ContactStates, StatePanel
-from figure.hysteresis_loops import HysteresisLoops, Loop
+from figure.hysteresis_loops import HysteresisLoop, HysteresisLoops
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.style import choose_evenly
 from hbsolve.balance import HarmonicBalance
@@ -30,7 +30,7 @@ from study.solve.refinement import refine_curve
 from study.solve.result import (
     DRAWN_STATES,
     SURFACE_UNIT,
-    Peak,
+    CurveSummary,
     SolvedCurve,
     find_main_harmonic,
     format_response_csv,
@@ -66,7 +66,7 @@ class SolveResult:
     model: SolveModel
     balance: HarmonicBalance
     curves: tuple[SolvedCurve, ...]
-    peaks: tuple[Peak, ...]
+    peaks: tuple[CurveSummary, ...]
     files: tuple[Path, ...]
 
 
@@ -297,7 +297,9 @@ def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
     return [curves[place] for place in choose_evenly(len(curves), MOST_CURVES)]
 
 
-def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int) -> list[Loop]:
+def _loops(
+    model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int
+) -> list[HysteresisLoop]:
     harmonic = find_main_harmonic(model.system)
     result = []
     for item in curves:
@@ -306,7 +308,7 @@ def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedC
         motion = contact_motion(item.branch.balance_at(balance, point), state)[joint]
         law = model.system.joints[joint]
         result.append(
-            Loop(
+            HysteresisLoop(
                 label=item.curve.label,
                 time=motion.time / (2 * np.pi / state.angular_frequency),
                 displacement=motion.displacement[0],

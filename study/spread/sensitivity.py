@@ -29,7 +29,7 @@ from pipeline.progress import SilentProgress
 from study.case.setup import read_case
 from study.kind.registry import OpenCase
 from study.run_context import RunContext
-from study.solve.curve import Curve
+from study.solve.curve import RequestedCurve
 from study.solve.model import SolveModel
 from study.solve.result import SolvedCurve, find_main_harmonic
 from study.spread.uncertain import Uncertain
@@ -82,7 +82,7 @@ def model_tangents(opened: OpenCase, uncertain: Uncertain, run: RunContext) -> l
 
 def differentiate_curve(
     model: SolveModel,
-    curve: Curve,
+    curve: RequestedCurve,
     branch: ResponseBranch,
     tangents: Sequence[Tangent | None],
     report: Callable[[float, float], None] | None = None,

@@ -14,7 +14,7 @@ from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.energy import energy_balance
 from hbsolve.errors import NoPeakError
 from pipeline.store import stage
-from study.solve.curve import Curve, response_curve
+from study.solve.curve import RequestedCurve, response_curve
 from study.solve.model import SolveModel
 from study.solve.refinement import refine_curve
 from study.solve.result import SolvedCurve, find_main_harmonic
@@ -45,7 +45,7 @@ class PointCurve:
         Whether it reaches the end of its range.
     """
 
-    curve: Curve
+    curve: RequestedCurve
     frequency: Values
     level: Values
     response: Complex[NDArray[np.complex128], "output p"]
@@ -59,14 +59,14 @@ class PointCurve:
         """Frequency [Hz] or level [-], whichever varies, shape (p,)."""
         return self.frequency if self.curve.parameter == "frequency" else self.level
 
-    def peak(self, output: int) -> "CurvePeak":
+    def peak(self, output: int) -> "HighestResponse":
         """The highest response of an output."""
         peak = find_peak(self.parameter, np.abs(self.response[output]), float(self.damping[output]))
         return replace(peak, at_end=peak.at_end or not self.complete)
 
 
 @dataclass(frozen=True, kw_only=True)
-class CurvePeak:
+class HighestResponse:
     """The highest response of a curve; numbers are NaN where there is no curve.
 
     Parameters
@@ -87,10 +87,10 @@ class CurvePeak:
     at_end: bool
 
 
-def find_peak(parameter: Values, amplitude: Values, damping: float) -> CurvePeak:
+def find_peak(parameter: Values, amplitude: Values, damping: float) -> HighestResponse:
     """The highest point of a curve, refined by the parabola through it and its neighbours where it is no fold."""
     if not len(parameter):
-        return CurvePeak(parameter=np.nan, amplitude=np.nan, damping=np.nan, at_end=False)
+        return HighestResponse(parameter=np.nan, amplitude=np.nan, damping=np.nan, at_end=False)
     top = int(np.argmax(amplitude))
     at_end = top in {0, len(amplitude) - 1}
     place, height = float(parameter[top]), float(amplitude[top])
@@ -102,11 +102,11 @@ def find_peak(parameter: Values, amplitude: Values, damping: float) -> CurvePeak
             place, height = peak.angular_frequency, peak.amplitude
         except NoPeakError:
             pass  # a corner, whose highest point is the peak
-    return CurvePeak(parameter=place, amplitude=height, damping=damping, at_end=at_end)
+    return HighestResponse(parameter=place, amplitude=height, damping=damping, at_end=at_end)
 
 
 @stage("curve of a parameter point")
-def point_curve(model: SolveModel, curve: Curve) -> PointCurve:
+def point_curve(model: SolveModel, curve: RequestedCurve) -> PointCurve:
     """Follow one curve as `stickslip solve` does, and keep what is shown of it.
 
     Parameters
@@ -132,7 +132,7 @@ def point_curve(model: SolveModel, curve: Curve) -> PointCurve:
     return summarise_curve(model, curve, branch)
 
 
-def summarise_curve(model: SolveModel, curve: Curve, branch: ResponseBranch) -> PointCurve:
+def summarise_curve(model: SolveModel, curve: RequestedCurve, branch: ResponseBranch) -> PointCurve:
     """What is kept of a curve."""
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     solved, harmonic = SolvedCurve(curve=curve, branch=branch, model=model), find_main_harmonic(model.system)

@@ -25,14 +25,14 @@ COLUMNS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Report:
+class Table1Report:
     """Studies in the order of the page, the default one first, and the files that were written."""
 
     studies: tuple[MeshStudy, ...]
     files: tuple[Path, ...]
 
 
-def write_report(cases: Sequence[Path], run: RunContext) -> Report:
+def write_report(cases: Sequence[Path], run: RunContext) -> Table1Report:
     """Run the mesh studies of the given case files and write everything into the run's output folder.
 
     Parameters
@@ -69,7 +69,7 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
             StudyPage(study=study, case_file=path.name, figure=drawn[stem], pictures=modes, step=f"{stem}.step")
         )
     files += run.write_files({"table1.html": page(parts)})
-    return Report(studies=tuple(study for _, study in result), files=tuple(files))
+    return Table1Report(studies=tuple(study for _, study in result), files=tuple(files))
 
 
 def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:

@@ -68,7 +68,7 @@ def peak_memory() -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Prediction:
+class UntunedPrediction:
     """First frequency of an untuned model, and what it is compared with.
 
     Parameters
@@ -101,10 +101,10 @@ def reference(inputs: BladeModel) -> float:
 
 
 @stage("mesh-study prediction")
-def prediction(inputs: BladeModel, ask_calculix: bool) -> Prediction:
+def prediction(inputs: BladeModel, ask_calculix: bool) -> UntunedPrediction:
     """Compute a prediction of an 8-node model with a full clamp."""
     mesh, frequency, n_dof = compute_first_frequency(inputs)
-    return Prediction(
+    return UntunedPrediction(
         frequency=frequency,
         factor=compute_locking_factor(inputs.blade, inputs.material, mesh, inputs.through_thickness),
         calculix=calculix_frequency(inputs) if ask_calculix else None,

@@ -16,8 +16,8 @@ from study.table1.case import ModelTable, PredictionTable, Table1Case
 from study.table1.stages import (
     Limit,
     NestedPoint,
-    Prediction,
     RowResult,
+    UntunedPrediction,
     nested_point,
     prediction,
     quadratic,
@@ -86,7 +86,7 @@ class StudyPrediction:
     """Untuned row with its result and the closed form [Hz]."""
 
     table: PredictionTable
-    result: Prediction
+    result: UntunedPrediction
     theory: float
 
 

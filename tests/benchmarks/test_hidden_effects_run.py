@@ -27,7 +27,7 @@ from diagnosis.candidate.catalogue import list_effects
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.problem import Refit
-from diagnosis.localisation import Place
+from diagnosis.localisation import UnknownForcePlace
 from tests.slow import slow
 from transient.virtual_bench.beam import BeamParameters
 from transient.virtual_bench.campaign import CampaignPoints
@@ -228,7 +228,7 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     verdict = Verdict(
         finding=Finding.MISSING, effects=(best,), baseline=before, threshold=12.0, detectable={}, units={}
     )  # fmt: skip
-    place = Place(
+    place = UnknownForcePlace(
         name="tip", gain=9.0, n_number=4, level=np.ones(2), amplitude=np.ones(2), stiffness=np.ones(2, complex),
         deviation=np.ones(2),
         third=np.zeros(2, complex), exponent=1.0, exponent_deviation=0.1, phase=0.0, configuration="free",

@@ -14,7 +14,7 @@ from study.case.setup import read_case
 from study.kind.rig.structure import measured_places
 from study.run_context import silent_run
 from transient.virtual_bench.campaign import PARAMETER_DEVIATION
-from transient.virtual_bench.sweep import Readings, VirtualSweepTest
+from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
 
 CASE = """\
 schema = 2
@@ -69,7 +69,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Specimen, Model]:
     return specimen, read.model
 
 
-def measured(specimen: Specimen, effect: HiddenEffect) -> Readings:
+def measured(specimen: Specimen, effect: HiddenEffect) -> SweepReadings:
     jointed, _ = systems(specimen, effect, 1.0)
     sensors = {name: row for name, row in measured_places(specimen.reduction).items() if name in SENSORS}
     # What the contacts carry at rest along their tangents is what the case starts from, too: none.

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.model import Dof, LineSensor, Model, Part, Sensor
+from correlation.model import Dof, LineSensor, Model, Sensor, StructurePart
 from correlation.prediction import Points, Predictor
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
@@ -65,7 +65,7 @@ def make_small() -> Model:
             LineSensor(name="left_T", line="left", component="tangential"),
             LineSensor(name="left_N", line="left", component="normal", gain=1.5),
         ),
-        parts=(Part(name="beam", mass=mass, stiffness=stiffness),),
+        parts=(StructurePart(name="beam", mass=mass, stiffness=stiffness),),
         dofs=tuple(Dof(body="beam", node=node, direction=axis) for node in range(2) for axis in ("z", "x")),
         lines={side: (f"{side} 0", f"{side} 1") for side in ("left", "right")},
         places={"root z": along(N, {0: 1.0}), "tip z": along(N, {2: 1.0})},

@@ -12,7 +12,7 @@ from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
 from correlation.time_record.prediction import (
-    Drive,
+    IntegrationInput,
     estimate_numerical_error,
     predict_rates,
     predict_record,
@@ -100,7 +100,9 @@ def errors(found: NDArray[np.float64], exact: NDArray[np.float64]) -> NDArray[np
     return np.asarray(np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=1))
 
 
-def predicted(test_model: Model, driven: Drive, start: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+def predicted(
+    test_model: Model, driven: IntegrationInput, start: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
     found = predict_record(test_model, driven, start)
     assert found is not None
     return found

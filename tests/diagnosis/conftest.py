@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import Dof, LineSensor, Model, Part, Sensor
+from correlation.model import Dof, LineSensor, Model, Sensor, StructurePart
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -83,8 +83,8 @@ def make_bench() -> Model:
             LineSensor(name="left_N", line="left", component="normal", gain=1.5),
         ),
         parts=(
-            Part(name="beam", mass=beam_mass, stiffness=beam),
-            Part(name="stand", mass=stand_mass, stiffness=stand),
+            StructurePart(name="beam", mass=beam_mass, stiffness=beam),
+            StructurePart(name="stand", mass=stand_mass, stiffness=stand),
         ),
         dofs=(*dofs, Dof(body="stand", node=0, direction="z")),
         lines={side: tuple(f"{side} {number}" for number in range(3)) for side in ("left", "right")},

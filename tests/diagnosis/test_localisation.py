@@ -11,7 +11,7 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.place import ANGULAR, LINEAR, with_cubic_spring
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.localisation import Place, _fit_force, find_common_phase, localise
+from diagnosis.localisation import UnknownForcePlace, _fit_force, find_common_phase, localise
 from diagnosis.model_error_share import ProjectedCovariance, list_covariances
 from reduction.jointed_system import along
 
@@ -19,7 +19,9 @@ TIP = along(4, {2: 1.0})
 SPRING, DASHPOT, CUBIC = 20.0, 0.15, 8e6  # N/m, N s/m, N/m^3
 
 
-def located(model: Model, paper: ModuleType, truth: Model, *, has_phase: bool = True, **known: float) -> list[Place]:
+def located(
+    model: Model, paper: ModuleType, truth: Model, *, has_phase: bool = True, **known: float
+) -> list[UnknownForcePlace]:
     campaign = paper.make_campaign(truth, seed=8)
     deviation = {"kn": 0.0, "E": 0.0, **known}
     arrangement = arrange(

@@ -14,9 +14,9 @@ from figure.family_over_limits import FamiliesOverLimits, FamilyPanel, FamilyRow
 from figure.fdac_map import FdacMap
 from figure.force_limits import ForceLimits, LineForceLimits
 from figure.force_surface import ForceCurve, ForceSurface
-from figure.frequency_response import FrequencyResponse
+from figure.frequency_response import ReceptanceCurve
 from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
-from figure.hysteresis_loops import HysteresisLoops, Loop
+from figure.hysteresis_loops import HysteresisLoop, HysteresisLoops
 from figure.limit_band import Band, LimitBands
 from figure.limit_levels import LimitsByLevel
 from figure.line_force_bands import LineForceBands
@@ -96,7 +96,9 @@ def contact_states() -> ContactStates:
 
 def hysteresis_loops() -> HysteresisLoops:
     loops = [
-        Loop(label=f"{level} N", time=TIME, displacement=1e-6 * level * SINE, force=level * COSINE, normal=9 + SINE)
+        HysteresisLoop(
+            label=f"{level} N", time=TIME, displacement=1e-6 * level * SINE, force=level * COSINE, normal=9 + SINE
+        )
         for level in (1, 2)
     ]
     return HysteresisLoops(joints=[("one", loops), ("two", loops)], title="Title")
@@ -384,7 +386,7 @@ EXAMPLES: dict[type, Callable[[], object]] = {
         assurance=np.eye(3, 4), measured=np.array([100.0, 102.0, 105.0]), model=np.array([101.0, 102.5, 106.0, 160.0]),
         pairs=[(0, 0), (1, 1), (2, 2)], **TITLES,
     ),
-    FrequencyResponse: lambda: FrequencyResponse(frequency=FREQUENCY, receptance=receptance(100.0), title="Title"),
+    ReceptanceCurve: lambda: ReceptanceCurve(frequency=FREQUENCY, receptance=receptance(100.0), title="Title"),
     Reactions: lambda: Reactions(
         reactions=[
             Reaction(name=side, label="1 N", time=TIME, upper=9 + SINE, lower=9 - COSINE) for side in ("left", "right")

@@ -6,7 +6,7 @@ import pytest
 
 from geometry.errors import InputError
 from study.diagnose.add import find_case, undo
-from study.diagnose.history import ADD, History, Step, history_of
+from study.diagnose.history import ADD, History, HistoryStep, history_of
 
 TEXT = 'schema = 2\n[structure]\nkind = "plain"\nfile = "m.npz"\n'
 
@@ -17,7 +17,7 @@ TEXT = 'schema = 2\n[structure]\nkind = "plain"\nfile = "m.npz"\n'
 def test_an_effect_is_not_taken_back_into_a_text_that_is_no_case(tmp_path: Path, before: str) -> None:
     case = tmp_path / "a.toml"
     case.write_text(TEXT)
-    step = Step(what=ADD, effect="mass at tip", case_before=before, case_after=TEXT)
+    step = HistoryStep(what=ADD, effect="mass at tip", case_before=before, case_after=TEXT)
     History(file=tmp_path / "a.history.json", steps=(step,)).save()
     with pytest.raises(InputError, match="were edited since"):
         undo(case)

@@ -17,7 +17,7 @@ import pytest
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.candidate.place import ANGULAR
 from diagnosis.decision.verdict import Finding
-from diagnosis.localisation import Place
+from diagnosis.localisation import UnknownForcePlace
 from diagnosis.missing_law.recover import recover_law
 from diagnosis.resonator import Resonator
 from pipeline.store import Store
@@ -247,7 +247,9 @@ def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagno
 
 
 def test_unknown_moments_stand_on_the_page_in_their_units(diagnosed: DiagnosisResult) -> None:
-    forces = [replace(each, units=ANGULAR) for each in diagnosed.last.diagnosis.places if isinstance(each, Place)]
+    forces = [
+        replace(each, units=ANGULAR) for each in diagnosed.last.diagnosis.places if isinstance(each, UnknownForcePlace)
+    ]
     found = replace(diagnosed.last, diagnosis=replace(diagnosed.last.diagnosis, places=forces))
     text = make_files(found, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     # Of each level, such as "10 N: 4 ± 1 N m".

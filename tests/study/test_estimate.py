@@ -10,7 +10,7 @@ from correlation.campaign.read_campaign import read_campaign
 from study.case.setup import read_case
 from study.cli import main
 from study.diagnose.add import undo
-from study.estimate.resonance import Resonance, estimate_stiffness, find_partners, find_resonances
+from study.estimate.resonance import MeasuredResonance, estimate_stiffness, find_partners, find_resonances
 
 STIFFNESS, DAMPING = 4e5, 0.004
 KT, MU, PRELOAD = 2e5, 0.4, 20.0
@@ -213,11 +213,11 @@ def test_the_interval_of_a_frequency_holds_the_stiffness_of_contacts_that_slip(f
     mass, stiffness = chain(MORE_KT * KT * contact)
     squared = np.linalg.eigvals(np.linalg.solve(mass, stiffness))
     first = squared[np.argmin(squared.real)]
-    stuck = Resonance(
+    stuck = MeasuredResonance(
         free=False, frequency=float(np.sqrt(first.real)) / (2 * np.pi), frequency_deviation=1e-3,
         damping=DAMPING + float(first.imag / (2 * first.real)), damping_deviation=1e-5, source="level 1",
     )  # fmt: skip
-    free = Resonance(
+    free = MeasuredResonance(
         free=True, frequency=first_frequency(0.0), frequency_deviation=1e-3, damping=DAMPING, damping_deviation=1e-5,
         source="free",
     )  # fmt: skip
@@ -234,8 +234,8 @@ def test_a_jointed_resonance_is_laid_beside_the_free_mode_that_it_goes_back_to(f
     mass, stiffness = chain(KT)
     stuck = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real) / (2 * np.pi)
 
-    def resonance(frequency: float, *, is_free: bool) -> Resonance:
-        return Resonance(
+    def resonance(frequency: float, *, is_free: bool) -> MeasuredResonance:
+        return MeasuredResonance(
             free=is_free, frequency=frequency, frequency_deviation=1e-3, damping=DAMPING, damping_deviation=1e-5,
             source="hammer",
         )  # fmt: skip

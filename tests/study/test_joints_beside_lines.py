@@ -11,7 +11,7 @@ from reduction.joint_law.jenkins import JenkinsElement
 from reduction.jointed_system import JointedSystem
 from study.compare.sentence import judge
 from study.compare.suspicions import find_all_suspicions
-from study.estimate.resonance import LINEAR, SLIPS, STEADY, Resonance, estimate_damping
+from study.estimate.resonance import LINEAR, SLIPS, STEADY, MeasuredResonance, estimate_damping
 
 MASS, STIFFNESS, RATIO = 1.0, (2 * np.pi * 100) ** 2, 0.005
 
@@ -28,8 +28,8 @@ def slider() -> JenkinsElement:
     return JenkinsElement(name="rub", direction=np.ones(1), tangential_stiffness=0.01 * STIFFNESS, limit_force=1.0)
 
 
-def resonance(*, free: bool = False, is_steady: bool = False) -> Resonance:
-    return Resonance(
+def resonance(*, free: bool = False, is_steady: bool = False) -> MeasuredResonance:
+    return MeasuredResonance(
         free=free, frequency=100.0, frequency_deviation=0.01, damping=0.02, damping_deviation=1e-4, source="a sweep",
         is_steady=is_steady,
     )  # fmt: skip

@@ -7,7 +7,7 @@ from correlation.model import Model, Sensor
 from correlation.prediction import Points, Predictor
 from reduction.joint_law.jenkins import JenkinsElement
 from reduction.jointed_system import JointedSystem
-from study.compare.gross_misfit import Readings
+from study.compare.gross_misfit import MotionReadings
 from study.compare.wrong_stiffness import find_wrong_stiffness
 from tests.slow import slow
 
@@ -27,7 +27,7 @@ def model(factor: float = 1.0) -> Model:
     return Model(system=system, sensors=(Sensor(name="a", row=np.array([1.0, 0.0])),))
 
 
-def read(case: Model) -> Readings:
+def read(case: Model) -> MotionReadings:
     """What the right model reads at two levels, whose higher one makes the contact slip, and what a case does there."""
     level, frequency = (
         grid.ravel() for grid in np.meshgrid([0.3, 3.0], RESONANCE * np.linspace(0.94, 1.05, 8), indexing="ij")
@@ -38,7 +38,7 @@ def read(case: Model) -> Readings:
         harmonic=np.ones(k, dtype=np.int64),
     )  # fmt: skip
     value, stated = (Predictor(points=points).predict(each).value for each in (model(), case))
-    return Readings(points=points, value=value, stated=stated)
+    return MotionReadings(points=points, value=value, stated=stated)
 
 
 def test_a_resonance_that_no_force_drives_and_no_sensor_sees_hides_no_wrong_unit() -> None:
@@ -54,7 +54,7 @@ def test_readings_are_picked_of_all_sensors() -> None:
         free=np.zeros(k, dtype=bool), level=np.ones(k), frequency=np.repeat(np.arange(1.0, 21.0), 2),
         sensor=np.tile(["a", "b"], 20), harmonic=np.ones(k, dtype=np.int64),
     )  # fmt: skip
-    picked = Readings(points=points, value=np.ones(k, complex), stated=np.ones(k, complex)).some(16)
+    picked = MotionReadings(points=points, value=np.ones(k, complex), stated=np.ones(k, complex)).some(16)
     assert len(picked.value) == 16
     assert set(picked.points.sensor) == {"a", "b"}
 

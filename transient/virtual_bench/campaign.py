@@ -20,7 +20,7 @@ from jaxtyping import Float
 from reduction.array_type import Array, Real
 from transient.virtual_bench.beam import Beam, BeamParameters
 from transient.virtual_bench.effect import HiddenEffect, insert_effect
-from transient.virtual_bench.sweep import TOLERANCE, Readings, VirtualSweepTest
+from transient.virtual_bench.sweep import TOLERANCE, SweepReadings, VirtualSweepTest
 
 #: Standard deviations of the specimen's parameters, relative to its drawing [-].
 PARAMETER_DEVIATION: Mapping[str, float] = {
@@ -68,9 +68,9 @@ class CampaignLayout:
     title: str = "Beam with two contact lines"
     """Of the campaign."""
     sensors: Sequence[str] = SENSORS
-    """Motions, in the order of `Readings.motion`, each at the place of its name."""
+    """Motions, in the order of `SweepReadings.motion`, each at the place of its name."""
     lines: Sequence[str] = LINES
-    """Contact lines, in the order of `Readings.force`: T and then N of each."""
+    """Contact lines, in the order of `SweepReadings.force`: T and then N of each."""
     direction: str = "z"
     """Of the motions."""
 
@@ -108,7 +108,7 @@ class Sweep:
     """From 1."""
     level: float
     """[N]."""
-    readings: Readings
+    readings: SweepReadings
     """At the frequencies up, then down."""
 
 
@@ -175,7 +175,7 @@ def sweeps(
                 yield Sweep(configuration=configuration, repeat=repeat, level=float(level), readings=readings)
 
 
-def with_noise(readings: Readings, random: np.random.Generator) -> Readings:
+def with_noise(readings: SweepReadings, random: np.random.Generator) -> SweepReadings:
     """Readings with noise."""
     return replace(
         readings,
@@ -208,7 +208,7 @@ def write_campaign(
     (folder / "campaign.toml").write_text(_manifest(points, layout, tests), encoding="utf-8")
 
 
-def _point_lines(head: str, readings: Readings, number: int, layout: CampaignLayout) -> Iterator[str]:
+def _point_lines(head: str, readings: SweepReadings, number: int, layout: CampaignLayout) -> Iterator[str]:
     for sensors, harmonics, values, unit in (
         (layout.sensors, MOTION_HARMONICS, readings.motion[number], "m"),
         (layout.forces, FORCE_HARMONICS, readings.force[number], "N"),

@@ -20,7 +20,7 @@ from reduction.jointed_system import JointedSystem
 from transient.equilibrium import quasi_static
 from transient.state import TransientState
 from transient.virtual_bench.campaign import Sweep
-from transient.virtual_bench.sweep import Readings, VirtualSweepTest
+from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
 
 #: Shares of the preload that it shoots over and under to, at most so many times.
 OVER, UNDER, SHOTS = (1.0, 1.6), (0.5, 1.0), 3
@@ -89,7 +89,7 @@ def repeated_tests(
     random = np.random.default_rng(seed)
     bench = VirtualSweepTest(system, sensors, steps_per_period=steps_per_period)
 
-    def settle(points: Sequence[float], level: float, start: TransientState) -> Readings:
+    def settle(points: Sequence[float], level: float, start: TransientState) -> SweepReadings:
         return sweep_settled(bench, points, level, start, tolerance)
 
     for repeat in range(1, n_repeat + 1):
@@ -103,7 +103,7 @@ def repeated_test(
     *,
     repeat: int,
     random: np.random.Generator,
-    settle: Callable[[Sequence[float], float, TransientState], Readings],
+    settle: Callable[[Sequence[float], float, TransientState], SweepReadings],
 ) -> Iterator[Sweep]:
     """One of them: sweeps up and down at each level, friction carried from level to level.
 
@@ -141,7 +141,7 @@ def repeated_test(
 
 def sweep_settled(
     bench: VirtualSweepTest, frequencies: Sequence[float], level: float, start: TransientState, tolerance: float
-) -> Readings:
+) -> SweepReadings:
     """Steady states at one frequency [Hz] after the other, integrated until the motion repeats: it alone drags sliders.
 
     The tolerance is what may be left of the transient, relative to the motion, if it decays as slowly as the structure
@@ -162,7 +162,7 @@ def sweep_settled(
             left = float(np.linalg.norm((stepper.vector - before) * bench.weight)) / motion / (1 - slowest)
         state = stepper.state
         points.append((*bench.read(record), n_period, left <= tolerance, before[2 * n :]))
-    return Readings.of(points, state)
+    return SweepReadings.of(points, state)
 
 
 def _between(ends: tuple[float, float], share: float) -> float:

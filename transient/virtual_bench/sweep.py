@@ -38,7 +38,7 @@ from transient.joint_forces import move_sliders
 from transient.rank_one_update import UpdatedFactor
 from transient.state import TransientState
 from transient.state_transition import ModalStructure, decompose
-from transient.stepper import Record, Stepper
+from transient.stepper import PeriodRecord, Stepper
 
 STEPS_PER_PERIOD = 128
 #: Distance to the steady state, relative to the motion, at which a point is taken: a tenth of what noise leaves.
@@ -58,7 +58,7 @@ Point = tuple[Array, Array, float, int, bool, Vector]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Readings:
+class SweepReadings:
     """Sensor readings along a sweep."""
 
     motion: Complex[Array, "p s 2"]
@@ -78,7 +78,7 @@ class Readings:
     """The state in which the sweep ended."""
 
     @classmethod
-    def of(cls, points: Sequence[Point], final: TransientState) -> "Readings":
+    def of(cls, points: Sequence[Point], final: TransientState) -> "SweepReadings":
         """Readings of points one after the other."""
         motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
         return cls(
@@ -155,7 +155,7 @@ class VirtualSweepTest:
         start: TransientState | None = None,
         tolerance: float = TOLERANCE,
         n_stability_period: int = 0,
-    ) -> Readings:
+    ) -> SweepReadings:
         """Steady states at one frequency after the other, the first one from rest.
 
         Parameters
@@ -189,7 +189,7 @@ class VirtualSweepTest:
             if n_stability_period and point[4] and not self._is_stable(guess, n_stability_period):
                 point = (*point[:4], False, point[5])
             points.append(point)
-        return Readings.of(points, self.stepper(frequencies[-1]).state)
+        return SweepReadings.of(points, self.stepper(frequencies[-1]).state)
 
     def stepper(self, frequency: float) -> Stepper:
         """Time stepper of a frequency [Hz]; every call returns the same object."""
@@ -315,24 +315,24 @@ class VirtualSweepTest:
                 return False
         return True
 
-    def _move_sliders(self, stepper: Stepper, record: Record, left: Vector) -> Vector:
+    def _move_sliders(self, stepper: Stepper, record: PeriodRecord, left: Vector) -> Vector:
         """Sliders of the previous point after a period of this motion."""
         end = self.structure.rows @ stepper.vector[: self.system.n_dof]
         position = np.concatenate([record.displacement.T, end[None]])
         return move_sliders(self.structure.table.packed, position, left, stepper.step)
 
-    def waveforms(self, record: Record) -> tuple[Matrix, Matrix]:
+    def waveforms(self, record: PeriodRecord) -> tuple[Matrix, Matrix]:
         """Motion of each sensor [m] and T and N of each line [N] over a period, shapes (s, t) and (l, t)."""
         return self._rows @ record.modal_displacement.T, self._lines @ record.force
 
-    def read(self, record: Record) -> tuple[Array, Array, float]:
-        """Sensor readings of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
+    def read(self, record: PeriodRecord) -> tuple[Array, Array, float]:
+        """Sensor readings of a period: one point of `SweepReadings.motion`, `.force` and `.slip_share`."""
         n = self.steps_per_period
         motion, force = (np.fft.rfft(item, axis=1) * (2 / n) for item in self.waveforms(record))
         force[:, 0] /= 2
         return motion[:, [1, 3]], force[:, [0, 1, 3]], self._slip_share(record)
 
-    def _slip_share(self, record: Record) -> float:
+    def _slip_share(self, record: PeriodRecord) -> float:
         count = len(self._contacts)
         if not count:
             return 0.0

@@ -29,7 +29,7 @@ from correlation.campaign.time_record import TIME, TimeRecord, record_of_columns
 from correlation.campaign.toml_table import TomlTable
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.registry import DATA_TYPES, Analyse, DataContext, DataType, Datum, analyse_uncached
-from correlation.errors import CampaignError, Mistakes
+from correlation.errors import CampaignError, CampaignMistakes
 from correlation.row_group import group_rows
 
 
@@ -70,7 +70,7 @@ def _read(
     analyse: Analyse,
 ) -> Campaign:
     folder, manifest = files.folder, read_manifest(files.folder)
-    mistakes = Mistakes()
+    mistakes = CampaignMistakes()
     context = DataContext(
         files=files, sensors=manifest.sensors, tests=manifest.tests, units=manifest.units, analyse=analyse
     )
@@ -124,7 +124,7 @@ def _tables(
     for test, file in zip(manifest.tests, manifest.files, strict=True):
         if file is not None:
             tidy.setdefault(file, []).append(test.name)
-    mistakes = Mistakes()
+    mistakes = CampaignMistakes()
     number = {test.name: place for place, test in enumerate(manifest.tests)}
     tables = [
         mistakes.attempt(partial(_read_tidy, folder, file, manifest, names), None) for file, names in tidy.items()

@@ -10,7 +10,7 @@ from correlation.metric.misfit import summarise_misfit
 from correlation.prediction import Points
 from figure.style import choose_family_colours
 from study.bench.line import Lines, at_measured
-from study.compare.curve import Coefficients, Drawing, Panel, find_rows, join_sides
+from study.compare.curve import Coefficients, Drawing, SensorPanel, find_rows, join_sides
 from study.compare.result import ComparisonResult
 from study.compare.section.misfit import misfit_sections
 from study.compare.section.response import response_sections
@@ -87,7 +87,7 @@ def _by_free(lines: Mapping[str, Lines]) -> dict[bool, Lines]:
     return {name == "free": each for name, each in lines.items()}
 
 
-def _lines(panel: Panel, lines: Lines) -> list[dict[str, Any]]:
+def _lines(panel: SensorPanel, lines: Lines) -> list[dict[str, Any]]:
     """Line and slopes of each curve of a panel, in its unit."""
     points, result = lines.points, []
     for curve in panel.curves:

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from study.compare.curve import Panel
+from study.compare.curve import SensorPanel
 from study.compare.families import FamilyComparison
 from study.compare.family_report import family_document
 from study.page.number import round_list
 
 
-def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, Panel]]) -> dict[str, Any]:
+def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, SensorPanel]]) -> dict[str, Any]:
     """Limits for the page.
 
     Parameters
@@ -51,7 +51,7 @@ def count_limits(comparison: FamilyComparison) -> dict[str, float]:
     return numbers | ({"readings within limits [%]": 100 * inside / count} if count else {})
 
 
-def _list_bands(comparison: FamilyComparison, free: bool, panel: Panel) -> list[dict[str, Any] | None]:
+def _list_bands(comparison: FamilyComparison, free: bool, panel: SensorPanel) -> list[dict[str, Any] | None]:
     limits = comparison.limits
     if free or limits is None or panel.key not in limits.bands:
         return [None] * len(panel.curves)

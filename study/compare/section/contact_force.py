@@ -6,7 +6,7 @@ import numpy as np
 
 from correlation.campaign.measurement import name_configuration
 from correlation.model import LineSensor
-from study.compare.curve import Curve, Drawing, Panel
+from study.compare.curve import ComparedCurve, Drawing, SensorPanel
 from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
@@ -39,11 +39,11 @@ def contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iter
         yield Section(title="Contact forces", text=TEXT, table=Table(head=head, rows=rows, words=4))
 
 
-def _harmonic(panel: Panel) -> str:
+def _harmonic(panel: SensorPanel) -> str:
     return "static" if panel.is_static else str(panel.key[1])
 
 
-def _numbers(panel: Panel, curve: Curve) -> list[str]:
+def _numbers(panel: SensorPanel, curve: ComparedCurve) -> list[str]:
     if panel.is_static:
         measured, predicted = (float(np.nanmean(value.real)) for value in (curve.measured, curve.predicted))
         at = ""

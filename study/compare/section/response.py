@@ -12,7 +12,7 @@ from correlation.metric.misfit import Misfit
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import DERIVATIVE, Sensor
 from figure.style import choose_family_colours, typeset
-from study.compare.curve import Curve, Drawing, Panel, compute_phase, name_harmonic, stands_out
+from study.compare.curve import ComparedCurve, Drawing, SensorPanel, compute_phase, name_harmonic, stands_out
 from study.compare.result import DIFFERS, ComparisonResult
 from study.compare.section.section import Section
 from study.page.number import round_list
@@ -43,7 +43,7 @@ def response_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[
     yield Section(title="Measured and predicted responses", text=TEXT + thinned, element="responses", data=data)
 
 
-def choose_first_panel(drawn: Sequence[tuple[bool, Panel]], misfit: Mapping[bool, Misfit]) -> int:
+def choose_first_panel(drawn: Sequence[tuple[bool, SensorPanel]], misfit: Mapping[bool, Misfit]) -> int:
     """Number of the panel that a page begins with.
 
     It is the one where the model fails most, of those that are more than noise. Where it fails nowhere, it is the
@@ -65,13 +65,13 @@ def choose_first_panel(drawn: Sequence[tuple[bool, Panel]], misfit: Mapping[bool
     return max(numbers, key=lambda number: _motion(*drawn[number]), default=0)
 
 
-def _size(misfit: Misfit, panel: Panel) -> float:
+def _size(misfit: Misfit, panel: SensorPanel) -> float:
     """Misfit of a panel, root mean square [standard deviations]."""
     rows = np.concatenate([curve.rows for curve in panel.curves])
     return float(np.nan_to_num(np.sqrt(np.nanmean(misfit.standardised[rows] ** 2))))
 
 
-def _motion(free: bool, panel: Panel) -> tuple[bool, float]:
+def _motion(free: bool, panel: SensorPanel) -> tuple[bool, float]:
     """Largest displacement of a fundamental, and before it whether the contacts are there; zero of all else [m]."""
     if panel.key[1] != 1 or not isinstance(panel.sensor, Sensor):
         return not free, 0.0
@@ -103,7 +103,7 @@ class _Runs:
             self.runs.setdefault(curve, []).append(rows)
         self.step = -(-len(order) // MOST_READINGS)
 
-    def of(self, free: bool, panel: Panel, curve: Curve) -> list[dict[str, Any]]:
+    def of(self, free: bool, panel: SensorPanel, curve: ComparedCurve) -> list[dict[str, Any]]:
         """Runs of a curve as data, in the unit of its panel."""
         table, listed = self.campaign.measurement, self.runs.get((free, *panel.key, curve.level), [])
         if curve.sweep:
@@ -129,7 +129,7 @@ class _Runs:
         return all(item.has_phase for item in self.campaign.sensors if item.name == sensor)
 
 
-def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Numbers) -> dict[str, Any]:
+def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: SensorPanel, levels: Numbers) -> dict[str, Any]:
     sensor, harmonic = panel.key
     return {
         "configuration": name_configuration(free),
@@ -156,12 +156,12 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Number
     }
 
 
-def _feature(panel: Panel) -> str:
+def _feature(panel: SensorPanel) -> str:
     """Name of the feature whose standard deviations are drawn."""
     return "F / X" if panel.per_level else "the static part" if panel.is_static else "the ratio to the largest motion"
 
 
-def _residual(curve: Curve, misfit: Misfit, panel: Panel) -> dict[str, Any]:
+def _residual(curve: ComparedCurve, misfit: Misfit, panel: SensorPanel) -> dict[str, Any]:
     standardised = misfit.standardised[curve.rows]
     # A prediction less than what is measured is negative, as it is in the other units.
     found = {"real": round_list(-standardised[:, 0], 4), "imaginary": round_list(-standardised[:, 1], 4)}
@@ -181,7 +181,7 @@ def _residual(curve: Curve, misfit: Misfit, panel: Panel) -> dict[str, Any]:
 
 
 def _drawn(
-    value: Values, panel: Panel, deviation: Numbers | float, digits: int = 5, beside: Values | None = None
+    value: Values, panel: SensorPanel, deviation: Numbers | float, digits: int = 5, beside: Values | None = None
 ) -> dict[str, Any]:
     """Amplitude and phase; a static part with its sign."""
     if panel.is_static:

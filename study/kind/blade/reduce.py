@@ -11,7 +11,7 @@ from fe.assembly import assemble_compact
 from fe.file.mesh_file import write_mesh
 from fe.modal import modes
 from fe.mode_check import ModeCheck
-from figure.frequency_response import FrequencyResponse
+from figure.frequency_response import ReceptanceCurve
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
 from pipeline.output import replace_file
@@ -129,7 +129,7 @@ def _reduction(model: BladeModel, title: str) -> Task:
     return Task(stage=reduced_blade, inputs={"model": model, "title": title}, label="reduction", weight=2.0)
 
 
-def _tip_response(result: Reduction, title: str) -> FrequencyResponse:
+def _tip_response(result: Reduction, title: str) -> ReceptanceCurve:
     """Receptance of the tip for a force at the excitation point, over the first modes."""
     frequency = np.linspace(0.2 * result.rom_frequency[0], 1.15 * result.rom_frequency[N_DRAWN - 1], N_POINT)
     # The peaks are narrower than the grid: its points are joined by the resonances themselves.
@@ -137,7 +137,7 @@ def _tip_response(result: Reduction, title: str) -> FrequencyResponse:
     branch = forced_response(DynamicStiffness.of(result.rom), unit_force(result.rom), 2 * pi * frequency)
     response = branch.coefficients[:, 1, result.rom.rows("response", THICKNESS_DIRECTION)[0]]
     title = f"{title}: tip displacement for a force near the root"
-    return FrequencyResponse(frequency=frequency, receptance=response, title=title)
+    return ReceptanceCurve(frequency=frequency, receptance=response, title=title)
 
 
 @stage("mode shapes of a blade")

@@ -19,7 +19,7 @@ from fe.station_coordinates import make_station_coordinates
 from fe.surface_line import line_along_edge, line_between
 from geometry.interface import ContactLine
 from study.case.tables import Case
-from study.kind.part.table import TRANSLATIONS, LineTable, PartTable
+from study.kind.part.table import TRANSLATIONS, PartTable, StationLineTable
 
 #: The face set on which points lie that name none.
 SURFACE = "the surface"
@@ -87,7 +87,7 @@ def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None
             taken.add(entry.name)
             if entry.on is not None:
                 check(entry.on, table, number, "on")
-            for name in (entry.edge or ()) if isinstance(entry, LineTable) else ():
+            for name in (entry.edge or ()) if isinstance(entry, StationLineTable) else ():
                 check(name, table, number, "edge")
     for number, support in enumerate(case.structure.support):
         for name in support.on:
@@ -214,7 +214,7 @@ def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -
     )
 
 
-def _line(mesh: Mesh, table: LineTable) -> ContactLine:
+def _line(mesh: Mesh, table: StationLineTable) -> ContactLine:
     start = None if table.start is None else np.array(table.start)
     if table.edge is not None:
         return line_along_edge(mesh, table.name, table.edge, table.stations, start)

@@ -81,7 +81,7 @@ class PointTable(CaseModel):
     directions: Directions = ("x", "y", "z")
 
 
-class LineTable(CaseModel):
+class StationLineTable(CaseModel):
     """Contact stations: on the straight line between two points of a face, or along the edge of two faces."""
 
     name: Name
@@ -127,7 +127,7 @@ class PartTable(StructureTable):
     material: MaterialTable | None = None
     support: tuple[PartSupportTable, ...] = ()
     point: tuple[PointTable, ...] = ()
-    line: tuple[LineTable, ...] = ()
+    line: tuple[StationLineTable, ...] = ()
     boundary: tuple[WholeSetTable, ...] = ()
     reduction: InteriorTable = InteriorTable()
     damping: ReducedDampingTable | None = None

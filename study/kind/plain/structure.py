@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from casefile.errors import CaseError
 from casefile.table import Mistakes
 from correlation.errors import ModelDefinitionError
-from correlation.model import DIRECTIONS, Dof, Part
+from correlation.model import DIRECTIONS, Dof, StructurePart
 from fe.file.npz_archive import NpzError, read_npz
 from geometry.errors import InputError
 from reduction.errors import JointError, MatrixError
@@ -99,7 +99,7 @@ def _is_matrix(name: str) -> bool:
     return name in {item for group in NAMES.values() for item in group} or name.startswith(("part_", "dof_"))
 
 
-def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[Part, ...]:
+def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[StructurePart, ...]:
     """Named shares, of which either matrix may be left out as zero."""
     names = list(
         dict.fromkeys(named[1] for name in arrays if (named := re.fullmatch(r"part_(.+)_(mass|stiffness)", name)))
@@ -118,7 +118,7 @@ def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]
         if names and not np.abs(np.sum(shares, axis=0) - whole).max() <= ROUND_OFF * np.abs(whole).max():
             raise MatrixError(f"the parts {', '.join(names)} do not add up to the {kind}: store every part, or none")
     return tuple(
-        Part(name=name, mass=mass, stiffness=stiffness)
+        StructurePart(name=name, mass=mass, stiffness=stiffness)
         for name, mass, stiffness in zip(names, result["mass"], result["stiffness"], strict=True)
     )
 

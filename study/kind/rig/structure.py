@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from casefile.source import find_value
 from casefile.table import located
-from correlation.model import DeadWeight, Dof, Head, LoadCell, Part, Sensor, Wire
+from correlation.model import DeadWeight, Dof, Head, LoadCell, Sensor, StructurePart, Wire
 from fe.distributed_load import distribute_load
 from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
@@ -308,17 +308,17 @@ def _sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ...]:
     return tuple(result)
 
 
-def _parts(preloaded: PreloadedRig) -> tuple[Part, ...]:
+def _parts(preloaded: PreloadedRig) -> tuple[StructurePart, ...]:
     """Mass and stiffness of each body, and of the springs that fix the second tangents."""
     assembly, n = preloaded.reduction.assembly, preloaded.reduction.assembly.n_dof
     result = []
     for body in assembly.bodies:
         mass, stiffness, own = np.zeros((n, n)), np.zeros((n, n)), assembly.columns(body)
         mass[own, own], stiffness[own, own] = assembly.mass[own, own], assembly.stiffness[own, own]
-        result.append(Part(name=body, mass=mass, stiffness=stiffness))
+        result.append(StructurePart(name=body, mass=mass, stiffness=stiffness))
     fixed = preloaded.joined.stiffness - preloaded.joined.bodies
     if fixed.any():
-        result.append(Part(name="second_tangents", mass=np.zeros((n, n)), stiffness=fixed))
+        result.append(StructurePart(name="second_tangents", mass=np.zeros((n, n)), stiffness=fixed))
     return tuple(result)
 
 

@@ -191,7 +191,7 @@ class BladeMaterialTable(CaseModel):
     density: MaterialDensity | None = None
 
 
-class RootTable(CaseModel):
+class RigRootTable(CaseModel):
     """The clamp of the blade as one rigid piece on springs, stiffness in all along each axis; fixed by default."""
 
     stiffness: Positive | None = None
@@ -216,7 +216,7 @@ class LaserTable(CaseModel):
     blade: Lean = 0.0
 
 
-class DeadWeightTable(CaseModel):
+class WireTable(CaseModel):
     """What pulls the dampers up into their grooves: wires that lie on a width of the cylinder, all of it by default."""
 
     force: Pull = 55.0
@@ -234,14 +234,14 @@ class RigTable(StructureTable):
     decoupler: DecouplerDimensions = DecouplerDimensions()
     material: MaterialTable
     blade_material: BladeMaterialTable = BladeMaterialTable()
-    root: RootTable = RootTable()
+    root: RigRootTable = RigRootTable()
     accelerometer: AccelerometerTable = AccelerometerTable()
     stinger: StingerTable = StingerTable()
     laser: LaserTable = LaserTable()
     mesh: RigMeshTable
     reduction: RigReductionTable = RigReductionTable()
     contact: ContactTable
-    dead_weight: DeadWeightTable = DeadWeightTable()
+    dead_weight: WireTable = WireTable()
     damping: DampingTable = DampingTable()
 
 

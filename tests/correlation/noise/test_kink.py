@@ -12,8 +12,8 @@ from correlation.noise.kink import (
     REACH,
     SEEN,
     WEIGHT,
+    JitterShift,
     Remainder,
-    Shift,
     compute_remainder,
     make_curvature_modes,
     make_kink_modes,
@@ -63,9 +63,9 @@ def made(response: Response) -> ModelFeatures:
     return ModelFeatures(predictor, features, predictor, prediction)
 
 
-def shift(slope: np.ndarray) -> Shift:
+def shift(slope: np.ndarray) -> JitterShift:
     ends: Any = (REACH * JITTER, -REACH * JITTER)
-    return Shift(models=ends, halves=(ends[0] / 2, ends[1] / 2), change=slope * ends[0])
+    return JitterShift(models=ends, halves=(ends[0] / 2, ends[1] / 2), change=slope * ends[0])
 
 
 def remainders_of(response: Response, *slopes: np.ndarray) -> list[Remainder]:

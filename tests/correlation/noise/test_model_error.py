@@ -6,7 +6,7 @@ import scipy.stats
 from numpy.typing import NDArray
 
 from correlation.noise.covariance import Whitening
-from correlation.noise.error_density import Density, estimate_error_size
+from correlation.noise.error_density import ErrorSizeDensity, estimate_error_size
 from correlation.noise.error_patterns import ErrorPatterns
 from correlation.noise.error_size import ErrorSize, compute_prior
 
@@ -49,7 +49,7 @@ def test_density_is_that_of_the_normal_distribution(
     dense = covariance(whitening, patterns, size)
     difference = np.random.default_rng(3).multivariate_normal(np.zeros(N), dense)
     exact = -2 * scipy.stats.multivariate_normal(np.zeros(N), dense).logpdf(difference) - N * np.log(2 * np.pi)
-    found = Density(whitening, patterns, USUAL, difference)(size)
+    found = ErrorSizeDensity(whitening, patterns, USUAL, difference)(size)
     # Round-off of a condition number of 1e5.
     assert found - compute_prior(size, USUAL) == pytest.approx(exact, rel=1e-9)
     wide = patterns.widen(whitening, size)

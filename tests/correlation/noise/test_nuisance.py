@@ -11,7 +11,7 @@ import scipy.linalg
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model, Sensor
 from correlation.noise.free_mode import LEAST, MOST_MIXINGS, FreeModes
-from correlation.noise.kink import REACH, Shift, compute_remainder, make_curvature_modes
+from correlation.noise.kink import REACH, JitterShift, compute_remainder, make_curvature_modes
 from correlation.noise.nuisance import (
     HISTORY,
     Budget,
@@ -481,7 +481,7 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     )
     change = REACH * sum(block[:, 0] * size for block, size in zip(bench.jitter, deviation.values(), strict=False))
     free = bench.features.points.free[bench.features.row]
-    shift = Shift(models=(plus, minus), halves=(half_plus, half_minus), change=np.asarray(change))
+    shift = JitterShift(models=(plus, minus), halves=(half_plus, half_minus), change=np.asarray(change))
     curved = make_curvature_modes([compute_remainder(bench.nominal, shift).smooth], free, np.inf)
     # Of many repeats each end leaves its share of the mean: up and down of the jointed, then of the free structure.
     modes = np.column_stack([curved[:, :2].sum(axis=1), curved[:, 2:].sum(axis=1)])

@@ -21,7 +21,7 @@ from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
-from diagnosis.localisation import Place
+from diagnosis.localisation import UnknownForcePlace
 from diagnosis.screening import Score
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import compute_excess_gain
@@ -67,8 +67,8 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, streng
 BEFORE = refit("", 0.0, 0.0)
 
 
-def place(fall: float, n_number: int = 6) -> Place:
-    return Place(
+def place(fall: float, n_number: int = 6) -> UnknownForcePlace:
+    return UnknownForcePlace(
         name="tip", gain=fall, n_number=n_number, level=np.ones(1), amplitude=np.ones(1), stiffness=np.ones(1, complex),
         deviation=np.ones(1),
         third=np.zeros(2, complex), exponent=1.0, exponent_deviation=0.1, phase=0.0, configuration="free",
@@ -77,7 +77,7 @@ def place(fall: float, n_number: int = 6) -> Place:
 
 def decided(
     *refits: Refit,
-    places: tuple[Place, ...] = (),
+    places: tuple[UnknownForcePlace, ...] = (),
     rest: ResidualExplanation = NO_EFFECT,
     asked: list[str] | None = None,
     scores: tuple[Score, ...] = (),

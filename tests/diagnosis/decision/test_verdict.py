@@ -11,7 +11,7 @@ from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_strengths, count_digits
 from diagnosis.decision.wording import describe_held_out_fall
 from diagnosis.fit.problem import Refit
-from diagnosis.localisation import Place
+from diagnosis.localisation import UnknownForcePlace
 from diagnosis.screening import Score
 
 MASS = EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01)
@@ -34,11 +34,11 @@ TIP = refit(effect("mass at tip z", MASS), 0.0123, 0.0005, 0.0021)
 LINE = refit(effect("gap of left", RATIO), 1.2, 0.1, 0.0022)
 
 
-def verdict(finding: Finding, *effects: Refit, place: Place | None = None) -> str:
+def verdict(finding: Finding, *effects: Refit, place: UnknownForcePlace | None = None) -> str:
     return made(finding, *effects, place=place).sentence
 
 
-def made(finding: Finding, *effects: Refit, place: Place | None = None) -> Verdict:
+def made(finding: Finding, *effects: Refit, place: UnknownForcePlace | None = None) -> Verdict:
     return Verdict(
         finding=finding, effects=effects, baseline=BEFORE, threshold=12.4,
         detectable={"mass at tip z": 0.00123, "gap of left": 0.05, "unseen": float("inf")},
@@ -114,7 +114,7 @@ def test_nothing_is_missing() -> None:
 
 
 def test_something_unknown_is_missing() -> None:
-    place = Place(
+    place = UnknownForcePlace(
         name="tip z", gain=100.0, n_number=4, level=np.ones(2), amplitude=np.ones(2), stiffness=np.ones(2, complex),
         deviation=np.ones(2),
         third=np.zeros(2, complex), exponent=2.96, exponent_deviation=0.06, phase=179.6, configuration="free",

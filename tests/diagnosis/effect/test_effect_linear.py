@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.model import Dof, Model, Part
+from correlation.model import Dof, Model, StructurePart
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import EffectError
 from reduction.jointed_system import CubicSpring, QuadraticDamper, along
@@ -48,7 +48,9 @@ def test_the_density_of_a_part_scales_its_mass(bench: Model) -> None:
     np.testing.assert_allclose(mass, bench.system.mass + bench.parts[0].mass, rtol=1e-15)
     whole = replace(bench, parts=())
     np.testing.assert_allclose(applied(whole, "density of all", 2.0).system.mass, 2 * bench.system.mass, rtol=1e-15)
-    massless = replace(bench, parts=(*bench.parts, Part(name="shim", mass=np.zeros((7, 7)), stiffness=np.eye(7))))
+    massless = replace(
+        bench, parts=(*bench.parts, StructurePart(name="shim", mass=np.zeros((7, 7)), stiffness=np.eye(7)))
+    )
     assert reason(massless, "density of shim") == "the part has no mass"
 
 

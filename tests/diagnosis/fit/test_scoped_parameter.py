@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.model import Part
+from correlation.model import StructurePart
 from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import EffectError
 from diagnosis.candidate.joint_parameter import find_joints
@@ -45,7 +45,7 @@ def test_a_list_of_a_joint_and_joints_at_all_nodes_of_a_place() -> None:
 
 def test_density_and_modulus_of_one_part() -> None:
     system = MODEL.system
-    parts = tuple(Part(name=name, mass=share * system.mass, stiffness=share * system.stiffness)
+    parts = tuple(StructurePart(name=name, mass=share * system.mass, stiffness=share * system.stiffness)
                   for name, share in (("one", 0.25), ("two", 0.75)))  # fmt: skip
     model = replace(MODEL, parts=parts)
     heavier = make_scoped_parameter(model, "one.density", 0.01).apply(model, [1.04])

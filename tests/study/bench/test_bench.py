@@ -17,7 +17,7 @@ from study.bench.bench import Bench
 from study.bench.case_text import hash_text
 from study.bench.copied_case import copy_beside
 from study.bench.repeat import open_bench
-from study.bench.script import Entry, script_of
+from study.bench.script import ScriptEntry, script_of
 from study.diagnose.history import history_of, read_text
 from study.json_value import to_json
 from study.run_context import RunContext, silent_run
@@ -55,7 +55,7 @@ def test_an_effect_is_added_and_the_script_of_all_clicks_gives_the_same_numbers(
 
     def done(name: str, **arguments: Any) -> Any:
         result = getattr(bench, name)(**arguments)
-        entries.append(Entry(name=name, arguments=arguments, numbers=result.numbers))
+        entries.append(ScriptEntry(name=name, arguments=arguments, numbers=result.numbers))
         return result
 
     before = done("compare")

@@ -11,7 +11,7 @@ from geometry.errors import InputError
 from study.bench.bench import Bench
 from study.bench.case_text import hash_text, list_effect_files, with_effect_files
 from study.bench.own_effect import write_template
-from study.bench.script import Entry, script_of
+from study.bench.script import ScriptEntry, script_of
 from study.case.setup import read_case
 from study.case.trust import UntrustedCode, trusting
 from study.diagnose.history import read_text
@@ -123,7 +123,7 @@ def test_a_script_leaves_the_files_of_the_user_alone_and_gives_the_same_numbers(
 
     def done(name: str, **arguments: Any) -> None:
         result = getattr(bench, name)(**arguments)
-        entries.append(Entry(name=name, arguments=arguments, numbers=result.numbers))
+        entries.append(ScriptEntry(name=name, arguments=arguments, numbers=result.numbers))
 
     done("screen")
     done("save_effect", file="mine.py", text=text.replace("own spring at", "soft spring at"))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from study.bench.script import Entry, command_of, python_of, script_of
+from study.bench.script import ScriptEntry, command_of, python_of, script_of
 
 CASE, FOLDER = Path("my beam.toml"), Path("campaign")
 
@@ -14,35 +14,35 @@ CASE, FOLDER = Path("my beam.toml"), Path("campaign")
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
-        (Entry(name="compare", arguments={}, numbers={}), ["compare", "my beam.toml", "campaign"]),
+        (ScriptEntry(name="compare", arguments={}, numbers={}), ["compare", "my beam.toml", "campaign"]),
         (
-            Entry(name="diagnose", arguments={}, numbers={}),
+            ScriptEntry(name="diagnose", arguments={}, numbers={}),
             ["diagnose", "my beam.toml", "campaign", "--without", "gap", "air damping"],
         ),
         (
-            Entry(name="add", arguments={"effect": "mass at tip", "values": ["93 mg"], "seen": "a1"}, numbers={}),
+            ScriptEntry(name="add", arguments={"effect": "mass at tip", "values": ["93 mg"], "seen": "a1"}, numbers={}),
             ["add", "mass at tip", "--case", "my beam.toml", "--value", "93 mg"],
         ),
-        (Entry(name="undo", arguments={"seen": "a1"}, numbers={}), ["undo", "--case", "my beam.toml"]),
+        (ScriptEntry(name="undo", arguments={"seen": "a1"}, numbers={}), ["undo", "--case", "my beam.toml"]),
     ],
 )
-def test_a_click_is_a_command_that_the_shell_reads_back(entry: Entry, words: list[str]) -> None:
+def test_a_click_is_a_command_that_the_shell_reads_back(entry: ScriptEntry, words: list[str]) -> None:
     assert shlex.split(command_of(entry, CASE, FOLDER, ("gap", "air damping"))) == ["stickslip", *words]
 
 
 def test_several_steps_back_are_as_many_commands() -> None:
-    entry = Entry(name="undo", arguments={"count": 3}, numbers={})
+    entry = ScriptEntry(name="undo", arguments={"count": 3}, numbers={})
     assert command_of(entry, Path("a.toml"), FOLDER).split("; ") == ["stickslip undo --case a.toml"] * 3
 
 
 def test_python_leaves_out_what_the_page_alone_needs() -> None:
-    entry = Entry(name="add", arguments={"effect": "mass at tip", "values": [], "seen": "a1"}, numbers={})
+    entry = ScriptEntry(name="add", arguments={"effect": "mass at tip", "values": [], "seen": "a1"}, numbers={})
     assert python_of(entry) == "bench.add(effect='mass at tip')"
 
 
 def test_a_script_holds_the_case_letter_by_letter() -> None:
     text = "title = \"'''\\n{}\"\n# ü\r\n"
-    entries = [Entry(name="edit", arguments={"text": text}, numbers={})]
+    entries = [ScriptEntry(name="edit", arguments={"text": text}, numbers={})]
     tree = ast.parse(script_of(entries, CASE, FOLDER, ("gap",), text, "", {"own.py": "'\n"}))
     constants = {
         node.targets[0].id: ast.literal_eval(node.value)

@@ -15,7 +15,7 @@ import pytest
 from geometry.errors import InputError
 from study.bench import server
 from study.bench.server import open_socket, serve_bench, write_palette
-from study.bench.work import Place
+from study.bench.work import BenchFiles
 from study.diagnose.history import history_of, read_text
 from tests.study.bench.conftest import PATIENCE, RunningBench, children
 
@@ -126,7 +126,7 @@ def test_a_taken_port_is_a_sentence_with_the_port() -> None:
 def test_without_aiohttp_a_sentence_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "find_spec", lambda _: None)
     with pytest.raises(InputError, match=r"pip install -e"):
-        serve_bench(Place(case=Path("a.toml"), folder=Path("b")), 0, opened=lambda _: None)
+        serve_bench(BenchFiles(case=Path("a.toml"), folder=Path("b")), 0, opened=lambda _: None)
 
 
 def test_words_have_the_contrast_of_wcag_aa_on_both_pages() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from study.bench.session import Session
-from study.bench.work import Place
+from study.bench.work import BenchFiles
 
 
 class FakeWorker:
@@ -36,7 +36,7 @@ def opened(tmp_path: Path) -> Opened:
     folder.mkdir()
     (folder / "campaign.toml").write_text("schema = 1\n", encoding="utf-8")
     worker = FakeWorker()
-    session = Session(place=Place(case=case, folder=folder), worker=worker)
+    session = Session(place=BenchFiles(case=case, folder=folder), worker=worker)
     session.begin()
     answer(session, worker)
     answer(session, worker, is_diagnosed=False)
@@ -195,7 +195,7 @@ def test_an_unknown_call_is_refused(opened: Opened) -> None:
 
 def test_the_next_session_shows_what_the_last_did_until_it_has_compared_anew(tmp_path: Path, opened: Opened) -> None:
     _, _, case = opened
-    place = Place(case=case, folder=case.parent / "campaign", cache=tmp_path / "cache")
+    place = BenchFiles(case=case, folder=case.parent / "campaign", cache=tmp_path / "cache")
 
     def begin() -> tuple[Session, FakeWorker]:
         worker = FakeWorker()

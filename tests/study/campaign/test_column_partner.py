@@ -9,7 +9,7 @@ import pytest
 import scipy.io
 
 from correlation.errors import CampaignError
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
 from study.campaign.question import Assumptions
 
@@ -20,7 +20,7 @@ ROOT = 0.4 * TIP
 FORCE = 3 + 0.1 * np.sin(FREQUENCY)
 
 
-def drafted(folder: Path) -> tuple[Draft, dict[str, Any]]:
+def drafted(folder: Path) -> tuple[ManifestDraft, dict[str, Any]]:
     """A draft with all assumptions, and its manifest."""
     draft = draft_campaign(measured := read_folder(folder), Assumptions())
     return draft, tomllib.loads(write_manifest(measured, draft).path.read_text())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.file.column import Column
-from study.campaign.column_role import Part, Role, name_words, recognise_column
+from study.campaign.column_role import ComplexPart, Role, name_words, recognise_column
 from study.campaign.phase_convention import judge_phase, opposite_sign
 from study.campaign.question import Question, Terminal
 from study.campaign.repeat import is_settling
@@ -72,10 +72,19 @@ def test_the_range_of_a_phase_tells_degrees_from_radians(largest: float, unit: s
 
 
 def test_parts_of_complex_numbers_are_told_by_their_names() -> None:
-    german = (("Weg Realteil", Part.REAL), ("Weg Imaginärteil", Part.IMAGINARY), ("Betrag", Part.AMPLITUDE))
-    for name, part in (("tip re", Part.REAL), ("tip_imag", Part.IMAGINARY), ("Amplitude", Part.AMPLITUDE), *german):
+    german = (
+        ("Weg Realteil", ComplexPart.REAL),
+        ("Weg Imaginärteil", ComplexPart.IMAGINARY),
+        ("Betrag", ComplexPart.AMPLITUDE),
+    )
+    for name, part in (
+        ("tip re", ComplexPart.REAL),
+        ("tip_imag", ComplexPart.IMAGINARY),
+        ("Amplitude", ComplexPart.AMPLITUDE),
+        *german,
+    ):
         assert recognise_column(Column(name=name, values=RAMP), name).part is part
-    assert recognise_column(Column(name="tip", values=RAMP + 1j), "tip").part is Part.VALUE
+    assert recognise_column(Column(name="tip", values=RAMP + 1j), "tip").part is ComplexPart.VALUE
 
 
 def test_accents_stay_in_the_words_of_a_name() -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
 from study.campaign.question import Assumptions
 
@@ -25,7 +25,7 @@ TIME = np.arange(4096) / 2048
 DECAY = np.exp(-3 * TIME) * np.sin(2 * np.pi * 100.3 * TIME)
 
 
-def drafted(folder: Path) -> tuple[Draft, dict[str, Any]]:
+def drafted(folder: Path) -> tuple[ManifestDraft, dict[str, Any]]:
     """A draft with all assumptions, and its manifest."""
     draft = draft_campaign(measured := read_folder(folder), Assumptions())
     return draft, tomllib.loads(write_manifest(measured, draft).path.read_text())

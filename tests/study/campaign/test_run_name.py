@@ -2,7 +2,7 @@
 
 import pytest
 
-from study.campaign.draft import Draft
+from study.campaign.draft import ManifestDraft
 from study.campaign.draft_frequency import ask_configuration
 from study.campaign.question import Assumptions
 
@@ -16,4 +16,4 @@ from study.campaign.question import Assumptions
     ],
 )  # fmt: skip
 def test_contacts_in_a_name_count_before_its_free_decay(name: str, configuration: str) -> None:
-    assert ask_configuration(Draft(title="", answers=Assumptions()), name).value == configuration
+    assert ask_configuration(ManifestDraft(title="", answers=Assumptions()), name).value == configuration

@@ -8,7 +8,7 @@ import pytest
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from study.cli import main
-from study.estimate.resonance import Resonance
+from study.estimate.resonance import MeasuredResonance
 from study.paper.by_hand import list_missing
 from study.paper.limits import MeasuredFamilies, find_peak, named_by_line, read_families
 from study.paper.linear import LinearCalibration
@@ -51,7 +51,7 @@ def measure(
 
 
 def linear(free: bool) -> LinearCalibration:
-    peak = Resonance(
+    peak = MeasuredResonance(
         free=False, frequency=252.0, frequency_deviation=0.1, damping=2e-3, damping_deviation=1e-4, source="a test"
     )
     return LinearCalibration(free=peak if free else None, stuck=peak, iterations=())

@@ -5,12 +5,12 @@ import pytest
 
 from study.paper.campaign import Reference
 from study.paper.first_guess import guess_first
-from study.paper.virtual_tests import Loop
+from study.paper.virtual_tests import InstrumentLoop
 
 STIFFNESS, FRICTION, NORMAL = 5e6, 12.0, 20.0
 
 
-def loop(level: float, amplitude: float) -> Loop:
+def loop(level: float, amplitude: float) -> InstrumentLoop:
     """A settled period of one Jenkins element under a constant normal force."""
     phase = 2 * np.pi * np.arange(256) / 256
     x, slider, force = amplitude * np.cos(np.tile(phase, 3)), 0.0, []
@@ -18,7 +18,7 @@ def loop(level: float, amplitude: float) -> Loop:
         slider = float(np.clip(slider, value - FRICTION / STIFFNESS, value + FRICTION / STIFFNESS))
         force.append(STIFFNESS * (value - slider))
     last = slice(-256, None)
-    return Loop(
+    return InstrumentLoop(
         level=level,
         frequency=250.0,
         displacement=x[last],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from correlation.uncertainty.interval import TWO_SIDED_95
-from study.estimate.resonance import Resonance
+from study.estimate.resonance import MeasuredResonance
 from study.paper.fit import PRIOR, compute_prior
 from study.paper.interval import LEAST_SQUARES, explore, find_density_interval, fit_surface
 from study.paper.parameters import RigParameters
@@ -55,7 +55,7 @@ def test_what_the_score_does_not_tell_is_as_wide_as_the_prior() -> None:
 
 
 def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> None:
-    free = Resonance(
+    free = MeasuredResonance(
         free=True, frequency=120.0, frequency_deviation=0.12, damping=2e-3, damping_deviation=1e-4, source="a test"
     )
     parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)

@@ -16,7 +16,7 @@ from transient.virtual_bench.beam import BeamParameters, reduced_beam
 from transient.virtual_bench.campaign import FORCE_FLOOR, NOISE, Sweep, sweeps, with_noise
 from transient.virtual_bench.effect import KINDS, NOTHING, HiddenEffect, insert_effect
 from transient.virtual_bench.hidden_effect import CampaignPoints, make_campaign, random_effect, unit_strengths
-from transient.virtual_bench.sweep import Readings
+from transient.virtual_bench.sweep import SweepReadings
 
 SMALL = CampaignPoints(
     levels=(3.0, 5.0), frequencies=(460.0, 470.0, 476.0), free_frequencies=(91.0, 91.7, 92.4), n_repeat=2
@@ -74,7 +74,7 @@ def test_down_sweeps_list_the_frequencies_backwards(tmp_path: Path) -> None:
 
 def test_repeats_scatter_by_their_noise_where_nothing_else_does() -> None:
     random = np.random.default_rng(5)
-    ones = Readings(
+    ones = SweepReadings(
         motion=np.full((4000, 4, 2), 1.0 + 0j),
         force=np.full((4000, 4, 3), 2.0 + 0j),
         slip_share=np.zeros(4000),
