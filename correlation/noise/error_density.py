@@ -35,12 +35,13 @@ SMALL, LEAST = 0.05, 0.01
 TRIED = (LEAST, 1.0, 10.0, 100.0)
 #: Largest size, in the same units: round-off limits the search.
 MOST = 1e4
-#: Sizes of the errors of readings that are tried, in units of what is usual: zero, and half decades.
-READINGS = (0.0, *(10 ** (0.5 * step) for step in range(-3, 7)))
-#: Change of the logarithm of that size which is small enough.
-CLOSE = 0.03
-#: Sizes of the errors of readings whose inner products are retained: all of `READINGS` and the last ones.
-RETAINED = 16
+#: First and last size of the errors of readings that are tried at first, beside none, in half decades above the usual.
+FIRST, LAST = -2.0, 6.0
+#: Steps between the sizes that are tried at first and at last, in half decades: the last one is 4 %.
+COARSE, FINE = 2.0, 2.0**-5
+#: Sizes of the errors of readings whose inner products are retained. All are on one grid, so that fits that begin near
+#: each other try the same ones.
+RETAINED = 32
 
 
 def estimate_error_size(
@@ -74,30 +75,18 @@ def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, 
     if not usual:
         return 0.0, *tried[0.0]
 
-    def cost(reading: float) -> float:
+    def cost(half_decades: float) -> float:
+        reading = usual * 10 ** (0.5 * half_decades)
         if reading not in tried:
             near = min(tried, key=lambda known: abs(np.log((known + LEAST * usual) / (reading + LEAST * usual))))
             tried[reading] = density.minimise(reading, tried[near][0])
         return tried[reading][1]
 
-    sizes = [usual * each for each in READINGS]
-    # Every second one, then those beside the best.
-    best = min(range(0, len(sizes), 2), key=lambda number: cost(sizes[number]))
-    while True:
-        beside = [number for number in (best - 1, best + 1) if 0 <= number < len(sizes)]
-        nearer = min(beside, key=lambda number: cost(sizes[number]))
-        if cost(sizes[nearer]) >= cost(sizes[best]):
-            break
-        best = nearer
-    if 1 < best < len(sizes) - 1:
-        import scipy.optimize  # takes long, and a comparison without model error has no use for it
-
-        bracket = np.log([sizes[number] for number in (best - 1, best, best + 1)])
-        scipy.optimize.minimize_scalar(
-            lambda logarithm: cost(float(np.exp(logarithm))), bounds=(bracket[0], bracket[2]), method="bounded",
-            options={"xatol": CLOSE},
-        )  # fmt: skip
-    reading = min(tried, key=cost)
+    best, step = min(np.arange(FIRST, LAST + COARSE / 2, COARSE).tolist(), key=cost), COARSE
+    while step > FINE and cost(best) <= tried[0.0][1]:
+        step /= 2
+        best = min((best - step, best, min(best + step, LAST)), key=cost)
+    reading = min(tried, key=lambda each: tried[each][1])
     return reading, *tried[reading]
 
 
@@ -123,8 +112,9 @@ class _Columns:
         self._first = np.flatnonzero(np.diff(patterns.part[self.order], prepend=-1))
         self._variance, self._reading = whitening.deviation[self.order] ** 2, patterns.reading[self.order]
         modes = np.zeros((len(self.order), 0)) if whitening.modes is None else whitening.modes
-        self.modes = modes[self.order]
-        self.columns = np.column_stack([patterns.frequency, patterns.damping, patterns.shape])[self.order]
+        columns = [modes, patterns.frequency, patterns.damping, patterns.shape]
+        self._all = np.column_stack(columns)[self.order]
+        self.modes, self.columns = self._all[:, : modes.shape[1]], self._all[:, modes.shape[1] :]
         self._known: OrderedDict[float, _Products] = OrderedDict()
 
     def products(self, reading: float) -> _Products:
@@ -139,14 +129,16 @@ class _Columns:
     def _compute(self, reading: float) -> _Products:
         weight = 1 / (self._variance + (reading * self._reading) ** 2)
         own = 1 + reading**2 * np.add.reduceat(weight * self._reading**2, self._first)
-        weighed = self.apply_inverse(reading, weight, own, np.column_stack([self.modes, self.columns]))
-        c = self.modes.shape[1]
-        by_modes, by_columns = self.modes.T @ weighed, self.columns.T @ weighed[:, c:]
-        factor = np.asarray(np.linalg.cholesky(np.eye(c) + by_modes[:, :c]), dtype=np.float64)
-        half = scipy.linalg.solve_triangular(factor, by_modes[:, c:], lower=True)
+        # A product with its own transpose takes half the work, and so those of the square root of the inverse.
+        root, c = np.sqrt(weight)[:, None] * self._all, self.modes.shape[1]
+        along = np.add.reduceat((reading * np.sqrt(weight) * self._reading)[:, None] * root, self._first, axis=0)
+        along /= np.sqrt(own)[:, None]
+        inner = root.T @ root - along.T @ along
+        factor = np.asarray(np.linalg.cholesky(np.eye(c) + inner[:c, :c]), dtype=np.float64)
+        half = scipy.linalg.solve_triangular(factor, inner[:c, c:], lower=True)
         log_determinant = np.log(own).sum() - np.log(weight).sum() + 2 * np.log(np.diag(factor)).sum()
         # Round-off of the difference may leave what is no square.
-        values, vectors = np.linalg.eigh(by_columns - half.T @ half)
+        values, vectors = np.linalg.eigh(inner[c:, c:] - half.T @ half)
         gram = (vectors * np.maximum(values, 0.0)) @ vectors.T
         return _Products(weight, own, factor, half, gram, float(log_determinant))
 
@@ -212,7 +204,7 @@ class ErrorSizeDensity:
         start = np.log(np.maximum(first[there], LEAST * self._scale[there]))
         found = scipy.optimize.minimize(
             cost, start, jac=True, method="L-BFGS-B", bounds=list(zip(lower, upper, strict=True)),
-            options={"ftol": 1e-10, "gtol": 1e-3},
+            options={"ftol": 1e-8, "gtol": 1e-2},
         )  # fmt: skip
         sizes = np.zeros(3)
         sizes[there] = np.exp(found.x)
@@ -245,11 +237,11 @@ class _AtReading(NamedTuple):
         by_column = sizes[self.kind]
         along, inner = by_column * self.along, np.outer(by_column, by_column) * self.gram
         inner[np.diag_indices_from(inner)] += 1.0
-        factor = scipy.linalg.cho_factor(inner, lower=True, check_finite=False)
+        factor = np.linalg.cholesky(inner)
+        inverse, _ = scipy.linalg.lapack.dtrtri(factor, lower=1)
         # Most probable errors, in their standard deviations, and how much of their variance the data leave.
-        errors = scipy.linalg.cho_solve(factor, along, check_finite=False)
-        left = np.diag(scipy.linalg.cho_solve(factor, np.eye(len(along)), check_finite=False))
+        errors, left = (inverse @ along) @ inverse, np.sum(inverse**2, axis=0)
         share = np.where(self.scale > 0, sizes / np.where(self.scale > 0, self.scale, 1.0), 0.0) ** 2
-        value = self.rest - along @ errors + 2 * np.log(np.diag(factor[0])).sum() + 2 * np.log1p(share).sum()
+        value = self.rest - along @ errors + 2 * np.log(np.diag(factor)).sum() + 2 * np.log1p(share).sum()
         slopes = np.bincount(self.kind, 2 * (1 - left) - 2 * errors**2, minlength=3) + 4 * share / (1 + share)
         return float(value), slopes
