@@ -16,7 +16,7 @@ from benchmarks.strangers.layout import Layout, draw_layout
 from benchmarks.strangers.measure import measure
 from benchmarks.strangers.response import amplitude
 from benchmarks.strangers.signature import Signature
-from benchmarks.strangers.specimen import Specimen, make_specimen
+from benchmarks.strangers.specimen import Specimen, hide, make_specimen
 from benchmarks.strangers.structure import draw_structure
 from correlation.campaign.measurement import Campaign, HeldOut, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
@@ -63,15 +63,16 @@ def make(seed: int, folder: Path) -> Stranger:
     sensors = _planned(layout)
     model = with_sensors(bare, sensors)
     stated = replace(setup.budget, refined=[with_sensors(each, sensors) for each in setup.budget.refined])
-    signature = Signature(plan, layout, model, stated, streams[2])
-    hidden = draw_hidden(plan, layout, model, signature, streams[3])
-    planned = time.process_time()
-    effects = [effect for effect, _ in hidden]
-    specimen = make_specimen(with_sensors(read_case(finer).setup.model, sensors), effects, streams[4])
     droop = {
         grid.name: 1 - layout.droop * _shape(plan, bare, grid.levels[-1], grid.frequencies, grid.configuration)
         for grid in layout.grids
     }
+    bare_specimen = make_specimen(with_sensors(read_case(finer).setup.model, sensors), streams[4])
+    signature = Signature(plan, layout, model, bare_specimen.factors, droop, stated, streams[2])
+    hidden = draw_hidden(plan, layout, model, signature, streams[3])
+    planned = time.process_time()
+    effects = [effect for effect, _ in hidden]
+    specimen = hide(bare_specimen, effects)
     campaign, sweeps = measure(specimen, layout, effects, signature.floor, droop, streams[5])
     write_campaign(campaign, folder / "campaign")
     truth = {

@@ -1,12 +1,14 @@
 """How clearly an effect shows in a campaign: what a fit of everything that is accepted leaves of its change.
 
-The readings of the model with the effect are fitted by the model without it. The fit may set kt, kn, mu, zeta, E and
-the natural frequencies of sharp resonances within their priors. The covariance holds noise, the frequency and the
-preload of the repeats, friction histories, the errors of the mesh that the case states and a model error of the usual
-size. z is the root of the chi-squared that is left, without the few states that have most of it: one that jumps tells
-where its branch ends, which tests do not reproduce.
+The readings of the model with the effect, with the calibration parameters of the specimen and under the force of its
+tests, are fitted by the model without it. The fit may set kt, kn, mu, zeta, E and the natural frequencies of sharp
+resonances within their priors. The covariance holds noise, the frequency and the preload of the repeats, friction
+histories, the errors of the mesh that the case states and a model error of the usual size. z is the root of the
+chi-squared that is left, without the few states that have most of it: one that jumps tells where its branch ends, which
+tests do not reproduce.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +20,7 @@ from benchmarks.strangers.hidden import Hidden
 from benchmarks.strangers.layout import Layout
 from benchmarks.strangers.measure import FREQUENCY_JITTER, PRELOAD_JITTER
 from benchmarks.strangers.response import Rows, points_of
+from benchmarks.strangers.specimen import DEVIATION
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import LineSensor, Model
@@ -37,8 +40,10 @@ Vector = NDArray[np.float64]
 
 #: Deviations of the frequency of either configuration, of its force and of preloads from repeat to repeat [-].
 JITTER = (FREQUENCY_JITTER, FREQUENCY_JITTER, 0.0, 0.0, PRELOAD_JITTER)
-#: Friction histories.
-N_HISTORY = 4
+#: Symbols of the calibration parameters, in the order of `DEVIATION`.
+SYMBOLS = ("kt", "kn", "mu", "zeta", "E")
+#: Friction histories, as many as a diagnosis draws: readings whose scatter none of a few shows would tell too much.
+N_HISTORY = 16
 #: Usual error of a model's readings [-], which no repeat makes smaller.
 READING = 1e-3
 #: Floor of a reading as a share of the noise on the largest one at the lowest level.
@@ -53,23 +58,41 @@ EFFORT, JUMPS = 12, 0.05
 
 
 class Signature:
-    """The signature of effects in a campaign of a layout on a model with its sensors."""
+    """The signature of effects in a campaign of a layout on a model with its sensors.
+
+    Parameters
+    ----------
+    plan, layout, model
+        Structure, tests and model of the case.
+    factors
+        Calibration parameters of the specimen, by the names of `DEVIATION`.
+    droop
+        Share of the force that is left at each frequency of a test, by its name [-].
+    budget
+        Errors that the case states.
+    random
+        Draws the friction histories.
+    """
 
     def __init__(
-        self, plan: Blueprint, layout: Layout, model: Model, budget: Budget, random: np.random.Generator
-    ) -> None:
+        self, plan: Blueprint, layout: Layout, model: Model, factors: Mapping[str, float],
+        droop: Mapping[str, Vector], budget: Budget, random: np.random.Generator,
+    ) -> None:  # fmt: skip
         self.layout, self.model = layout, model
         self.cells = {sensor.name for sensor in model.sensors if isinstance(sensor, LineSensor)}
         rows: Rows = []
+        force: list[float] = []
         for grid in layout.grids:
             free = grid.configuration == "free"
             for sensor in layout.sensors:
                 if free and sensor.name in self.cells:
                     continue
                 harmonics = (0, 1) if sensor.name in self.cells else layout.harmonics
+                left = np.repeat(droop[grid.name][::2], len(harmonics))
                 for level in grid.levels:
                     rows += [(free, level, f, sensor.name, h) for f in grid.frequencies[::2] for h in harmonics]
-        self.points = points_of(rows)
+                    force += (level * left).tolist()
+        self.points = replace(points_of(rows), force=np.array(force))
         self.predictor = Predictor(points=self.points)
         self.base = self.predictor.predict(model)
         self.floor = self._floors(plan.force)
@@ -84,6 +107,11 @@ class Signature:
         self.whitening = self._covariance(replace(budget, fitted=set_by_fits), int(random.integers(2**31)))
         accepted = [(each, each.deviation) for each in (*list_calibration_parameters(model), *sharp)]
         self.unknowns = Unknowns.from_effects(model, accepted, [])
+        known = {symbol: factors[name] for symbol, name in zip(SYMBOLS, DEVIATION, strict=True)}
+        unknowns = self.unknowns
+        values = [known.get(*each) for each in zip(unknowns.names, unknowns.vanishing.tolist(), strict=True)]
+        self.true = (np.array(values) - unknowns.vanishing) / unknowns.prior
+        self.specimen = unknowns.compose(np.array(values))
 
     def _floors(self, force: float) -> dict[str, float]:
         """Absolute noise of each sensor [its unit]; load cells of contacts that are open read the floor alone."""
@@ -117,8 +145,7 @@ class Signature:
 
     def of(self, effect: Hidden) -> float:
         """z of an effect; 0 where the model with it has no steady states."""
-        nothing = np.zeros(len(self.unknowns.prior))
-        followed = nothing
+        followed = self.true
         try:
             for part in WEAKER:
                 weaker = replace(effect, strength=effect.vanishes + part * (effect.strength - effect.vanishes))  # type: ignore[type-var]
@@ -126,11 +153,11 @@ class Signature:
             measured = self._read(effect)
         except (ModelError, ValueError):
             return 0.0
-        return min(self._fit(measured, start)[1] for start in (nothing, followed))
+        return min(self._fit(measured, start)[1] for start in (np.zeros(len(self.true)), self.true, followed))
 
     def _read(self, effect: Hidden) -> Vector:
         """Features of the model with an effect."""
-        value = self.predictor.predict(effect.bound(self.model)(self.model), self.base).value
+        value = self.predictor.predict(effect.bound(self.specimen)(self.specimen), self.base).value
         late = np.array([effect.delay(name) for name in self.points.sensor.tolist()])
         turn = self.points.frequency * self.points.harmonic * late
         return self.features.of_values(value * np.exp(-2j * np.pi * turn))

@@ -65,8 +65,8 @@ def pressed(system: JointedSystem, ratio: float) -> JointedSystem:
     return replace(system, joints=joints, static_load=ratio * system.static)
 
 
-def make_specimen(model: Model, hidden: Sequence[Hidden], random: np.random.Generator) -> Specimen:
-    """A specimen that hides effects, from a fine model with its sensors."""
+def make_specimen(model: Model, random: np.random.Generator) -> Specimen:
+    """A specimen that hides nothing, from a fine model with its sensors."""
     factors = {name: float(1 + sigma * random.standard_normal()) for name, sigma in DEVIATION.items()}
     deviation = float(random.uniform(*MODES))
     system = model.system
@@ -86,11 +86,16 @@ def make_specimen(model: Model, hidden: Sequence[Hidden], random: np.random.Gene
     damping = factors["zeta"] * (system.damping + weighted * (errors * modal) @ weighted.T)
     made = model.with_system(stiffness=weighted * squared @ weighted.T, damping=damping, joints=joints)
     made = replace(made, parts=())
-    jointed, free = made, made.without_contacts()
+    return Specimen(jointed=made, free=made.without_contacts(), factors=factors, mode_deviation=deviation)
+
+
+def hide(specimen: Specimen, hidden: Sequence[Hidden]) -> Specimen:
+    """The specimen with effects."""
+    jointed, free = specimen.jointed, specimen.free
     for effect in hidden:
-        apply = effect.bound(made)
+        apply = effect.bound(specimen.jointed)
         jointed, free = apply(jointed), apply(free)
-    return Specimen(jointed=jointed, free=free, factors=factors, mode_deviation=deviation)
+    return replace(specimen, jointed=jointed, free=free)
 
 
 def reduced(system: JointedSystem, rows: dict[str, Matrix]) -> tuple[JointedSystem, dict[str, Matrix]]:
