@@ -28,9 +28,10 @@ from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.fit.weighting import resize_model_error
 from diagnosis.step import RunStep, compute_step
 
-#: An effect is not named, whatever it gains, if the held-out data are further off by these factors: their reduced
-#: chi-squared by noise and stated errors, as far as it is beyond 1, and where these do not explain it, their error
-#: relative to what was measured. That is the error of peaks above all, which move with what is explained [-].
+#: An effect is not named, whatever it gains, if data are further off by these factors: their reduced chi-squared by
+#: noise and stated errors, as far as it is beyond 1 (what gains all the same, gains by a covariance that expects less);
+#: and where these do not explain the held-out data, the error of these relative to what was measured. That is the error
+#: of peaks above all, which move with what is explained [-].
 MAX_CHI2_RISE, MAX_ERROR_RISE = 1.1, 1.5
 
 
@@ -177,8 +178,10 @@ def compare(refit: Refit, without: Refit, gain: float) -> Refit:
 
 
 def is_worse(refit: Refit, without: Refit) -> bool:
-    """Whether held-out data are further off with an effect than without it."""
-    after, before = (max(each.held_out_reduced_chi2_by_noise, 1.0) for each in (refit, without))
-    return after > MAX_CHI2_RISE * before or (
-        after > UNEXPLAINED_CHI2 and refit.held_out_error > MAX_ERROR_RISE * without.held_out_error
+    """Whether the training or the held-out data are further off with an effect than without it."""
+    after = np.array([refit.reduced_chi2_by_noise, refit.held_out_reduced_chi2_by_noise])
+    before = np.array([without.reduced_chi2_by_noise, without.held_out_reduced_chi2_by_noise])
+    return bool(np.any(after > MAX_CHI2_RISE * np.maximum(before, 1.0))) or (
+        refit.held_out_reduced_chi2_by_noise > UNEXPLAINED_CHI2
+        and refit.held_out_error > MAX_ERROR_RISE * without.held_out_error
     )

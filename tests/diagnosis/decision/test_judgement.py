@@ -198,6 +198,17 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
     assert finalist.is_worse(refit, without) is worse
 
 
+@pytest.mark.parametrize(("before", "after", "worse"), [(2.0, 2.1, False), (2.0, 2.3, True), (0.3, 0.9, False)])
+def test_training_data_are_worse_by_their_misfit(
+    arrangement: Arrangement, before: float, after: float, worse: bool
+) -> None:
+    """The density may rise all the same: by a covariance that expects less of the model's errors."""
+    without, refit = (
+        replace(baseline_fit(arrangement), reduced_chi2_without_model_error=chi2) for chi2 in (before, after)
+    )
+    assert finalist.is_worse(refit, without) is worse
+
+
 def test_the_density_of_held_out_data_has_their_jitter_integrated_out(finalists: list[Finalist]) -> None:
     """Laplace's approximation is exact where readings are linear in the jitter: the covariance has it then."""
     found = next(each for each in finalists if each.name == TRUE)
