@@ -15,7 +15,7 @@ import numpy as np
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, describe_beyond_priors, list_beyond_priors
-from diagnosis.decision.confirmation import is_confirmed
+from diagnosis.decision.confirmation import is_confirmed, takes_away
 from diagnosis.decision.evidence import (
     CREDIBLE,
     DECISIVE,
@@ -38,7 +38,7 @@ from diagnosis.decision.verdict import Finding, Verdict, compute_detectable_stre
 from diagnosis.decision.wording import describe_held_out_error, describe_law, describe_stand_in
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
-from diagnosis.fit.problem import Refit
+from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, remember_steps
 from diagnosis.threshold.detection_threshold import Thresholds
@@ -152,7 +152,11 @@ def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
     size = nothing.model_error_size if pair is None else pair.first.arrangement.model_error_size
     nothing = replace(nothing, instead=instead, model_error_size=size)
     if size.is_far:  # rule 3
-        return replace(nothing, finding=Finding.NOT_CLOSE)
+        sound = [each for each in fits.refits if _makes_model_sound(fits, each)]
+        if not sound:
+            return replace(nothing, finding=Finding.NOT_CLOSE)
+        nothing = replace(nothing, model_error_size=fits.arrangement_of(sound[0]).model_error_size)
+        return replace(_name_effects(nothing, fits, sound, None), finding=Finding.AMBIGUOUS)
     if pair is not None:  # rule 4
         return replace(_name_effects(nothing, fits, [], pair), finding=Finding.AMBIGUOUS)
     if _is_force_missing(fits) and not needs_no_model_error(fits.baseline):  # rule 5
@@ -244,6 +248,14 @@ def _decide_unknown(nothing: Verdict, fits: Fits, *, fit: Refit | None = None, *
         reason = describe_beyond_priors(beyond_priors, "" if fit is None else fit.name)
         known = {"beyond_priors": beyond_priors, "reason": reason}
     return replace(nothing, finding=Finding.UNKNOWN, **known)
+
+
+def _makes_model_sound(fits: Fits, refit: Refit) -> bool:
+    """Whether an effect that the held-out data confirm takes the place of an error that no sound model has."""
+    left = max(refit.reduced_chi2_by_noise, refit.held_out_reduced_chi2_by_noise)
+    is_confirmed_by_data = refit.gain > 0 and refit.held_out_gain >= DECISIVE and not refit.worsens
+    is_sound = left <= UNEXPLAINED_CHI2 and not fits.arrangement_of(refit).model_error_size.is_far
+    return is_confirmed_by_data and is_sound and not takes_away(refit)
 
 
 def _is_force_missing(fits: Fits) -> bool:

@@ -83,6 +83,7 @@ def decided(
     scores: tuple[Score, ...] = (),
     baseline: Refit = BEFORE,
     left: ErrorSize = NO_ERROR,
+    beside: ErrorSize | None = None,
     laws: Sequence[FittedLaw] = (),
     beyond_priors: Sequence[str] = (),
     pair: Pair | None = None,
@@ -99,7 +100,8 @@ def decided(
         return list(laws) if name.startswith("other laws") else rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
-    arrangement = SimpleNamespace(model_error_size=left, fit=SimpleNamespace(model=model), finer=())
+    size = left if beside is None else beside
+    arrangement = SimpleNamespace(model_error_size=size, fit=SimpleNamespace(model=model), finer=())
     ranked: list[Any] = [
         SimpleNamespace(name=each.name, refit=each, arrangement=arrangement)
         for each in sorted(refits, key=lambda each: -compute_log_density(each))
@@ -151,6 +153,29 @@ def test_a_model_that_is_far_off_is_not_diagnosed() -> None:
     assert "30 % in the readings" in verdict.sentence
     # An effect beside which the model is still far off is not what is missing.
     assert decided(refit("mass", 100, 80), left=far).finding is Finding.NOT_CLOSE
+
+
+FAR = ErrorSize(damping=0.65)
+
+
+@pytest.mark.parametrize(
+    ("one", "beside", "finding"),
+    [
+        (refit("mass", 8, 7), NO_ERROR, Finding.AMBIGUOUS),
+        (refit("mass", 8, 7), FAR, Finding.NOT_CLOSE),
+        (refit("mass", 8, DECISIVE - 1e-6), NO_ERROR, Finding.NOT_CLOSE),
+        (refit("mass", -1, 7), NO_ERROR, Finding.NOT_CLOSE),
+        (replace(refit("mass", 8, 7), worsens=True), NO_ERROR, Finding.NOT_CLOSE),
+        (replace(refit("mass", 8, 7), reduced_chi2_without_model_error=2.1), NO_ERROR, Finding.NOT_CLOSE),
+        (replace(refit("mass", 8, 7), held_out_reduced_chi2_without_model_error=2.1), NO_ERROR, Finding.NOT_CLOSE),
+    ],
+)
+def test_an_effect_may_take_the_place_of_an_error_that_no_sound_model_has(
+    one: Refit, beside: ErrorSize, finding: Finding
+) -> None:
+    verdict = decided(one, refit("spring", 1, -2), left=FAR, beside=beside)
+    assert verdict.finding is finding
+    assert named(verdict) == (["mass"] if finding is Finding.AMBIGUOUS else [])
 
 
 @pytest.mark.parametrize(
