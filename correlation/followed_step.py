@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 #: Coefficients of the joint directions, harmonics 0 to H [m].
 Motion = Complex[NDArray[np.complex128], "harmonic d"]
 #: Change of the motion at either end, relative to the larger motion, up to which a step counts as followed. By less
-#: than the change that makes a step wide (`sweep_path.FAR`), so that a state of a branch far away is followed [-].
-NEAR = 0.2
+#: than the change that makes a step wide (`sweep_path.WIDE_CHANGE`), so that a state of a branch far away is followed
+#: [-].
+FOLLOWED_CHANGE = 0.2
 
 
 class SweepStep(NamedTuple):
@@ -46,4 +47,4 @@ def _are_near(one: Motion, other: Motion) -> bool:
     if one.shape != other.shape:
         return False
     size = max(np.abs(motion[1:]).max(initial=0.0) for motion in (one, other))
-    return bool(np.abs(one[1:] - other[1:]).max(initial=0.0) <= NEAR * size)
+    return bool(np.abs(one[1:] - other[1:]).max(initial=0.0) <= FOLLOWED_CHANGE * size)

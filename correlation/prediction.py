@@ -71,7 +71,7 @@ class Points(RowTable):
 
 
 #: Relative difference of motions below which two sweeps count as one.
-ALIKE = 1e-3
+SAME_SWEEP = 1e-3
 #: Configuration, level [N] and frequency [Hz] of one steady state.
 Key = tuple[bool, float, float]
 
@@ -381,4 +381,4 @@ class _LevelStates(NamedTuple):
 def _alike(state: SteadyState, other: SteadyState) -> bool:
     """Whether both sweeps move alike, so that their derivatives do; static forces may differ."""
     apart = np.abs(state.displacement[1:] - other.displacement[1:]).max(initial=0.0)
-    return bool(apart < ALIKE * np.abs(state.displacement[1:]).max(initial=0.0))
+    return bool(apart < SAME_SWEEP * np.abs(state.displacement[1:]).max(initial=0.0))

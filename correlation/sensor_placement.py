@@ -13,7 +13,7 @@ from correlation.errors import CampaignError
 from correlation.model import ROTATIONS, AnySensor, LineSensor, LoadCell, Model, Row, Sensor
 
 #: A sensor is at a node that is nearer than this share of the structure's size.
-NEAR = 0.01
+MAX_NODE_DISTANCE = 0.01
 
 
 def with_sensors(model: Model, campaign: Campaign) -> Model:
@@ -184,7 +184,7 @@ def _nearest(measured: MeasuredSensor, model: Model) -> Row:
     distance = np.linalg.norm(at - wanted, axis=1)
     nearest = int(np.argmin(distance))
     size = float(np.linalg.norm(np.ptp(at, axis=0)))
-    if distance[nearest] > NEAR * size:
+    if distance[nearest] > MAX_NODE_DISTANCE * size:
         raise CampaignError(
             f'{MANIFEST}: sensor "{name}" is {distance[nearest]:.3g} m from the nearest node of the model, at '
             f"({', '.join(f'{x:.4g}' for x in at[nearest])}) m: check its coordinates and their unit, or name a place"

@@ -19,13 +19,13 @@ from hbsolve.state import SteadyState
 from hbsolve.state_sequence import Track
 
 #: Change of the motion by a step, relative to the larger motion, beyond which the step is wide [-].
-FAR = 0.5
+WIDE_CHANGE = 0.5
 #: Difference from the motion of the linear structure, relative to it, below which there is only one state [-].
 NEARLY_LINEAR = 0.1
 #: The smallest of the smaller steps, as a share of a step of the sweep [-].
 LEAST_STEP = 1 / 64
 #: States of two sweeps are the same if their motions differ by less, relative [-]; Newton's method ends at 1e-9.
-SAME = 1e-6
+SAME_MOTION = 1e-6
 
 
 class JumpPoint(NamedTuple):
@@ -213,17 +213,17 @@ def _are_wide(
     axes = (1, 2)
     apart, size = np.abs(np.diff(motion, axis=0)).max(axes, initial=0.0), np.abs(motion).max(axes, initial=0.0)
     bent = np.abs(motion - linear).max(axes, initial=0.0) > NEARLY_LINEAR * np.abs(linear).max(axes, initial=0.0)
-    return np.asarray((apart > FAR * np.maximum(size[1:], size[:-1])) & (bent[1:] | bent[:-1]))
+    return np.asarray((apart > WIDE_CHANGE * np.maximum(size[1:], size[:-1])) & (bent[1:] | bent[:-1]))
 
 
 def is_same(first: SteadyState | None, state: SteadyState | None) -> bool:
-    """Whether two states are the same: their initial sliders are equal, their motions to less than `SAME`."""
+    """Whether two states are the same: their initial sliders are equal, their motions to less than `SAME_MOTION`."""
     if first is None or state is None:
         return first is state
     if not np.array_equal(first.initial_slider, state.initial_slider):
         return False
     apart = np.abs(first.displacement - state.displacement).max(initial=0.0)
-    return bool(apart <= SAME * np.abs(first.displacement).max(initial=0.0))
+    return bool(apart <= SAME_MOTION * np.abs(first.displacement).max(initial=0.0))
 
 
 def _size(motion: Motion) -> float:

@@ -42,7 +42,7 @@ MIN_EXPONENT_DEVIATION = 0.3
 #: Phases that are nearer are of one kind: half of what a spring and a dashpot are apart [deg].
 SAME_KIND = 45.0
 #: A force counts for the phase if it is so many standard deviations large.
-CLEAR = 3.0
+CLEAR_FORCE = 3.0
 #: What a phase says.
 PHASES = "180 spring, 0 mass, -90 damping"
 
@@ -169,7 +169,7 @@ def find_common_phase(force: NDArray[np.complex128], certainty: NDArray[np.float
     certainty
         Its size in standard deviations, shape (l,).
     """
-    clear = force[certainty >= min(CLEAR, float(certainty.max()))]
+    clear = force[certainty >= min(CLEAR_FORCE, float(certainty.max()))]
     whole = clear.sum()
     if np.abs(whole) < np.cos(np.radians(SAME_KIND)) * np.abs(clear).sum():
         return None

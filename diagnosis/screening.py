@@ -27,7 +27,7 @@ from diagnosis.fit.problem import Screened
 from hbsolve.errors import ModelError
 
 #: Least strength to try, as a share of the typical one.
-LEAST = 1e-3
+MIN_STRENGTH = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -149,7 +149,7 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     rates = _compensation_rates(problem, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    if abs(step) > LEAST * abs(typical) and 1 - absorbed >= selection.least_unabsorbed_share:
+    if abs(step) > MIN_STRENGTH * abs(typical) and 1 - absorbed >= selection.least_unabsorbed_share:
         change = _change(problem, effect, step, rates)
         finite = minimise_along_change(effect, project_out(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():

@@ -9,10 +9,10 @@ from fe.mesh import Mesh
 
 #: Nodes nearer than this share of the mesh's size are at one place: files have seven digits or more, and no cell is so
 #: small.
-NEAR = 1e-7
+SAME_PLACE = 1e-7
 
 
 def find_coincident_nodes(mesh: Mesh) -> Int[NDArray[np.int64], "pair 2"]:
     """Pairs of nodes at one place, shape (n_pair, 2) [-]."""
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    return np.asarray(cKDTree(mesh.points).query_pairs(NEAR * size, output_type="ndarray"), dtype=np.int64)
+    return np.asarray(cKDTree(mesh.points).query_pairs(SAME_PLACE * size, output_type="ndarray"), dtype=np.int64)

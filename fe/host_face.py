@@ -20,11 +20,11 @@ Places = Float[NDArray[np.float64], "station 3"]
 #: Faces with the nearest middles that are tried for each place.
 CANDIDATES = 16
 #: Farthest that a place may be from its face, in parts of the face's size: curved faces miss a cone by less.
-APART = 0.02
+MAX_DISTANCE = 0.02
 #: A place this near to a face, in parts of its coordinates, is on it: others need not be tried.
 TOUCHING = 1e-12
 #: Steps of Gauss and Newton: on faces as flat as these the third is round-off.
-STEPS = 8
+MAX_STEPS = 8
 
 
 def find_named_faces(mesh: Mesh, line: str, face_set: str) -> Faces:
@@ -116,7 +116,7 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
         distance, at, best = _carrier(mesh, hosts, tried, place)
         element, local, nodes = hosts[best]
         size = float(np.ptp(mesh.points[nodes[list(element.faces[local])]], axis=0).max())
-        if distance > APART * size:
+        if distance > MAX_DISTANCE * size:
             nearest = tuple((element.shape(at[None])[0] @ mesh.points[nodes]).tolist())
             raise PointOffSurface(
                 f'station {number + 1} of "{name}", at {_millimetres(place)}, is {distance * 1e3:.4g} mm from the '
@@ -156,7 +156,7 @@ def _nearest(
     origin, along = find_face_frame(element, local)
     is_triangle = len(element.corner_faces[local]) == 3
     at = np.full(2, 1 / 3 if is_triangle else 0.5)
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         xi = (origin + at @ along)[None]
         slope = np.einsum("aj,tj,ai->it", element.gradient(xi)[0], along, points)
         at = at + np.linalg.lstsq(slope, place - element.shape(xi)[0] @ points, rcond=None)[0]

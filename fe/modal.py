@@ -30,7 +30,7 @@ SINGULAR = (
     "soft to tell from none; fix more nodes or stiffen the grounded springs"
 )
 #: Below this size a dense solve is faster than Lanczos, and cannot miss a mode.
-DENSE = 600
+MAX_DENSE = 600
 #: A mode whose strain energy is this small a part of what its degrees of freedom would store one by one is a motion
 #: without strain: round-off leaves rigid motions about 1e-16, a slender blade's first mode has 1e-9.
 STRAINLESS = 1e-13
@@ -113,7 +113,7 @@ def lowest_eigenpairs(
     product: Symmetric | BlockProduct = mass
     if not 1 <= n_mode <= n:
         raise InputError(f"{n_mode} modes were asked of a system with {n} degrees of freedom: ask for 1 to {n}")
-    if n <= DENSE or n_mode > n // 3:
+    if n <= MAX_DENSE or n_mode > n // 3:
         dense_mass = mass.toarray()
         lambda_, shapes = scipy.linalg.eigh(stiffness.toarray(), dense_mass, subset_by_index=(0, n_mode - 1))
     else:

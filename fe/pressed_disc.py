@@ -17,7 +17,7 @@ from fe.face_integral import Faces, integrate_over_faces
 from fe.mesh import Mesh
 
 #: Cosine between normals of faces that count as one flat face.
-FLAT = 0.999
+FLAT_COSINE = 0.999
 #: Mean square of the distance from the centre under the pressure, in parts of the radius's square, and by what share of
 #: it the points of quadrature may miss it: a disc among larger cells is another one, smaller and askew.
 SQUARE, COARSE = 1 / 3, 0.3
@@ -55,7 +55,7 @@ def find_disc_weights(
         points: Float[NDArray[np.float64], "*k 3"], outward: Float[NDArray[np.float64], "*k 3"]
     ) -> Float[NDArray[np.float64], "*k n"]:
         about = (points - centre) / radius
-        one = np.where(outward @ normal > FLAT, np.maximum(1 - (about**2).sum(axis=-1), 0), 0)
+        one = np.where(outward @ normal > FLAT_COSINE, np.maximum(1 - (about**2).sum(axis=-1), 0), 0)
         square = (about**2).sum(axis=-1, keepdims=True)
         return np.asarray(one[..., None] * np.concatenate([np.ones_like(square), about, square], axis=-1))
 

@@ -25,7 +25,7 @@ from fe.sparse.factor import Symmetric
 from fe.system import LinearSystem
 
 #: Shape functions below this make poor pivots: on a triangle one of six is 1/4 or more in magnitude everywhere.
-SMALL = 0.05
+MIN_PIVOT = 0.05
 #: Greatest condition number of the pivots' weights: beyond it several stations share too few nodes.
 DEPENDENT = 1e3
 
@@ -148,7 +148,7 @@ def add_mean_coordinate(
     size = np.abs(own.toarray()[0])
     size[list(taken)] = 0
     pivot = np.array([size.argmax()])
-    if size[pivot[0]] < SMALL * np.abs(weights).max():
+    if size[pivot[0]] < MIN_PIVOT * np.abs(weights).max():
         raise MeshError(f'no node can give up its place to "{name}", for those that count are fixed or named')
     to_nodes = place.to_nodes @ _to_nodes(own, pivot, own[:, pivot].toarray())
     return StationCoordinates(mesh=replace(mesh, node_sets={**sets, name: pivot}), to_nodes=sp.csr_array(to_nodes))
@@ -162,7 +162,7 @@ def _pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]) -> In
         raise MeshError("there are more stations than nodes on their faces: mesh with smaller cells there")
     # The product of the weights is largest where the sum of their logarithms is.
     station, column = linear_sum_assignment(-np.log(np.maximum(size, 1e-300)))
-    if size[station, column].min() < SMALL:
+    if size[station, column].min() < MIN_PIVOT:
         worst = int(size[station, column].argmin())
         raise MeshError(
             f"no node can give up its place to {labels[worst]}, for those around it are fixed, named or given to "

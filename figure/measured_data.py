@@ -22,7 +22,7 @@ COLUMNS = 2
 #: A title needs so much [inches].
 LEAST_WIDTH = 7.5
 #: Predictions at fewer points are drawn with a marker at each.
-FEW = 20
+MARKED_POINTS = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +57,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         style = curve if panel.is_curve else points
         axes.plot(x, y, color=INK, label=None if number else "measured", **style)
     for number, (x, y) in enumerate(panel.predicted):
-        few = len(x) < FEW
+        few = len(x) < MARKED_POINTS
         axes.plot(
             x, y, color=LIMITS[1], linewidth=2.8 if panel.is_curve else 1.4, marker="s" if few else "", markersize=4.5,
             label=None if number else "model",

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 NOTHING = "#bcc3cc"
 #: Ends of the steps of the scale [standard deviations]; below the second, noise explains it.
-STEPS = (0, 2, 3, 5, 10, 20, 50)
+COLOUR_STEPS = (0, 2, 3, 5, 10, 20, 50)
 #: The first step is as pale as paper, so that what noise explains does not catch the eye.
 COLOURS = ("#f4f6f8", "#fee5b8", "#fdbb6c", "#f68a3c", "#d94a1e", "#a11a14", "#5a0a1e")
 #: Frequencies named along an axis, at most.
@@ -85,7 +85,7 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
     harmonics = sorted({panel.harmonic for panel in result.panels}, key=lambda harmonic: (harmonic == 0, harmonic))
     by_place = {(panel.sensor, panel.harmonic): panel for panel in result.panels}
     colours = ListedColormap(COLOURS[:-1]).with_extremes(over=COLOURS[-1], bad=NOTHING)
-    norm = BoundaryNorm(STEPS, len(COLOURS) - 1)
+    norm = BoundaryNorm(COLOUR_STEPS, len(COLOURS) - 1)
     bottom = {
         harmonic: max(row for row, sensor in enumerate(sensors) if (sensor, harmonic) in by_place)
         for harmonic in harmonics

@@ -32,7 +32,7 @@ BAND = 0.22
 #: alike.
 MICRO, MILLI = 1e6, 1e3
 #: Largest stiffness from which on it is shown in N/µm [N/m].
-STIFF = 1e4
+MIN_STIFF = 1e4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,7 +120,7 @@ def draw_missing_law(result: LawDrawing) -> Figure:
         force = np.append(loop.force, loop.force[0])
         for axes, along, unit in ((by_u, loop.displacement, MICRO), (by_v, loop.velocity, MILLI)):
             axes.plot(unit * np.append(along, along[0]), force, color=colour, linewidth=1.4, label=loop.label)
-    is_stiff = float(np.abs(result.stiffness.mean).max()) >= STIFF
+    is_stiff = float(np.abs(result.stiffness.mean).max()) >= MIN_STIFF
     for axes, curve in (
         (of_stiffness, _scale(result.stiffness, MICRO, 1 / MICRO if is_stiff else 1.0)),
         (of_work, _scale(result.work, MICRO, MICRO)),

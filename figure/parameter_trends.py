@@ -25,7 +25,7 @@ from figure.style import (
 Real = NDArray[np.float64]
 
 #: Values that lie so many times apart have a logarithmic axis.
-WIDE = 10.0
+LOGARITHMIC_RATIO = 10.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,7 +88,7 @@ def parameter_trends_figure(result: ParameterTrends) -> Figure:
         axes.set_xlabel(result.parameter_label)
         known = np.concatenate([trend.quantity[number] for trend in result.trends])
         known = known[np.isfinite(known)]
-        if len(known) and 0 < WIDE * known.min() < known.max():
+        if len(known) and 0 < LOGARITHMIC_RATIO * known.min() < known.max():
             _logarithmic(axes)
         else:
             axes.ticklabel_format(axis="y", useOffset=False)

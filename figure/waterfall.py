@@ -28,7 +28,7 @@ WIDTH = 0.38
 #: Height of a number over its bar, as a share of the axes.
 LABEL = 0.075
 #: Reduced chi-squared of noise [-].
-NOISE = 1.0
+NOISE_CHI2 = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,9 +86,9 @@ def waterfall_figure(result: Waterfall) -> Figure:
     right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
     _labels(left, relative)
     _labels(right, pairs, [tuple(label_foot(value, *right.get_ylim()) for value in pair) for pair in pairs])
-    right.axhline(NOISE, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+    right.axhline(NOISE_CHI2, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
     right.text(
-        1.01, NOISE, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
+        1.01, NOISE_CHI2, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
     )
     right.set_ylabel("reduced chi-squared [-]")
     handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
@@ -109,8 +109,8 @@ def label_foot(value: float, lowest: float, highest: float) -> float:
     lowest, highest
         Ends of the axis.
     """
-    reach = NOISE * (lowest / highest) ** LABEL
-    return NOISE if reach < value < NOISE else value
+    reach = NOISE_CHI2 * (lowest / highest) ** LABEL
+    return NOISE_CHI2 if reach < value < NOISE_CHI2 else value
 
 
 def _bars(axes: Axes, pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:

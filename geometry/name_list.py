@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 #: Names that a message shows.
-MOST = 3
+MAX_NAMES = 3
 
 
 def join_first_names(names: Sequence[str], separator: str = ", ") -> str:
@@ -16,5 +16,5 @@ def join_first_names(names: Sequence[str], separator: str = ", ") -> str:
     separator
         What stands between two of them.
     """
-    more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
-    return f"{separator.join(names[:MOST])}{more}"
+    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+    return f"{separator.join(names[:MAX_NAMES])}{more}"

@@ -38,9 +38,9 @@ T = TypeVar("T")
 
 #: Springs that centre a body which joints alone hold, over the stiffness of the joints: where all of them slip, nothing
 #: else says where it vibrates.
-CENTRING = 1e-9
+CENTRING_STIFFNESS = 1e-9
 #: Memory of the modal responses that are computed at once [byte]; they stay in the cache of a processor.
-TOGETHER = 2**21
+CHUNK_SIZE = 2**21
 
 
 class Condensed(NamedTuple):
@@ -117,7 +117,7 @@ class CondensedStructure:
     def __post_init__(self) -> None:
         object.__setattr__(self, "is_centred", is_free(self.stiffness, self._joint_stiffness))
         if self.is_centred:
-            object.__setattr__(self, "stiffness", self.stiffness + CENTRING * self._joint_stiffness)
+            object.__setattr__(self, "stiffness", self.stiffness + CENTRING_STIFFNESS * self._joint_stiffness)
         stuck = self.stuck
         if stuck.n_rigid:
             raise ModelError(
@@ -380,8 +380,8 @@ class CondensedStructure:
 
 
 def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:
-    """The items in groups that take `TOGETHER` bytes at most, if each of them takes `size`."""
-    count = max(1, TOGETHER // max(size, 1))
+    """The items in groups that take `CHUNK_SIZE` bytes at most, if each of them takes `size`."""
+    count = max(1, CHUNK_SIZE // max(size, 1))
     return [items[first : first + count] for first in range(0, len(items), count)]
 
 

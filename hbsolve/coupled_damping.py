@@ -16,7 +16,7 @@ from reduction.array_type import Matrix, Real, Vector
 #: Entries of C - a M - b K that are round-off, as a share of sqrt(c_ii c_jj).
 ROUND_OFF = 1e-9
 #: Degrees of freedom that may be out of proportion: more, and a dense solve is not much dearer.
-MOST = 16
+MAX_COUPLED = 16
 #: Share of the degrees of freedom that must be in proportion before a and b count as known.
 MAJORITY = 0.6
 
@@ -46,7 +46,7 @@ def split_proportional_plus_low_rank(
     own = np.sqrt(np.abs(a) * np.abs(np.diag(mass)) + np.abs(b) * np.abs(np.diag(stiffness)))
     beyond = np.abs(rest) > ROUND_OFF * np.outer(own, own)
     few = np.flatnonzero(beyond.any(axis=0) | beyond.any(axis=1))
-    if len(few) > MOST:
+    if len(few) > MAX_COUPLED:
         return None
     part = rest[np.ix_(few, few)]
     if not np.allclose(part, part.T, rtol=0, atol=ROUND_OFF * np.abs(part).max(initial=0.0)):

@@ -20,9 +20,9 @@ from jaxtyping import Float
 from reduction.array_type import Matrix, Real
 
 #: Highest rank: beyond it a dense solve is not much dearer.
-MOST = 24
+MAX_RANK = 24
 #: Least size of a matrix: two indices in each of three sets.
-LEAST = 6
+MIN_MATRIX_SIZE = 6
 #: Entries that are round-off, as a share of sqrt(a_ii a_jj) and of the largest entry.
 OWN_ROUND_OFF, ROUND_OFF = 1e-10, 1e-14
 #: Seed of the sets, and rounds in which both parts are refined.
@@ -70,7 +70,7 @@ def split_diagonal_plus_low_rank(matrix: Matrix) -> DiagonalPlusLowRank | None:
 def _complete(scaled: Matrix, allowed: Matrix) -> tuple[Float[Real, " r"], int] | None:
     """What the part of low rank adds to the diagonal, and its rank."""
     r = len(scaled)
-    if r < LEAST:
+    if r < MIN_MATRIX_SIZE:
         return None
     sets = [part.astype(np.int64) for part in np.array_split(np.random.default_rng(SEED).permutation(r), 3)]
     added, count = np.zeros(r), 0
@@ -79,7 +79,7 @@ def _complete(scaled: Matrix, allowed: Matrix) -> tuple[Float[Real, " r"], int] 
         left, values, right = np.linalg.svd(block, full_matrices=False)
         noise = allowed[np.ix_(third, other)].max() * np.sqrt(max(block.shape))
         rank = int((values > noise).sum())
-        if rank > MOST or 2 * rank > len(values):
+        if rank > MAX_RANK or 2 * rank > len(values):
             return None
         inverse = (right[:rank].T / values[:rank]) @ left[:, :rank].T
         added[own] = np.einsum("iq,qp,pi->i", scaled[np.ix_(own, other)], inverse, scaled[np.ix_(third, own)])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import DenseModes
 from hbsolve.coupled_damping import split_proportional_plus_low_rank
-from hbsolve.diagonal_plus_low_rank import MOST, split_diagonal_plus_low_rank
+from hbsolve.diagonal_plus_low_rank import MAX_RANK, split_diagonal_plus_low_rank
 from hbsolve.errors import ForceError
 from reduction.array_type import Array, Matrix, Real
 
@@ -24,7 +24,7 @@ Frequencies = Float[Real, " p"]
 Amplitudes = Complex[Array, "p r"]
 
 #: Modal damping couples two modes if |c_ij| exceeds this share of sqrt(c_ii c_jj), ...
-COUPLED = 1e-6
+COUPLED_SHARE = 1e-6
 #: ... and this share of the largest |c_ij|: what projecting a large stiffness onto soft shapes leaves as round-off.
 ROUND_OFF = 1e-9
 #: |k - omega^2 m| of a mode that is hit exactly, over |k| + omega^2 |m|: round-off.
@@ -261,7 +261,7 @@ def _find_in_basis(matrices: list[Matrix], basis: Matrix) -> ModalCoordinates | 
     parts = [split_diagonal_plus_low_rank(basis.T @ matrix @ basis) for matrix in matrices]
     found = [part for part in parts if part is not None]
     count = np.array([len(part.strength) for part in found])
-    if len(found) < len(parts) or count.sum() > MOST:
+    if len(found) < len(parts) or count.sum() > MAX_RANK:
         return None
     strength, diagonals = np.zeros((4, count.sum())), np.zeros((4, len(basis)))
     strength[np.repeat(np.arange(len(parts)), count), np.arange(count.sum())] = np.concatenate(
@@ -276,7 +276,7 @@ def _is_coupled(modal_damping: Matrix, diagonal: Float[Real, " r"] | None = None
     """Whether modes are coupled, beside the damping of each by itself; that of the matrix by default."""
     magnitude = np.abs(modal_damping)
     own = np.sqrt(np.abs(np.diag(magnitude) if diagonal is None else diagonal))
-    allowed = np.maximum(COUPLED * np.outer(own, own), ROUND_OFF * magnitude.max())
+    allowed = np.maximum(COUPLED_SHARE * np.outer(own, own), ROUND_OFF * magnitude.max())
     return bool(np.any((magnitude > allowed) & ~np.eye(len(magnitude), dtype=bool)))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import CENTRING, Condensed, Recovery
+from hbsolve.condensed import CENTRING_STIFFNESS, Condensed, Recovery
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
 from hbsolve.joint_law.registry import FORCE, JACOBIAN
 from hbsolve.newton import NO_LOAD, BalancePoint, apply_receptance, imbalance, newton
@@ -87,7 +87,7 @@ def refuse_drift(balance: HarmonicBalance, condensed: Condensed, x: Real, slider
     vibration = float(np.linalg.norm(x[:, 1:]))
     if not (balance.structure.is_centred and vibration < DISTANT * float(np.linalg.norm(x[:, 0]))):
         return
-    carried = float(np.linalg.norm(CENTRING * balance.structure.reference * x[:, 0]))
+    carried = float(np.linalg.norm(CENTRING_STIFFNESS * balance.structure.reference * x[:, 0]))
     mean = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE).coefficients[:, 0]
     mean_force = np.linalg.norm(mean + balance.structure.reference * x[:, 0])
     system = balance.system

@@ -15,7 +15,7 @@ from reduction.array_type import Array, Real
 
 #: Share by which two motions of one state may differ: Newton's method leaves 1e-9 of the linear motion, which a
 #: resonance or a fold nearby enlarges.
-SAME = 1e-5
+SAME_STATE = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,7 +76,7 @@ class SteadyState:
 
 def is_same_motion(one: Real, other: Real) -> bool:
     """Whether two motions of the directions, shape (d, nh), are one state that was found from two starts."""
-    return float(np.linalg.norm(one - other)) <= SAME * float(np.linalg.norm(other))
+    return float(np.linalg.norm(one - other)) <= SAME_STATE * float(np.linalg.norm(other))
 
 
 def harmonic_at(

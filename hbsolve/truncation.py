@@ -18,7 +18,7 @@ from reduction.array_type import Array, Matrix, Real
 STILL = 1e-6
 #: Change by twice the samples from which on, if harmonics change less, these are judged on so many times the samples:
 #: of friction that is a steep function of the velocity, 256 samples saw nothing of an error of 24 % [-].
-COARSE, FINER = 1e-3, 4
+COARSE_CHANGE, FINER = 1e-3, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,7 +61,7 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
 
     by_samples, samples = estimate(at_level.with_samples(2 * balance.n_sample))
     by_harmonics, harmonics = estimate(at_level.with_harmonics(n_harmonic, n_sample))
-    if samples > max(harmonics, COARSE):
+    if samples > max(harmonics, COARSE_CHANGE):
         # Between its samples a force may step unseen, and harmonics then seem to change nothing.
         with suppress(BalanceError):  # where they do not fit into memory
             by_harmonics, harmonics = estimate(at_level.with_harmonics(n_harmonic, FINER * n_sample))

@@ -11,7 +11,7 @@ from typing import Any
 from pipeline.record import DamagedRecord, Record, read_record, write_record
 
 #: Saving may take this share of the time at most, however much there is to save.
-SHARE = 0.05
+MAX_SAVING_SHARE = 0.05
 
 
 class Checkpoint:
@@ -62,7 +62,7 @@ class Checkpoint:
 
     def save_if_due(self, value: Any) -> None:
         """Save a value if enough time has passed since the last one."""
-        if self._clock() - self._last >= max(self._every, self._cost / SHARE):
+        if self._clock() - self._last >= max(self._every, self._cost / MAX_SAVING_SHARE):
             self.save(value)
 
     def remove(self) -> None:

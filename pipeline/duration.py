@@ -11,7 +11,7 @@ from pipeline.checkpoint import Checkpoint
 #: second share: the first parts of a step compile, read, and are unlike the rest.
 EARLY, SOON, FIRST = 0.02, 60.0, 0.002
 #: Steps that are remembered.
-MOST = 1000
+MAX_STEPS = 1000
 #: A step shorter than this is not worth a line [s].
 WORTH_SHOWING = 1.0
 
@@ -44,7 +44,7 @@ class Durations:
             return
         key = f"{self._place}:{name}"
         others = [item for item in self._seconds.items() if item[0] != key]
-        self._seconds = {**dict(others[-MOST:]), key: round(seconds, 1)}
+        self._seconds = {**dict(others[-MAX_STEPS:]), key: round(seconds, 1)}
         if self._checkpoint is not None:
             with contextlib.suppress(OSError):  # only an estimate
                 self._checkpoint.save(self._seconds)

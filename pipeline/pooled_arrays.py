@@ -5,7 +5,7 @@ from math import prod
 from typing import Any
 
 #: Arrays of more bytes are stored by themselves: they are not copied.
-SMALL = 8192
+MAX_COPIED = 8192
 #: Name of the array that holds the small ones of a type, before the type.
 POOL = "pooled_"
 
@@ -20,7 +20,7 @@ def pool_arrays(arrays: Mapping[str, Any]) -> tuple[dict[str, Any], ArrayPlaces]
     """
     small: dict[str, list[str]] = {}
     for name, array in arrays.items():
-        if array.nbytes <= SMALL and array.dtype.names is None and array.flags.c_contiguous:
+        if array.nbytes <= MAX_COPIED and array.dtype.names is None and array.flags.c_contiguous:
             small.setdefault(POOL + array.dtype.str, []).append(name)
     places: dict[str, tuple[str, int, Sequence[int]]] = {}
     pools: dict[str, Any] = {}

@@ -23,7 +23,7 @@ FILE = "source_facts.json"
 #: Changes with what is stored, and with how Python prints a tree.
 FORMAT = f"2, python {sys.version_info[:3]}"
 #: Files that are remembered at most.
-MOST = 4000
+MAX_FILES = 4000
 
 
 class SourceFacts(NamedTuple):
@@ -117,7 +117,7 @@ def _save_at_exit() -> None:
     def save() -> None:
         if os.getpid() != owner:
             return
-        facts = dict(list(_stored().items())[-MOST:])
+        facts = dict(list(_stored().items())[-MAX_FILES:])
         with suppress(OSError):
             default_folder().mkdir(parents=True, exist_ok=True)
             stored = {"format": FORMAT, "sha256": _checksum(facts), "facts": facts}

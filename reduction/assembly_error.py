@@ -18,7 +18,7 @@ from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
 #: Relative distance of frequencies below which modes are taken together: repeated ones, and those of symmetric parts.
-CLOSE = 0.01
+SAME_FREQUENCY = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,7 +31,8 @@ class AssemblyError:
     """(f_reduced - f_full) / f_full, shape (m,) [-]."""
     mac: Float[Real, " m"]
     """Of each recovered shape with the full one of the same number, shape (m,) [-]. Where full frequencies lie closer
-    to each other than `CLOSE`, any mixture of their shapes is as good: it is the squared cosine to all of these."""
+    to each other than `SAME_FREQUENCY`, any mixture of their shapes is as good: it is the squared cosine to all of
+    these."""
     receptance_frequency: Float[Real, " k"]
     """Where receptances are compared, shape (k,) [Hz]."""
     receptance_error: Float[Real, " k"]
@@ -113,7 +114,7 @@ def _mac(shapes: Matrix, exact: Matrix, frequency: Vector) -> Vector:
     """Squared cosine of each shape to the exact ones whose frequencies are as good as its own."""
     result = []
     for shape, own in zip(shapes.T, frequency, strict=True):
-        basis, _ = np.linalg.qr(exact[:, np.abs(frequency - own) <= CLOSE * own])
+        basis, _ = np.linalg.qr(exact[:, np.abs(frequency - own) <= SAME_FREQUENCY * own])
         result.append(float(np.sum((basis.T @ shape) ** 2) / (shape @ shape)))
     return np.array(result)
 

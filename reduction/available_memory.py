@@ -6,12 +6,12 @@ from pathlib import Path
 CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
 
 #: Arrays smaller than this skip the memory check, which reads files [byte].
-SMALL = 2e8
+MIN_CHECKED = 2e8
 
 
 def lacking_memory(needed: float) -> str:
     """Bytes that are needed and free, as the middle of a sentence, where arrays do not fit; empty where they do."""
-    if needed <= SMALL or needed <= (free := available_memory()):
+    if needed <= MIN_CHECKED or needed <= (free := available_memory()):
         return ""
     return f"about {needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free"
 

@@ -27,7 +27,7 @@ from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
 
 #: Changes of which contacts are closed, a contact: each round opens or closes some, and few rounds do.
-ROUNDS = 20
+MAX_ROUNDS = 20
 #: Share of the largest approach below which a contact touches without a force.
 TOUCH = 1e-12
 #: Springs to the ground while the closed contacts are sought, as a share of the diagonal of the stuck stiffness.
@@ -112,7 +112,7 @@ def static_state(
     ground = GROUND * np.diag(np.diag(_stuck(stiffness, contacts, np.ones(len(contacts), dtype=bool))))
     closed = np.ones(len(contacts), dtype=bool)
     seen: set[bytes] = set()
-    most = ROUNDS * max(len(contacts), 1)
+    most = MAX_ROUNDS * max(len(contacts), 1)
     for round_ in range(most):
         moved = _rest(stiffness + ground, contacts, closed, rows, k_n, gap, load)
         if moved is None:
@@ -136,7 +136,7 @@ def static_state(
         closed = now
     else:
         raise JointError(
-            f"no rest was found under the static load in {ROUNDS} rounds per contact: check loads and gaps"
+            f"no rest was found under the static load in {MAX_ROUNDS} rounds per contact: check loads and gaps"
         )
     _refuse_open(lines or {}, contacts, closed)
     q = _rest(stiffness, contacts, closed, rows, k_n, gap, load)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 #: Differences that are printed.
-MOST = 40
+MAX_DIFFERENCES = 40
 #: Numbers that differ by less are round-off [-].
 ROUND_OFF = 1e-12
 
@@ -29,12 +29,12 @@ def describe_differences(found: Mapping[str, Any]) -> list[str]:
     """Lines about what `find_differences` found."""
     different = found["different"]
     lines = [f"{len(different)} of {found['compared']} values differ"]
-    for item in different[:MOST]:
+    for item in different[:MAX_DIFFERENCES]:
         change = _change(item["first"], item["second"])
         share = "" if change == float("inf") else f"  ({100 * change:.3g} %)"
         lines.append(f"  {item['key']}: {_short(item['first'])} | {_short(item['second'])}{share}")
-    if len(different) > MOST:
-        lines.append(f"  and {len(different) - MOST} more: --json has all")
+    if len(different) > MAX_DIFFERENCES:
+        lines.append(f"  and {len(different) - MAX_DIFFERENCES} more: --json has all")
     return lines
 
 

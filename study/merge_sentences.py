@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from geometry.name_list import MOST, join_first_names
+from geometry.name_list import MAX_NAMES, join_first_names
 
 if TYPE_CHECKING:
     from correlation.campaign.measurement import Suspicion
@@ -22,7 +22,7 @@ MANIFEST = "campaign.toml"
 def merge_similar(sentences: Sequence[str], *, naming_all: bool = False) -> list[str]:
     """Merge sentences that differ only by the file, by numbers or by their subject.
 
-    More than `MOST` of them that differ also by quoted names, such as those of columns, are merged as well.
+    More than `MAX_NAMES` of them that differ also by quoted names, such as those of columns, are merged as well.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def merge_similar(sentences: Sequence[str], *, naming_all: bool = False) -> list
     for parts in by_names.values():
         whole = [sentence for members in parts for sentence in members]
         names = list(dict.fromkeys(_quoted(whole)))
-        if len(parts) > MOST and len(names) > MOST:
+        if len(parts) > MAX_NAMES and len(names) > MAX_NAMES:
             merged.append(f"{whole[0]} (and so {_name(names[1:], naming_all)})")
         else:
             merged += [_with_count(members, naming_all=naming_all) for members in parts]
@@ -92,7 +92,7 @@ def _with_count(members: Sequence[str], *, naming_all: bool = False) -> str:
     others = len(set(named) - {named[0]})
     if not others:
         return first if len(set(members)) == 1 else f"{first} (so {len(members)} times)"
-    if others <= MOST or naming_all:
+    if others <= MAX_NAMES or naming_all:
         return f"{first} (and so in {', '.join(list(dict.fromkeys(named))[1:])})"
     return f"{first} (and so in {others} more files, the last {named[-1]})"
 

@@ -45,7 +45,7 @@ STUCK = 1e-10
 N_PSEUDO_STEP = 400
 LONGER, SHORTER = 2.0, 0.125
 #: Length of a step, in the slowest time constant, from which on the equilibrium itself is tried again.
-LONG = 100.0
+LONG_STEP = 100.0
 
 
 def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> TransientState:
@@ -184,7 +184,7 @@ class _Search:
             self._inverse = np.eye(len(self._rows))
             if not self.solve_step(share, rate):
                 rate /= SHORTER
-            elif rate * LONG < self._lowest:
+            elif rate * LONG_STEP < self._lowest:
                 if self.solve_step(share):
                     return True
                 rate = self._lowest

@@ -23,7 +23,7 @@ from transient.state_transition import Transition
 #: Error of a position that is accepted, as a share of the largest position so far: some hundred times round-off.
 TOLERANCE = 1e-13
 #: A residual that stalls below this share is round-off as well.
-STALLED = 1e-10
+STALLED_SHARE = 1e-10
 #: The inverse is renewed when an iteration leaves more than this share of the residual.
 SLOW = 0.25
 N_NEWTON = 40
@@ -115,7 +115,7 @@ def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matr
         r_trial = residual(trial, at)
         size_trial = np.abs(r_trial).max()
         if not size_trial <= SLOW * size:
-            if size_trial <= STALLED * scale and size_trial >= 0.5 * size:
+            if size_trial <= STALLED_SHARE * scale and size_trial >= 0.5 * size:
                 break
             if not fresh:
                 # Keep the better of both points, and renew the inverse there.
@@ -135,7 +135,7 @@ def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matr
         after[:] = trial
         r = r_trial
         size = size_trial
-    if size <= STALLED * scale:
+    if size <= STALLED_SHARE * scale:
         residual(after, at)
         return N_NEWTON
     # Kinks are in the way: a new tangent in every iteration, first with whole steps, which may pass through larger
@@ -145,7 +145,7 @@ def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matr
         after[:] = start
         for iteration in range(N_NEWTON):
             r = residual(after, at)
-            if np.abs(r).max() <= STALLED * scale:
+            if np.abs(r).max() <= STALLED_SHARE * scale:
                 return N_NEWTON + iteration
             inverse[:] = jacobian_inverse(after, at, scale)
             after -= damping * (inverse @ r)
@@ -166,7 +166,7 @@ def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matr
             damping *= 0.5
         after[:] = trial
         r = r_trial
-        if size_trial <= STALLED * scale:
+        if size_trial <= STALLED_SHARE * scale:
             return N_NEWTON + iteration
     return -1
 

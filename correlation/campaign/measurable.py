@@ -9,16 +9,19 @@ from jaxtyping import Bool
 from numpy.typing import NDArray
 
 #: Least and greatest size of a reading that is not zero [its unit].
-LEAST, MOST = 1e-30, 1e30
-REMEDY = f"no reading is that size ({LEAST:g} to {MOST:g}): is the file damaged? Export it again, or leave the row out"
+MIN_READING, MAX_READING = 1e-30, 1e30
+REMEDY = (
+    f"no reading is that size ({MIN_READING:g} to {MAX_READING:g}): is the file damaged? Export it again, "
+    "or leave the row out"
+)
 
 
 def is_beyond(values: NDArray[np.float64] | NDArray[np.complex128]) -> Bool[NDArray[np.bool_], " n"]:
     """Mask of values outside the range of an excitation: of a level, a force or a frequency, shape (n,)."""
     size = np.abs(values)
-    return np.asarray(size > MOST) | (np.asarray(size < LEAST) & (size > 0))
+    return np.asarray(size > MAX_READING) | (np.asarray(size < MIN_READING) & (size > 0))
 
 
 def is_too_large(values: NDArray[np.float64] | NDArray[np.complex128]) -> Bool[NDArray[np.bool_], " n"]:
     """Mask of values too large for a response, which has no lower bound, shape (n,)."""
-    return np.asarray(np.abs(values) > MOST)
+    return np.asarray(np.abs(values) > MAX_READING)

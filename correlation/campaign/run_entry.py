@@ -7,7 +7,7 @@ A run is a stepped sine (a column ``frequency``, a row per steady state) or one 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from correlation.campaign.measurable import LEAST, MOST, REMEDY
+from correlation.campaign.measurable import MAX_READING, MIN_READING, REMEDY
 from correlation.campaign.measurement import CONTROLS, SWEEPS
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
@@ -179,6 +179,6 @@ def _number(table: TomlTable, key: str) -> float | None:
 def _checked(table: TomlTable, key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
         raise table.problem(key, "must be a number above zero, without a unit")
-    if not LEAST <= value <= MOST:
+    if not MIN_READING <= value <= MAX_READING:
         raise table.problem(key, REMEDY)
     return float(value)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
+from correlation.campaign.measurable import MAX_READING, MIN_READING, REMEDY, is_beyond
 from correlation.campaign.measured_files import MeasuredFiles, take_rows, with_rows, without_padding
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, MeasuredSensor, Measurement, Suspicion
 from correlation.campaign.passes import (
@@ -261,7 +261,7 @@ def _steady_state(
         result = fit_steady_state(time, values, force, entry.harmonics, frequency=entry.frequency, names=names)
     assert result.reference is not None
     amplitude = float(np.abs(result.reference[1]))
-    if not LEAST <= amplitude <= MOST:
+    if not MIN_READING <= amplitude <= MAX_READING:
         raise entry.own["force"].problem(f"has the amplitude {amplitude:g} in {file.path.name}: {REMEDY}")
     level = entry.level * units.level_factor if entry.level is not None else float(f"{amplitude:.{DIGITS}g}")
     one = np.ones(1)

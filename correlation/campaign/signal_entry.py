@@ -19,7 +19,7 @@ from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile
 
 #: Keys that name columns, in the combinations that make a quantity.
-PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
+COLUMN_KEYS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 #: A phase that is unwrapped over some resonances hardly leaves this range [rad]; one in degrees does.
 MOST_RADIANS = 8 * math.pi
 #: Peak amplitude of one unit.
@@ -223,7 +223,7 @@ def read_signal(table: TomlTable, key: str) -> SignalEntry:
         raise table.problem(key, f'give the name of a column, e.g. {key} = "channel 1"')
     entry = table.within(key, value)
     given = tuple(part for part in ("column", "real", "imag", "amplitude", "phase") if part in value)
-    if given not in PARTS:
+    if given not in COLUMN_KEYS:
         raise table.problem(
             key, "give column, or real and imag, or amplitude and phase, or amplitude alone; each the name of a column"
         )

@@ -24,7 +24,7 @@ from correlation.row_group import group_medians, group_rows
 BESIDE, WITHIN, NEAR = 4.0, 3.0, 1 / 8
 #: A factor of amplitudes, and one that all channels have, is told from a model that is off only within this [-]: the
 #: readings of a channel have it within their scatter, and a model that is 40 % off hardly does.
-CLOSE = 0.01
+FACTOR_TOLERANCE = 0.01
 #: Points of a channel that tell a factor, and what its phase may be off by beside the others [rad].
 FEWEST, PHASE = 5, 0.2
 INCH, G = 0.0254, 9.80665
@@ -96,7 +96,7 @@ def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[i
     known = {**AMPLITUDES, **(UNITS[next(iter(quantities))] if len(quantities) == 1 else {})}
     factor = _nearest(known, float(np.median(factors)))
     miss = float(np.abs(np.array(factors) - np.log(factor)).max())
-    if miss < CLOSE:
+    if miss < FACTOR_TOLERANCE:
         true, read = known[factor]
         asked, correction = _format_question(true, read, "their"), "correct the column unit"
         if factor in AMPLITUDES:  # convention.amplitude is that of the force as well: their ratio stays
@@ -122,7 +122,7 @@ def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[
         units = UNITS[campaign.sensors[sensor].quantity]
         nearest = _nearest({**units, **AMPLITUDES}, factor)
         known = abs(np.log(nearest))
-        close = min(max(WITHIN * fit, CLOSE), NEAR * known) if nearest in units else CLOSE
+        close = min(max(WITHIN * fit, FACTOR_TOLERANCE), NEAR * known) if nearest in units else FACTOR_TOLERANCE
         if known > BESIDE * fit and abs(factor - np.log(nearest)) < close:
             ten = np.log(10) * np.sign(factor)
             alike = " A range or gain that is ten times another looks alike." if abs(factor - ten) < close else ""
@@ -154,7 +154,7 @@ def _find_constant_ratio(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"
     middle = float(np.median(values))
     runs = group_medians(np.unique(readings.run[rows], return_inverse=True)[1], values)
     apart = max(float(np.abs(runs - middle).max()), float(np.median(np.abs(values - middle))))
-    return middle if apart < max(2 * CLOSE, NEAR * abs(middle)) else np.nan
+    return middle if apart < max(2 * FACTOR_TOLERANCE, NEAR * abs(middle)) else np.nan
 
 
 def _nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:

@@ -12,7 +12,7 @@ from correlation.row_group import group_rows
 #: Frequencies of a run that a number must be the same at to be suspected.
 FEWEST = 3
 #: Amplitudes that differ by less are one, turned by different phases.
-SAME = 1e-9
+SAME_AMPLITUDE = 1e-9
 
 
 def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
@@ -31,7 +31,7 @@ def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     for own in np.split(rows[by_run], np.flatnonzero(np.diff(run[by_run])) + 1) if len(rows) else ():
         size = np.abs(table.value[own])
         held = campaign.tests[int(table.test[own[0]])].control == "response" and size[0] > 0
-        if not held and len(np.unique(table.frequency[own])) >= FEWEST and np.ptp(size) <= SAME * size[0]:
+        if not held and len(np.unique(table.frequency[own])) >= FEWEST and np.ptp(size) <= SAME_AMPLITUDE * size[0]:
             dead[own] = True
     return dead
 
@@ -57,7 +57,7 @@ def find_dead_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) 
                 listed = ", ".join(f"{value:.4g}" for value in values)
                 where += f" of {name}{'s' if len(values) > 1 else ''} {listed}{unit}"
         size = np.abs(table.value[wrong])
-        one = np.ptp(size) <= SAME * size.max()
+        one = np.ptp(size) <= SAME_AMPLITUDE * size.max()
         reads = "zero" if not size.any() else f"{size[0]:.4g} {of.unit}" if one else "one number per run"
         yield Suspicion(
             where=f'test "{campaign.tests[test].name}", sensor "{of.name}"',

@@ -12,7 +12,7 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.repeat_array import arrange_repeats
 
 #: Least difference of two repeats that is told, and its least ratio to the scatter of readings about the factor [-].
-LEAST, CLEAR = 0.02, 3.0
+MIN_DRIFT, MIN_DRIFT_OVER_SCATTER = 0.02, 3.0
 #: Repeats that show a course, and readings that tell a factor.
 FEWEST_REPEATS, FEWEST = 3, 8
 #: Probability that chance alone tells a factor of any sensor of a test [-]. Of 600 clean random campaigns of two
@@ -90,7 +90,7 @@ def _find_factors(share: Shares, n_sensor: int = 1) -> _Factors | None:
     scatter, apart = float(np.median(np.abs(share - factor))), float(np.ptp(factor))
     n_pair = n_sensor * len(factor) * (len(factor) - 1)
     by_chance = -ndtri(BY_CHANCE / n_pair) * np.sqrt(2 / len(share)) * OF_MEDIAN
-    clear = apart >= max(np.log1p(LEAST), max(CLEAR, by_chance) * scatter)
+    clear = apart >= max(np.log1p(MIN_DRIFT), max(MIN_DRIFT_OVER_SCATTER, by_chance) * scatter)
     return _Factors(factor, apart) if clear else None
 
 

@@ -16,14 +16,14 @@ Forces = Float[NDArray[np.float64], " f"]
 #: A level is not reached if its largest force over its set point is below this share of that of the lowest level [-].
 REACHED = 0.95
 #: Forces that differ by less stand at one limit [-].
-FLAT = 0.005
+LIMIT_TOLERANCE = 0.005
 #: Readings of a level that tell its largest force.
 FEWEST = 3
 #: A force is another one than its set point from this factor on [-]: open loops and shakers at a resonance make less.
 ANOTHER = 1.8
 #: How near to a known factor, to that of the other levels, or to the set point of another level a median force is
 #: (natural logarithm) [-]: forces that are held fall by some per cent at a resonance.
-NEAR = 0.1
+FACTOR_TOLERANCE = 0.1
 #: Units that a force or an acceleration may be in instead.
 UNITS: Mapping[str, Sequence[str]] = {
     "N": ("kN", "mN", "uN", "kgf", "gf", "lbf"),
@@ -85,7 +85,9 @@ def common_factor(ratios: Sequence[float]) -> float | None:
         Measured forces over their set points, shape (n,) [-].
     """
     logarithms = np.log(list(ratios))
-    return float(np.exp(np.median(logarithms))) if len(logarithms) and np.ptp(logarithms) < 2 * NEAR else None
+    return (
+        float(np.exp(np.median(logarithms))) if len(logarithms) and np.ptp(logarithms) < 2 * FACTOR_TOLERANCE else None
+    )
 
 
 def likely_units(factor: float, unit: str) -> list[str]:
@@ -103,7 +105,7 @@ def likely_units(factor: float, unit: str) -> list[str]:
         f"{what} in {name} instead of {unit}"
         for what, own in (("the force", factor), ("the level", 1 / factor))
         for name in ((*UNITS[si], si) if si else ())
-        if name != unit and abs(np.log(own * si_factor(name, unit))) < NEAR
+        if name != unit and abs(np.log(own * si_factor(name, unit))) < FACTOR_TOLERANCE
     ]
 
 
@@ -119,7 +121,7 @@ def find_mistaken_levels(ratios: Mapping[float, float]) -> dict[float, float]:
     meant = {}
     for level, ratio in ratios.items():
         apart = np.abs(np.log(levels / (level * ratio)))
-        if apart.min() < NEAR and levels[np.argmin(apart)] != level:
+        if apart.min() < FACTOR_TOLERANCE and levels[np.argmin(apart)] != level:
             meant[level] = float(levels[np.argmin(apart)])
     return meant
 
@@ -173,7 +175,7 @@ def _clipped(forces: Mapping[float, Forces], unit: str) -> Iterator[tuple[float,
     for level in higher:
         largest = float(forces[level].max())
         if largest < REACHED * usual * level:
-            flat = int((forces[level] > (1 - FLAT) * largest).sum())
+            flat = int((forces[level] > (1 - LIMIT_TOLERANCE) * largest).sum())
             yield (
                 level,
                 f"the measured force is at most {largest:.4g} {unit}, {largest / level:.0%} of its set point, where "

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 #: A model's resonance is a measured one if the logarithms of their frequencies differ by less [-], and as surely if the
 #: unit is corrected.
-SAME, SAME_AFTER_CORRECTION = 0.25, 0.1
+SAME_FREQUENCY, SAME_AFTER_CORRECTION = 0.25, 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +50,6 @@ def find_wrong_frequency_unit(distance: Callable[[float], Float[NDArray[np.float
         the natural logarithm, shape (m,); infinite without any.
     """
     apart = distance(1.0)
-    if not len(apart) or apart.min() < SAME:
+    if not len(apart) or apart.min() < SAME_FREQUENCY:
         return None
     return next((each for each in MISTAKES if distance(each.factor).max() < SAME_AFTER_CORRECTION), None)

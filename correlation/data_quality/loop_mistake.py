@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.campaign.measurement import Suspicion
 from correlation.data_type.loop_prediction import predict_loop
-from correlation.data_type.measured_loop import LEAST, ForceLoop, loop_features
+from correlation.data_type.measured_loop import MIN_DEVIATION, ForceLoop, loop_features
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 
@@ -45,7 +45,7 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
     first = loop.loops.plateaus[0]
     offsets = -first.displacement_offset[0], -first.force_offset[0]
     # The middle of the strokes that was taken as zero leaves a displacement without an offset.
-    moved = abs(offsets[0]) > LEAST * first.amplitude[0]
+    moved = abs(offsets[0]) > MIN_DEVIATION * first.amplitude[0]
     read = f"{-offsets[0]:.3g} m and {-offsets[1]:.3g} N" if moved else f"{-offsets[1]:.3g} N"
     at_rest = f"without its offset of {read}: do its sensors read this at rest? If so, take it off"
     questions = {

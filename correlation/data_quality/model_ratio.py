@@ -12,9 +12,9 @@ from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
 
 #: How many times its noise, or the median distance of the repeats from their median, a reading must be [-].
-CLEAR = 3.0
+MIN_READING_OVER_NOISE = 3.0
 #: Share of the readings of a sensor at a level that stand out, from which on they tell a ratio [-].
-MOST = 0.5
+MIN_CLEAR_SHARE = 0.5
 #: Fewest repeats of a point that tell its scatter, one of which may be wrong.
 FEWEST = 3
 
@@ -52,8 +52,8 @@ def _stands_out(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     point = group_rows([table.test, table.level, table.frequency, table.sweep, table.sensor, table.harmonic]).number
     middle = group_medians(point, table.value.real) + 1j * group_medians(point, table.value.imag)
     scatter = group_medians(point, np.abs(table.value - middle[point]))
-    lost = (np.bincount(point) >= FEWEST) & (np.abs(middle) <= CLEAR * scatter)
-    clear = (size > CLEAR * np.hypot(stated[:, 0] * size, stated[:, 1])) & ~lost[point]
+    lost = (np.bincount(point) >= FEWEST) & (np.abs(middle) <= MIN_READING_OVER_NOISE * scatter)
+    clear = (size > MIN_READING_OVER_NOISE * np.hypot(stated[:, 0] * size, stated[:, 1])) & ~lost[point]
     kind = group_rows([table.test, table.level, table.sensor, table.harmonic]).number
     share = np.bincount(kind, clear) / np.bincount(kind)
-    return np.asarray(clear & (share > MOST)[kind])
+    return np.asarray(clear & (share > MIN_CLEAR_SHARE)[kind])

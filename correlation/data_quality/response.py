@@ -25,7 +25,7 @@ from correlation.model import Model
 Frequencies = Float[NDArray[np.float64], " m"]
 
 #: Least MAC of a partner, where there are shapes [-].
-ALIKE = 0.8
+MIN_MAC = 0.8
 
 
 def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspicion, ...]:
@@ -89,7 +89,7 @@ def _partners(model: Model, mode: MeasuredMode) -> Frequencies:
         return frequency
     seen = shape_at_sensors(model, mode.sensors, frequency, shapes)
     moves = np.abs(seen).max(axis=0, initial=0.0) > 0
-    return np.asarray(frequency[moves][modal_assurance(mode.shape[:, None], seen[:, moves])[0] > ALIKE])
+    return np.asarray(frequency[moves][modal_assurance(mode.shape[:, None], seen[:, moves])[0] > MIN_MAC])
 
 
 def _wrong_sensors(model: Model, name: str, modes: Sequence[MeasuredMode]) -> Iterator[Suspicion]:

@@ -30,19 +30,19 @@ class _ClearFactor(NamedTuple):
     least: float
     """Their median at least [-]."""
     spreads: float
-    """Logarithm of the median over the distance from it within which `MOST` of them are, at least [-]."""
+    """Logarithm of the median over the distance from it within which `MIN_SHARE_WITHIN_SPREAD` of them are [-]."""
 
 
 #: Of 20,000 random chains of up to six masses, masses and springs off by 2 to 40 % each and all together, 0.04, 0.4 and
 #: 0.7 % of those with 5 ratios, 3 and fewer pass; off by up to 20 %, 0, 0.04 and 0.1 % do.
-CLEAR = (_ClearFactor(5, 1.25, 8.0), _ClearFactor(3, 3.0, 3.0), _ClearFactor(1, 10.0, 2.0))
+CLEAR_FACTORS = (_ClearFactor(5, 1.25, 8.0), _ClearFactor(3, 3.0, 3.0), _ClearFactor(1, 10.0, 2.0))
 #: Share of the ratios within their spread [-].
-MOST = 0.9
+MIN_SHARE_WITHIN_SPREAD = 0.9
 #: A sensor tells a mode if it moves by so much of what the one that moves most does in the model [-].
 MOVES = 0.1
 #: A power of the frequency explains ratios if they are so many times nearer to it than to a constant [-], and as one
 #: factor of at most so much is left of a power of ten [natural logarithm].
-NEARER, LEFT = 3.0, 0.3
+MIN_POWER_ADVANTAGE, MAX_FACTOR_LEFT = 3.0, 0.3
 
 
 class _Ratios(NamedTuple):
@@ -81,7 +81,7 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
     else:
         for row, name in enumerate(response.sensors):
             own = ratios.of(row)
-            if len(own.sensor) and abs(np.median(own.logarithm.real)) > np.log(CLEAR[-1].least):
+            if len(own.sensor) and abs(np.median(own.logarithm.real)) > np.log(CLEAR_FACTORS[-1].least):
                 yield _suspect_size(f'{response.name}, "{name}"', "its response is", own, quantities[row : row + 1])
 
 
@@ -116,21 +116,22 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
 
 
 def _spread(values: Float[NDArray[np.float64], " k"]) -> float:
-    return float(np.quantile(np.abs(values - np.median(values)), MOST))
+    return float(np.quantile(np.abs(values - np.median(values)), MIN_SHARE_WITHIN_SPREAD))
 
 
 def _is_clear(values: Float[NDArray[np.float64], " k"]) -> bool:
     """Whether logarithms of ratios are one factor that no model is off by."""
     size = abs(float(np.median(values))) if len(values) else 0.0
     return any(
-        len(values) >= each.n_ratio and size > max(np.log(each.least), each.spreads * _spread(values)) for each in CLEAR
+        len(values) >= each.n_ratio and size > max(np.log(each.least), each.spreads * _spread(values))
+        for each in CLEAR_FACTORS
     )
 
 
 def _find_power(ratios: _Ratios, quantities: list[str]) -> int:
     """Power of i omega that explains the ratios: time derivatives that were not said; 0 for none."""
     values, logarithm = ratios.logarithm.real, np.log(ratios.omega)
-    if len(values) < CLEAR[1].n_ratio or not np.ptp(logarithm) > np.log(CLEAR[0].least):
+    if len(values) < CLEAR_FACTORS[1].n_ratio or not np.ptp(logarithm) > np.log(CLEAR_FACTORS[0].least):
         return 0
     stated = DERIVATIVE[quantities[0]]
     quarter = ratios.logarithm.imag / (np.pi / 2)
@@ -140,7 +141,8 @@ def _find_power(ratios: _Ratios, quantities: list[str]) -> int:
         ten = np.log(10) * round(middle / np.log(10))
         turned = np.abs((quarter - power + 1) % 2 - 1)  # up to the sign of a sensor
         if (
-            NEARER * _spread(left) < _spread(values) and abs(middle - ten) + _spread(left) < LEFT
+            MIN_POWER_ADVANTAGE * _spread(left) < _spread(values)
+            and abs(middle - ten) + _spread(left) < MAX_FACTOR_LEFT
             and np.median(turned) < 1 / 3
         ):  # fmt: skip
             return power

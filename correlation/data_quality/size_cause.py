@@ -10,7 +10,7 @@ from correlation.data_quality.wrong_unit import LEVEL_UNITS, name_length
 #: Pound-force [N].
 POUND = 4.4482216
 #: A factor is a known one within so much, or within its scatter [natural logarithm].
-NEAR = 0.05
+FACTOR_TOLERANCE = 0.05
 
 
 def list_causes(logarithm: float, scatter: float, quantities: Set[str]) -> str:
@@ -23,7 +23,7 @@ def list_causes(logarithm: float, scatter: float, quantities: Set[str]) -> str:
     quantities
         Quantities of the sensors that have it.
     """
-    close = max(NEAR, scatter)
+    close = max(FACTOR_TOLERANCE, scatter)
 
     def is_near(factor: float) -> bool:
         return bool(abs(logarithm - np.log(factor)) < close)

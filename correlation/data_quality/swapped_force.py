@@ -19,11 +19,11 @@ from correlation.feature.table import FeatureTable
 from correlation.row_group import group_rows
 
 #: Two forces can be told apart at a point where they differ by this many times the scatter of the repeats [-],
-APART = 4.0
+MIN_DISTANCE = 4.0
 #: and in a harmonic with so many of these points.
 FEWEST = 3
 #: Near is up to this share of the distance between both forces, and far at least that (medians) [-].
-NEAR, FAR = 1 / 4, 3 / 4
+NEAR_SHARE, FAR_SHARE = 1 / 4, 3 / 4
 #: Repeats that say what is usual for another one.
 OTHERS = 2
 
@@ -130,7 +130,7 @@ def _pairs(campaign: Campaign) -> list[tuple[int, int]]:
 def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]) -> tuple[float, float]:
     """Distances of a pair from its own usual values, and from those of each other, by that between both (medians)."""
     apart = np.abs(usual[0] - usual[1])
-    rows = (apart > APART * noise) & (apart > 0)
+    rows = (apart > MIN_DISTANCE * noise) & (apart > 0)
     if rows.sum() < FEWEST:
         return np.nan, np.nan
     own = np.abs(value - usual).max(axis=0)[rows] / apart[rows]
@@ -140,9 +140,9 @@ def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]
 
 def _find_clearest_harmonic(evidence: list[tuple[int, float, float]]) -> tuple[int, float, float] | None:
     """The harmonic that says most clearly that two forces are swapped; None if none does or one says the contrary."""
-    found = [each for each in evidence if each[2] < NEAR and each[1] > FAR]
+    found = [each for each in evidence if each[2] < NEAR_SHARE and each[1] > FAR_SHARE]
     # A mean may be as it is by the friction history: it does not speak against a clear harmonic.
-    if not found or any(harmonic and own < NEAR and swapped > FAR for harmonic, own, swapped in evidence):
+    if not found or any(harmonic and own < NEAR_SHARE and swapped > FAR_SHARE for harmonic, own, swapped in evidence):
         return None
     return min(found, key=lambda each: each[2])
 

@@ -20,7 +20,7 @@ from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
 #: A point can tell a swap if it changes q by more than this, and by more than what the scatter of the runs makes of all
 #: parts, repeats and pairs of a test with this probability (Student, Bonferroni) [-].
-SMALL, BY_CHANCE = 0.04, 0.01
+MIN_CHANGE, BY_CHANCE = 0.04, 0.01
 #: So many points can tell it, and of most of these, more than one of two runs has, the channels agree with the other
 #: repeats within the smaller share of the change if they are swapped, and not within the larger one as they are [-].
 FEWEST, MOST, NEAR, FAR = 5, 0.6, 1 / 4, 3 / 4
@@ -104,7 +104,7 @@ def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: f
     """Swaps of one pair: of a whole repeat, or else of all runs at one level of it, or else of single runs."""
     deviation = _compare_with_others(q)
     with np.errstate(invalid="ignore"):
-        turns = (deviation.change > SMALL) & (deviation.swapped < NEAR * deviation.change)
+        turns = (deviation.change > MIN_CHANGE) & (deviation.swapped < NEAR * deviation.change)
     if turns.sum(axis=0).max() < FEWEST:
         return []
     every = np.ones(len(q), dtype=np.bool_)
@@ -151,7 +151,7 @@ def _agrees(deviation: _RepeatDeviation, part: Mask, column: int) -> bool:
     """Whether a part of a repeat, -1 for one of two, agrees with the others as it is."""
     # Of two repeats the first stands for both.
     own, swapped, change, _ = (values[part, column if values.shape[1] > 1 else 0] for values in deviation)
-    there = np.isfinite(own) & (change > SMALL)
+    there = np.isfinite(own) & (change > MIN_CHANGE)
     return bool(there.sum() >= FEWEST and np.median(own[there]) < np.median(swapped[there]))
 
 
@@ -168,7 +168,7 @@ def _find_clearest_swap(
         else:  # all other runs of both say what is usual
             usual = _quantile_of_scatter(arranged.level[~part], own[~part], 2, chance)
         with np.errstate(invalid="ignore"):
-            tells = part & (change > max(SMALL, usual))
+            tells = part & (change > max(MIN_CHANGE, usual))
         if tells.sum() < FEWEST:
             continue
         as_is, swapped = (each[tells] / change[tells] for each in (own, swapped))

@@ -7,8 +7,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Suspicion
-from correlation.data_quality.frequency_unit import SAME
-from correlation.data_type.backbone import FAR
+from correlation.data_quality.frequency_unit import SAME_FREQUENCY
+from correlation.data_type.backbone import MAX_FREQUENCY_FACTOR
 from correlation.data_type.mode import linear_modes
 from correlation.data_type.ring_down import FreeDecay
 from correlation.model import Model
@@ -44,7 +44,7 @@ def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
     if not len(measured) or not len(frequency):
         return
     found = find_time_base_factor(measured, frequency)
-    lost = _distance(measured, frequency) > np.log(FAR)
+    lost = _distance(measured, frequency) > np.log(MAX_FREQUENCY_FACTOR)
     both = f"the modes of the model are at {_list(frequency)} Hz"
     if found is not None:
         yield Suspicion(
@@ -56,7 +56,7 @@ def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
         yield Suspicion(
             where=decay.name,
             sentence=f"its modes at {_list(measured[lost])} Hz are not compared, because {both}, none within a factor "
-            f"of {FAR:g}",
+            f"of {MAX_FREQUENCY_FACTOR:g}",
             remark=True,
         )
 
@@ -69,7 +69,7 @@ def find_time_base_factor(measured: Frequencies, model: Frequencies) -> float | 
     measured, model
         Frequencies, shape (m,) [Hz] each.
     """
-    if _distance(measured, model).min() < SAME:
+    if _distance(measured, model).min() < SAME_FREQUENCY:
         return None
     near = TOGETHER if len(measured) > 1 else ALONE
     best = min(TIME_BASE_MISTAKES, key=lambda factor: float(_distance(measured, factor * model).max()))

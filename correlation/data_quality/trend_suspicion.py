@@ -19,7 +19,7 @@ CHANCE, LEAST_CHANCE = 0.0027, 1e-4
 #: of frequencies and 1 % of preloads, made 1 to 5 % in 31 of 32 virtual tests [-].
 LEAST, LARGE = 0.02, 0.1
 #: Repeats whose order alone is no chance: one in 2,520.
-ENOUGH = 7
+ENOUGH_REPEATS = 7
 #: Share of a change that a cause explains if it is plain [-], and points of a curve that show its slope.
 PLAIN, SLOPE = 0.8, 5
 
@@ -49,13 +49,13 @@ def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
                 f"{chance} of tests: did the structure change during the test, by wear, warming up or a bolt that "
                 "loosens? Then their mean is of no structure: compare the first and the last repeats apart",
             )  # fmt: skip
-        elif n_repeat < ENOUGH and trend.chance <= by_order and trend.size >= LARGE:
+        elif n_repeat < ENOUGH_REPEATS and trend.chance <= by_order and trend.size >= LARGE:
             yield Suspicion(
                 where=f'test "{test.name}"', of_time=True, remark=True,
                 headline=f'whether the structure changed during test "{test.name}" is open',
                 sentence=f"{_describe(campaign, trend)}. If so large differences between repeats are random, as of "
                 f"preloads, {n_repeat} of them do so in {chance} of tests; if not, the structure changed during the "
-                f"test, and their mean is of none: {ENOUGH - n_repeat} more repeats would tell",
+                f"test, and their mean is of none: {ENOUGH_REPEATS - n_repeat} more repeats would tell",
             )  # fmt: skip
 
 

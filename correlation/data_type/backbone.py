@@ -42,7 +42,7 @@ UNDAMPED = 1e-6
 #: Share of a mode's largest motion below which a sensor does not see it [-].
 UNSEEN = 1e-9
 #: A mode further off than this factor is no partner of a measured one [-].
-FAR = 1.5
+MAX_FREQUENCY_FACTOR = 1.5
 #: Steps of one search, and levels at most.
 MOST_STEPS, MOST_LEVELS = 60, 120
 
@@ -78,7 +78,7 @@ def predict_backbone(model: Model, sensor: str, near: float, amplitudes: Real) -
         raise CampaignError(f'the model has no sensor of motion "{sensor}": add it to the case')
     mode = _driven(model, near)
     ratio = mode.angular_frequency / (2 * np.pi * near)
-    if not 1 / FAR < ratio < FAR:
+    if not 1 / MAX_FREQUENCY_FACTOR < ratio < MAX_FREQUENCY_FACTOR:
         return np.full(len(amplitudes), np.nan), np.full(len(amplitudes), np.nan)
     scale = abs(float(seen.gain * seen.row @ mode.shape)) * mode.angular_frequency ** DERIVATIVE[seen.quantity]
     if not abs(seen.row @ mode.shape) > UNSEEN * np.abs(mode.shape).max() * np.abs(seen.row).sum():

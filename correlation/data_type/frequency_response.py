@@ -11,7 +11,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion
 
-from correlation.campaign.measurable import LEAST, MOST, REMEDY
+from correlation.campaign.measurable import MAX_READING, MIN_READING, REMEDY
 from correlation.campaign.measured_files import take_rows, with_rows, without_padding
 from correlation.campaign.measurement import CONFIGURATIONS, MeasuredSensor, Measurement
 from correlation.campaign.measurement_unit import si_quantity
@@ -157,7 +157,7 @@ def _read_level(table: TomlTable) -> float | None:
         return None
     if isinstance(level, bool) or not isinstance(level, int | float) or not level > 0:
         raise table.problem("level", "must be a number above zero in the unit of the campaign's levels")
-    if not LEAST <= level <= MOST:
+    if not MIN_READING <= level <= MAX_READING:
         raise table.problem("level", REMEDY)
     return float(level)
 

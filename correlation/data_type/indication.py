@@ -12,7 +12,7 @@ from correlation.model import Model
 
 #: Difference between measurements and model that is a sign of something: deviations of single readings leave out what
 #: is common to them [standard deviations].
-CLEAR = 5.0
+CLEAR_DEVIATION = 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class Indication:
     @property
     def is_clear(self) -> bool:
         """Whether chance does not explain the difference."""
-        return abs(self.difference) > CLEAR
+        return abs(self.difference) > CLEAR_DEVIATION
 
     @property
     def sentence(self) -> str:

@@ -13,7 +13,7 @@ from correlation.data_type.frequency_response import list_states
 from correlation.data_type.measured_response import MeasuredResponse
 
 #: Level of these states over the lowest of the campaign [-].
-SMALL = 1e-3
+SMALL_LEVEL = 1e-3
 
 
 def count_free_responses(campaign: Campaign) -> tuple[Campaign, tuple[str, ...]]:
@@ -31,7 +31,7 @@ def count_free_responses(campaign: Campaign) -> tuple[Campaign, tuple[str, ...]]
     responses = [datum for datum in campaign.data if isinstance(datum, MeasuredResponse) and _is_linear(datum)]
     if not responses or campaign.is_free[campaign.measurement.test].any():
         return campaign, ()
-    level, names = SMALL * float(campaign.levels[0]), [sensor.name for sensor in campaign.sensors]
+    level, names = SMALL_LEVEL * float(campaign.levels[0]), [sensor.name for sensor in campaign.sensors]
     tests = (*campaign.tests, *(Test(name=response.name, configuration="free") for response in responses))
     numbered = enumerate(responses, start=len(campaign.tests))
     states = [list_states(replace(response, level=level, test=number), names) for number, response in numbered]

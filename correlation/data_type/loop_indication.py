@@ -6,7 +6,7 @@ import numpy as np
 
 from correlation.data_type.indication import Indication
 from correlation.data_type.loop_prediction import predict_curve
-from correlation.data_type.measured_loop import LEAST, ForceLoop, Numbers, length_unit, loop_features
+from correlation.data_type.measured_loop import MIN_DEVIATION, ForceLoop, Numbers, length_unit, loop_features
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 from geometry.plain_number import format_number
@@ -14,7 +14,7 @@ from geometry.plain_number import format_number
 #: Parts of a stroke that a displacement is read to.
 SAMPLED = 200
 #: Ratio of the largest to the smallest amplitude that tells how work grows, and of frequencies that are several.
-WIDE, SEVERAL = 1.5, 1.01
+MIN_AMPLITUDE_RATIO, MIN_FREQUENCY_RATIO = 1.5, 1.01
 
 
 def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Indication]:
@@ -91,14 +91,18 @@ def _indicate_growth(loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -
     if not rows:
         return []
     amplitude, frequency, work, of_model = np.log(np.array(rows)).T
-    columns = [np.ones(len(rows)), amplitude, *([frequency] if np.ptp(frequency) > np.log(SEVERAL) else [])]
+    columns = [np.ones(len(rows)), amplitude, *([frequency] if np.ptp(frequency) > np.log(MIN_FREQUENCY_RATIO) else [])]
     slopes = np.column_stack(columns)
-    if len(rows) <= len(columns) or np.ptp(amplitude) < np.log(WIDE) or np.linalg.matrix_rank(slopes) < len(columns):
+    if (
+        len(rows) <= len(columns)
+        or np.ptp(amplitude) < np.log(MIN_AMPLITUDE_RATIO)
+        or np.linalg.matrix_rank(slopes) < len(columns)
+    ):
         return []
     inverse = np.linalg.inv(slopes.T @ slopes)
     measured, model = (inverse @ slopes.T @ each for each in (work, of_model))
     scatter = float(np.sum((work - slopes @ measured) ** 2)) / (len(rows) - len(columns))
-    deviation = float(np.sqrt(max(scatter, LEAST**2) * inverse[1, 1]))
+    deviation = float(np.sqrt(max(scatter, MIN_DEVIATION**2) * inverse[1, 1]))
     return [
         Indication(
             quantity="work per cycle over the amplitude", kind="slow growth" if measured[1] < 1.5 else "growth",

@@ -25,7 +25,7 @@ FEATURES = (
     ("force_offset", "middle of the force", "N"),
 )
 #: Least standard deviation of a feature [-]: what a calibration of the two channels leaves.
-LEAST = 0.01
+MIN_DEVIATION = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,7 +103,7 @@ def loop_features(loop: ForceLoop) -> Features:
             chance = abs(plateau.closing_error[0]) * scale if plateau.n_period == 1 else scatter
             # A zero that is off by as much as was taken off shifts the force by that of a spring.
             shift = plateau.secant_stiffness[0] * loop.removed_middle if name == "force_offset" else 0.0
-            deviation.append(float(np.linalg.norm([chance, LEAST * scale, shift])))
+            deviation.append(float(np.linalg.norm([chance, MIN_DEVIATION * scale, shift])))
     return Features(label=tuple(label), unit=tuple(unit), value=np.array(value), deviation=np.array(deviation))
 
 
@@ -120,7 +120,7 @@ def describe_periods(loop: ForceLoop) -> str:
     if len(left):
         span = f"{left.min():.3g}" if len(left) == 1 else f"{left.min():.3g} to {left.max():.3g}"
         sentence += f"; {len(left)} of {span} {unit} do not close, or their amplitude has just been reached"
-    if abs(loop.removed_middle) > LEAST * loops.plateaus[0].amplitude[0]:
+    if abs(loop.removed_middle) > MIN_DEVIATION * loops.plateaus[0].amplitude[0]:
         unit, factor = length_unit(abs(loop.removed_middle))
         sentence += f"; the middle of the strokes, {factor * loop.removed_middle:.3g} {unit}, is taken as zero"
     return sentence
@@ -130,7 +130,7 @@ def _scales(plateau: Plateau) -> tuple[float, float, float]:
     """Sizes that the features of a plateau are uncertain in proportion to: those of the loop as a whole."""
     force = abs(plateau.secant_stiffness[0]) * plateau.amplitude[0]
     work = np.pi * force * plateau.amplitude[0]  # of an ellipse as wide as the stroke and as high as the force
-    return max(abs(plateau.work[0]), LEAST * work), abs(plateau.secant_stiffness[0]), force
+    return max(abs(plateau.work[0]), MIN_DEVIATION * work), abs(plateau.secant_stiffness[0]), force
 
 
 def length_unit(amplitude: float) -> tuple[str, float]:

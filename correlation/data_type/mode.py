@@ -30,7 +30,7 @@ from reduction.stuck import stick_at_rest
 #: on a bench repeats frequencies to a few parts in ten thousand and damping to a tenth.
 FREQUENCY_DEVIATION, DAMPING_DEVIATION = 5e-4, 0.1
 #: A model's mode further off than this factor is no partner of a measured one without a shape [-].
-FAR = 1.5
+MAX_FREQUENCY_FACTOR = 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -169,7 +169,7 @@ def find_partner(
     CampaignError
         A sensor of the shape that the model has not as one of motion.
     """
-    near = (frequency < FAR * mode.frequency) & (frequency > mode.frequency / FAR)
+    near = (frequency < MAX_FREQUENCY_FACTOR * mode.frequency) & (frequency > mode.frequency / MAX_FREQUENCY_FACTOR)
     if not near.any():
         return None
     candidates = np.flatnonzero(near)

@@ -7,7 +7,13 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.data_type.mode import FAR, MeasuredMode, linear_modes, motion_sensors, shape_at_sensors
+from correlation.data_type.mode import (
+    MAX_FREQUENCY_FACTOR,
+    MeasuredMode,
+    linear_modes,
+    motion_sensors,
+    shape_at_sensors,
+)
 from correlation.modal.sensor_mistake import SensorMistake, find_sensor_mistake
 from correlation.model import Model
 
@@ -64,7 +70,9 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[Compare
     for (configuration, sensors), own in groups.items():
         measured = sorted(own, key=lambda mode: mode.frequency)
         frequency, damping, shapes = linear_modes(model, configuration)
-        near = (frequency > measured[0].frequency / FAR) & (frequency < measured[-1].frequency * FAR)
+        near = (frequency > measured[0].frequency / MAX_FREQUENCY_FACTOR) & (
+            frequency < measured[-1].frequency * MAX_FREQUENCY_FACTOR
+        )
         seen = shape_at_sensors(model, sensors, frequency[near], shapes[:, near])
         visible = np.abs(seen).max(axis=0, initial=0.0) > 0
         frequency, damping, seen = frequency[near][visible], damping[near][visible], seen[:, visible]

@@ -20,7 +20,7 @@ BETWEEN = 0.25
 #: Standard deviations of the frequency at which a band is looked at to see what such an error does.
 LOOK = 2.0
 #: Frequencies of one point as files round them.
-SAME = 1e-5
+SAME_FREQUENCY = 1e-5
 
 
 class BandAt(NamedTuple):
@@ -88,7 +88,9 @@ class PredictedBand:
         offset
             Known error of the frequencies, one for all or shape (n,), relative [-]: limits are those at f (1 + offset).
         """
-        inside = (frequency >= (1 - SAME) * self.frequency[0]) & (frequency <= (1 + SAME) * self.frequency[-1])
+        inside = (frequency >= (1 - SAME_FREQUENCY) * self.frequency[0]) & (
+            frequency <= (1 + SAME_FREQUENCY) * self.frequency[-1]
+        )
         frequency = frequency * (1 + offset)
         limits, between = self._limits(frequency)
         looks = (frequency * (1 + sign * LOOK * shift) for sign in ((1, -1) if shift else ()))
@@ -124,7 +126,9 @@ class PredictedBand:
         number = np.clip(np.searchsorted(f, inner, side="right") - 1, 0, len(f) - 2)
         straight = np.interp(inner, f, y)
         smooth = straight if curve is None else curve(inner)
-        at_node = np.isclose(inner, f[number], rtol=SAME, atol=0.0) | np.isclose(inner, f[number + 1], rtol=SAME)
+        at_node = np.isclose(inner, f[number], rtol=SAME_FREQUENCY, atol=0.0) | np.isclose(
+            inner, f[number + 1], rtol=SAME_FREQUENCY
+        )
         jumps = (jump[number] | jump[number + 1]) & ~at_node
         outer = np.maximum(y[number], y[number + 1]) if side else np.minimum(y[number], y[number + 1])
         beyond = np.where(frequency > inner, ends[1], ends[0]) * (frequency - inner)

@@ -37,7 +37,7 @@ Values = Float[NDArray[np.float64], " k"]
 
 #: Forces and preloads that limits are read at, in spans: a static force in full slip may follow the force three times
 #: as steeply at the ends as between, which no parabola through three points tells.
-STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
+SPAN_STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
 
 
 class SolveEffort(Enum):
@@ -154,7 +154,7 @@ def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_sp
     makers = [(force_span, with_force_level)] if force_span else []
     if preload_span:
         makers += [(preload_span, partial(with_preload, group)) for group in model.preload_groups]
-    return [VariantScale(span * STEPS, tuple(make(each) for each in span * STEPS)) for span, make in makers]
+    return [VariantScale(span * SPAN_STEPS, tuple(make(each) for each in span * SPAN_STEPS)) for span, make in makers]
 
 
 def _shift_search_box(curve: LimitCurve, changed: Model) -> SliderBox:

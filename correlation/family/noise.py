@@ -60,7 +60,7 @@ MOST_GAIN = 0.01
 #: Variance of a median over that of a mean, of normal readings [-].
 MEDIAN = np.pi / 2
 #: What is known least of the law of the noise has this share of the information on the rest at least [-].
-ALIKE = 1e-6
+MIN_INFORMATION_SHARE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,7 +294,7 @@ def _law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple
     # Of two columns that are alike only the sum is known: all that readings like them ask for, and next to nothing of
     # readings of another size.
     size, vector = np.linalg.eigh(information)
-    inverse = (vector / np.maximum(size, ALIKE * size[-1])) @ vector.T * variance.max() ** 2
+    inverse = (vector / np.maximum(size, MIN_INFORMATION_SHARE * size[-1])) @ vector.T * variance.max() ** 2
     return float(inverse[0, 0] / top**2), float(inverse[0, 1] / top), float(inverse[1, 1])
 
 

@@ -32,7 +32,7 @@ SCATTER = USUAL_JITTER[-1]
 #: Largest offset that is looked at [-].
 PRELOAD_SPAN = FURTHEST * SCATTER
 #: Offsets to either side, and how often all groups are gone through: each time between the neighbours of the last best.
-STEPS, ROUNDS = 6, 3
+OFFSET_STEPS, ROUNDS = 6, 3
 
 
 def estimate_preload_offsets(
@@ -57,8 +57,8 @@ def estimate_preload_offsets(
     keys = list(dict.fromkeys(key for family in families for key in family.set_ups))
     offsets = {key: np.zeros(n_group) for key in keys}
     # The smallest step first, so that of equal ones it is taken.
-    steps = np.array(sorted(range(-STEPS, STEPS + 1), key=abs)) / STEPS
-    for span in PRELOAD_SPAN / STEPS ** np.arange(ROUNDS if n_group else 0):
+    steps = np.array(sorted(range(-OFFSET_STEPS, OFFSET_STEPS + 1), key=abs)) / OFFSET_STEPS
+    for span in PRELOAD_SPAN / OFFSET_STEPS ** np.arange(ROUNDS if n_group else 0):
         corrected = [each.corrected(offsets) for each in corrections]
         frequency = estimate_frequency_offsets(corrected, bands, noise, set_up=set_up, model=model)
         for group in range(n_group):

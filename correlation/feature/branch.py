@@ -29,9 +29,9 @@ from correlation.noise.smoothness import estimate_curve_noise
 Curves = Complex[NDArray[np.complex128], "r n"]
 
 #: Difference of the sweeps that is more than noise [standard deviations], and that matters [-].
-CLEAR, MATTERS = 5.0, 0.05
+CLEAR_DIFFERENCE, MIN_DIFFERENCE = 5.0, 0.05
 #: A shift of all frequencies explains the difference of two sweeps if it leaves at most this share of its median [-].
-LEFT = 0.6
+MAX_SHARE_LEFT = 0.6
 #: Two groups of repeats are apart by so many times what either of them spreads [-], by noise at least so many standard
 #: deviations.
 GAP, NOISY = 3.0, 2.0
@@ -153,7 +153,7 @@ def find_minority(
     cut = int(np.argmax(gap)) + 1
     by_noise = NOISY * float(np.nan_to_num(noise[order]).max())
     spread = max(float(np.ptp(size[:cut])), float(np.ptp(size[cut:])), by_noise)
-    apart = gap[cut - 1] > max(GAP * spread, MATTERS * size[-1])
+    apart = gap[cut - 1] > max(GAP * spread, MIN_DIFFERENCE * size[-1])
     if not apart:
         found[there] = scattered
     elif 2 * cut == len(order):
@@ -207,8 +207,8 @@ def _find_bistable(
         usual = float(np.median(squares[count > 1])) if (count > 1).any() else np.inf
         variance = np.maximum(squares, usual) / count
     size = np.fmax(*(np.abs(np.where(np.isfinite(value[rows]), value[rows], 0)).max(axis=0) for rows in (up, down)))
-    clear = np.abs(mean) > CLEAR * np.sqrt(curves.parts * variance)
-    return np.asarray(known.any(axis=0) & clear & (np.abs(mean) > MATTERS * size))
+    clear = np.abs(mean) > CLEAR_DIFFERENCE * np.sqrt(curves.parts * variance)
+    return np.asarray(known.any(axis=0) & clear & (np.abs(mean) > MIN_DIFFERENCE * size))
 
 
 def _find_in_one_sweep(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
@@ -246,7 +246,7 @@ def _without_shift(
     order = np.argsort(each)
     shift = each[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
     left = apart[there] - shift * rate
-    if np.median(np.abs(left) / scale) > LEFT * np.median(np.abs(apart[there]) / scale):
+    if np.median(np.abs(left) / scale) > MAX_SHARE_LEFT * np.median(np.abs(apart[there]) / scale):
         return apart
     explained = np.array(apart)
     explained[there] = np.where(np.abs(left) < np.abs(apart[there]), left, apart[there])

@@ -17,9 +17,9 @@ Steps = Float[NDArray[np.float64], " s"]
 #: Step, as a multiple of the median of so many steps beside it, that is a jump.
 JUMP, NEIGHBOURS = 4.0, 8
 #: Change of a jump, of the larger value [-], and the fewest points of a curve that shows one.
-LEAST, FEWEST = 0.1, 6
+MIN_JUMP, MIN_POINTS = 0.1, 6
 #: Noise of a step that is no jump [standard deviations].
-NOISE = 5.0
+MAX_NOISE_STEP = 5.0
 
 
 def find_curve_jumps(
@@ -45,15 +45,15 @@ def _find_in_band(
     there: Int[NDArray[np.int64], " b"], value: Curve, noise: Float[NDArray[np.float64], " n"] | None
 ) -> Int[NDArray[np.int64], " j"]:
     """Jumps among the points with these numbers."""
-    if len(there) < FEWEST:
+    if len(there) < MIN_POINTS:
         return np.zeros(0, dtype=np.int64)
     x = value[there]
     step, inverse = np.abs(np.diff(x)), np.abs(np.diff(1 / x))
     larger = np.maximum(np.abs(x[1:]), np.abs(x[:-1]))
-    found = _stand_out(step) & _stand_out(inverse) & (step > LEAST * larger)
+    found = _stand_out(step) & _stand_out(inverse) & (step > MIN_JUMP * larger)
     if noise is not None:
         scatter = np.nan_to_num(noise[there])
-        found &= step > NOISE * np.hypot(scatter[1:], scatter[:-1])
+        found &= step > MAX_NOISE_STEP * np.hypot(scatter[1:], scatter[:-1])
     # A single outlying point makes two steps, there and back.
     back = np.abs(x[2:] - x[:-2]) < 0.5 * np.minimum(step[1:], step[:-1])
     found[1:] &= ~back

@@ -19,11 +19,11 @@ OF_TEXT = {"csv"}
 NO_HISTORY = {"time", "frequency", "angle"}
 #: Names of a sampling rate and of a step of time, without marks between their words.
 RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate", "fsample", "fsamp"}
-STEPS = {"dt", "deltat", "timestep", "samplinginterval", "sampletime", "samplingtime", "timeincrement", "ts"}
+STEP_NAMES = {"dt", "deltat", "timestep", "samplinginterval", "sampletime", "samplingtime", "timeincrement", "ts"}
 #: Units at the end of such names: their factor to Hz or s.
 FACTORS = {"hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6}
 #: No rate [Hz] or step [s] is smaller, or larger than its inverse: a number that was damaged.
-LEAST = 1e-12
+MIN_RATE = 1e-12
 #: Fewer values than these are parameters, no history.
 FEWEST = 20
 
@@ -83,7 +83,7 @@ def _step(facts: Mapping[str, str]) -> float | None:
         ending = re.search(r"[_ (](khz|hz|ms|us|s)\)?$", key.lower())
         unit = ending[1] if ending else ""
         name = whole.removesuffix(unit) if unit else whole
-        kind = 1 if name in RATES else -1 if name in STEPS else 0
+        kind = 1 if name in RATES else -1 if name in STEP_NAMES else 0
         match = re.fullmatch(r"(\S+?)(?:\s*([a-z]+))?", text.strip().lower())  # "4000 Hz"
         number = _number(match[1]) if match else None
         factor = FACTORS.get(unit or (match[2] if match else "") or "s")
@@ -147,4 +147,4 @@ def _number(text: str) -> float | None:
         number = float(text)
     except ValueError:
         return None
-    return number if number == 0 or LEAST < abs(number) < 1 / LEAST else None
+    return number if number == 0 or MIN_RATE < abs(number) < 1 / MIN_RATE else None

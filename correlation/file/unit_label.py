@@ -17,7 +17,7 @@ BRACKETED = re.compile(
     r"(?P<rest>(?!\s*[/*^·])[^\[\]()]*)$"
 )
 #: Before a unit that stands behind a name; a stroke without blanks may be that of a path or of a ratio.
-BEHIND = re.compile(r"(?<=[^\s/,])(?:\s+/\s+|/|\s+in\s+|,\s+)(?=\S)")
+BEFORE_UNIT = re.compile(r"(?<=[^\s/,])(?:\s+/\s+|/|\s+in\s+|,\s+)(?=\S)")
 #: A unit, and behind it a word or a quantity such as a level.
 OF_CELL = re.compile(r"(?P<unit>.+?)\s+(?P<words>[^\W\d_]+|\(?(?:@|at|bei)?\s*\d[\d.,p]*\s?[^\W\d_]+\)?)")
 LAST_WORD = re.compile(r"^(?P<name>.*\S)\s+(?P<unit>\S+)$")
@@ -126,7 +126,7 @@ def find_unit(label: str) -> Label:
             return found._replace(name=f"{found.name} {match['both']} {rest}".strip())  # "Disp [mm] (tip)"
         if not rest or (unit_text(token) and (sign == "[" or _may_be_behind(match["name"], sign, token))):
             return Label(f"{match['name']} {rest}".strip(), token, sign)
-    behind = [(label[: one.start()], one[0], label[one.end() :]) for one in BEHIND.finditer(label)]
+    behind = [(label[: one.start()], one[0], label[one.end() :]) for one in BEFORE_UNIT.finditer(label)]
     known = next(((name, sign, unit) for name, sign, unit in behind if _may_be_behind(name, sign, unit)), None)
     if known is not None:
         return Label(known[0], known[2], known[1].strip())

@@ -17,7 +17,7 @@ from correlation.feature.observation import Observation
 from correlation.prediction import Prediction, SweepJump
 
 #: Change of a jump, relative to the larger value, and beside the change of the sweep that does not jump [-].
-LEAST, ALONE = 0.2, 2.0
+MIN_JUMP, ALONE = 0.2, 2.0
 #: Steps beside a jump in which the response may still settle [-].
 SETTLED = 3
 
@@ -139,7 +139,7 @@ def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[N
     split, change = points.sweep[own] != 0, np.abs(np.diff(value[own]))
     beside = _read_between(points.frequency[other], value[other], points.frequency[own])
     size, apart = np.abs(value[own]), np.abs(value[own] - beside)
-    large = change > np.maximum(LEAST * np.maximum(size[1:], size[:-1]), ALONE * np.abs(np.diff(beside)))
+    large = change > np.maximum(MIN_JUMP * np.maximum(size[1:], size[:-1]), ALONE * np.abs(np.diff(beside)))
     jumps = (split[1:] | split[:-1]) & large & (np.maximum(apart[1:], apart[:-1]) > change / 2)
     jumps[find_gaps(points.frequency[own])] = False
     # After a jump a response settles for some steps: the largest of them is the jump.
@@ -192,7 +192,7 @@ def take_measured_branch(
         if late and len(sweeps) > 1:
             back = prediction.by_sweep[1 - number, rows]
             # Where the sweep back is on the same branch, or nowhere, the model has no other one that is known.
-            other = np.abs(back - prediction.by_sweep[number, rows]) > LEAST * np.abs(back)
+            other = np.abs(back - prediction.by_sweep[number, rows]) > MIN_JUMP * np.abs(back)
             value[rows[other]] = back[other]
             rows = rows[~other]
         # Beyond the jump of the model if it is late, before it if it is early.

@@ -29,7 +29,7 @@ AXES = ("configuration", "level", "band", "sensor", "harmonic")
 #: Bands of frequency of each configuration, with equally many frequencies.
 BANDS = 6
 #: Amplitude and phase of a value are told where it is so many times its standard deviation.
-CLEAR = 5.0
+MIN_SIZE_OVER_DEVIATION = 5.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,7 +86,7 @@ class Misfit(RowTable, Tabular):
     def clear(self) -> Mask:
         """Rows whose amplitude and phase stand out of the noise, and are predicted, shape (k,)."""
         there = (np.abs(self.measured) > 0) & np.isfinite(self.predicted)
-        return np.asarray(there & (np.abs(self.measured) > CLEAR * self.deviation))
+        return np.asarray(there & (np.abs(self.measured) > MIN_SIZE_OVER_DEVIATION * self.deviation))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """One row per point: where it is, what was measured and predicted, and by how much they differ."""

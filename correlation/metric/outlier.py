@@ -17,7 +17,7 @@ Vector = Float[NDArray[np.float64], " m"]
 #: this, and what chance makes of its few numbers with this probability.
 MUCH, NEIGHBOURS, CHANCE = 2.0, 6, 0.005
 #: Least mean square that is usual: a model may happen to fit better than noise.
-LEAST = 0.5
+MIN_MEAN_SQUARE = 0.5
 
 
 def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
@@ -47,7 +47,7 @@ def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
         for place, number in enumerate(states):
             begin = int(np.clip(place - NEIGHBOURS // 2, 0, len(states) - NEIGHBOURS - 1))
             beside = [other for other in states[begin : begin + NEIGHBOURS + 1] if other != number]
-            usual = max(float(np.median(whole[beside])), LEAST)
+            usual = max(float(np.median(whole[beside])), MIN_MEAN_SQUARE)
             if size[number] > much[number] * usual:
                 factor[number] = np.sqrt(size[number] / usual)
     return np.asarray(factor[state])

@@ -33,7 +33,7 @@ Rows = Int[NDArray[np.int64], " f"]
 #: Step of a difference by the logarithm of a modulus [-]; resonances are smooth far beyond, and known to 1e-10.
 STEP = 1e-5
 #: A model's peak is read off the points of the measured one if it has so many of them in common.
-ENOUGH = 3
+MIN_COMMON_POINTS = 3
 #: Numbers of a parabola.
 PARABOLA = 3
 
@@ -182,7 +182,7 @@ def _points(measured: PeakCurve, predicted: PeakCurve, beside: int = 0) -> tuple
         return chosen, np.zeros(len(chosen), dtype=bool)
     # Other points of a bent peak would read another damping: the same if the peaks have enough of them in common.
     same = chosen & np.isfinite(predicted.value)
-    return chosen, same if (same & own).sum() >= ENOUGH else own
+    return chosen, same if (same & own).sum() >= MIN_COMMON_POINTS else own
 
 
 def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArray[np.float64], "2 f"]:

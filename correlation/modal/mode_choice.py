@@ -18,14 +18,14 @@ MOST_ADDED = 4
 #: A mode is at least so wide between its half-power points, in distances of lines: a narrower one is a single line.
 RESOLVED = 0.1
 #: Two modes have one shape from this MAC on [-].
-ALIKE = 0.9
+SAME_SHAPE = 0.9
 #: Lines are multiples of their distance to this share of it [-].
 UNEVEN = 1e-2
 #: Modes that are wider than so many lines do not show leakage: it changes their width by less than 1 %. Hann's main
 #: lobe is twice so many lines wide: lines of a spectrum that are nearer to each other make one peak [-].
-WIDE, RESOLUTION = 20.0, 2.0
+WIDE_MODE, RESOLUTION = 20.0, 2.0
 #: Damping of a mode that is added is at least so many of its standard deviations: noise has peaks of any width.
-CLEAR = 3.0
+CLEAR_DAMPING = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,7 +97,7 @@ def _hann_duration(lines: Frequencies) -> float | None:
 
 def _is_narrow(fit: ModalFit, duration: float) -> bool:
     """Whether leakage would be seen: some mode is no wider between its half-power points than a few lines."""
-    return bool((-fit.poles.real * duration / np.pi < WIDE).any())
+    return bool((-fit.poles.real * duration / np.pi < WIDE_MODE).any())
 
 
 def _apart(poles: Poles, duration: float) -> Poles:
@@ -150,7 +150,7 @@ def _unresolved_pair(fit: ModalFit, duration: float) -> int | None:
         one, other = fit.poles[first], fit.poles[second]
         near = abs(one.imag - other.imag) < max(-(one.real + other.real), 2 * np.pi * RESOLUTION / duration)
         shapes = fit.residues[:, [first, second]]
-        if near and modal_assurance(shapes[:, :1], shapes[:, 1:])[0, 0] > ALIKE:
+        if near and modal_assurance(shapes[:, :1], shapes[:, 1:])[0, 0] > SAME_SHAPE:
             size = np.linalg.norm(shapes, axis=0) / -fit.poles[[first, second]].real
             return int(second if size[1] < size[0] else first)
     return None
@@ -169,7 +169,7 @@ def _possible(lines: Frequencies, fit: ModalFit) -> NDArray[np.bool_]:
 def _is_clear(lines: Frequencies, fit: ModalFit) -> bool:
     """Whether all modes are possible, and the damping of the last, which was added, is told from none."""
     deviation = float(np.sqrt(fit.pole_covariance[len(fit.poles) - 1, len(fit.poles) - 1]))
-    return bool(_possible(lines, fit).all() and -fit.poles[-1].real > CLEAR * deviation)
+    return bool(_possible(lines, fit).all() and -fit.poles[-1].real > CLEAR_DAMPING * deviation)
 
 
 def _without_impossible(data: ResponseData, fit: ModalFit) -> ModalFit:

@@ -35,9 +35,9 @@ SAME_FREQUENCY, SAME_DAMPING = 2e-3, 0.1
 MOST_DAMPING = 0.2
 #: Stable poles of one mode lie within this share of their distance from the imaginary axis, and within so much of the
 #: band's resolution.
-NEAR = 0.5
+STABLE_DISTANCE = 0.5
 #: Share of the orders at which a mode is stable at least [-].
-OFTEN = 0.3
+MIN_STABLE_SHARE = 0.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -134,12 +134,12 @@ def select_modes(diagram: Stabilisation) -> Poles:
     Stable poles are grouped, the densest group first; a group has one pole per order at most.
     """
     poles, orders = diagram.pole[diagram.stable], diagram.order[diagram.stable]
-    least = max(OFTEN * (diagram.order.max() if len(diagram.order) else 0), 3)
+    least = max(MIN_STABLE_SHARE * (diagram.order.max() if len(diagram.order) else 0), 3)
     modes = []
     left = np.ones(len(poles), dtype=bool)
     while left.any():
         distance = np.abs(poles[:, None] - poles[None, :])
-        near = (distance < NEAR * np.abs(poles.real)[:, None]) & left[None, :]
+        near = (distance < STABLE_DISTANCE * np.abs(poles.real)[:, None]) & left[None, :]
         count = np.array([len(set(orders[row])) for row in near]) * left
         best = int(np.argmax(count))
         if count[best] < least:

@@ -30,15 +30,15 @@ Sizes = Float[NDArray[np.float64], " 3"]
 #: does so in 15 % (half a chi-square of one degree of freedom each), and less often by their priors.
 MIN_GAIN = 4.0
 #: A size below this share of what is usual is none, and the least that is tried [-].
-SMALL, LEAST = 0.05, 0.01
+SMALL_SIZE, MIN_SIZE = 0.05, 0.01
 #: First sizes that are tried, in units of what is usual.
-TRIED = (LEAST, 1.0, 10.0, 100.0)
+FIRST_SIZES = (MIN_SIZE, 1.0, 10.0, 100.0)
 #: Largest size, in the same units: round-off limits the search.
-MOST = 1e4
+MAX_SIZE = 1e4
 #: First and last size of the errors of readings that are tried at first, beside none, in half decades above the usual.
-FIRST, LAST = -2.0, 6.0
+FIRST_READING, LAST_READING = -2.0, 6.0
 #: Steps between the sizes that are tried at first and at last, in half decades: the last one is 4 %.
-COARSE, FINE = 2.0, 2.0**-5
+COARSE_STEP, FINE_STEP = 2.0, 2.0**-5
 #: Sizes of the errors of readings whose inner products are retained. All are on one grid, so that fits that begin near
 #: each other try the same ones.
 RETAINED = 32
@@ -66,7 +66,7 @@ def estimate_error_size(
         return NO_ERROR
     frequency, damping, shape = found.tolist()
     sizes = np.array([frequency, damping, reading, shape])
-    return ErrorSize(*np.where(sizes < SMALL * np.array(astuple(usual)), 0.0, sizes).tolist())
+    return ErrorSize(*np.where(sizes < SMALL_SIZE * np.array(astuple(usual)), 0.0, sizes).tolist())
 
 
 def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, Sizes, float]:
@@ -78,14 +78,17 @@ def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, 
     def cost(half_decades: float) -> float:
         reading = usual * 10 ** (0.5 * half_decades)
         if reading not in tried:
-            near = min(tried, key=lambda known: abs(np.log((known + LEAST * usual) / (reading + LEAST * usual))))
+            near = min(tried, key=lambda known: abs(np.log((known + MIN_SIZE * usual) / (reading + MIN_SIZE * usual))))
             tried[reading] = density.minimise(reading, tried[near][0])
         return tried[reading][1]
 
-    best, step = min(np.arange(FIRST, LAST + COARSE / 2, COARSE).tolist(), key=cost), COARSE
-    while step > FINE and cost(best) <= tried[0.0][1]:
+    best, step = (
+        min(np.arange(FIRST_READING, LAST_READING + COARSE_STEP / 2, COARSE_STEP).tolist(), key=cost),
+        COARSE_STEP,
+    )
+    while step > FINE_STEP and cost(best) <= tried[0.0][1]:
         step /= 2
-        best = min((best - step, best, min(best + step, LAST)), key=cost)
+        best = min((best - step, best, min(best + step, LAST_READING)), key=cost)
     reading = min(tried, key=lambda each: tried[each][1])
     return reading, *tried[reading]
 
@@ -186,7 +189,7 @@ class ErrorSizeDensity:
             The others by a size nearby; first sizes of all orders are tried beside it.
         """
         at, there = self._at(reading), self._scale > 0
-        lists = [TRIED if each else (0.0,) for each in there]
+        lists = [FIRST_SIZES if each else (0.0,) for each in there]
         starts = [self._scale * share for share in product(*lists)] if near is None else [near]
         first = min(starts, key=lambda sizes: at(sizes)[0])
         if not there.any():
@@ -200,8 +203,8 @@ class ErrorSizeDensity:
             return value, slope[there]
 
         scale = np.log(self._scale[there])
-        lower, upper = scale + np.log(LEAST), scale + np.log(MOST)
-        start = np.log(np.maximum(first[there], LEAST * self._scale[there]))
+        lower, upper = scale + np.log(MIN_SIZE), scale + np.log(MAX_SIZE)
+        start = np.log(np.maximum(first[there], MIN_SIZE * self._scale[there]))
         found = scipy.optimize.minimize(
             cost, start, jac=True, method="L-BFGS-B", bounds=list(zip(lower, upper, strict=True)),
             options={"ftol": 1e-8, "gtol": 1e-2},

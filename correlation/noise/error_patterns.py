@@ -19,7 +19,7 @@ from hbsolve.model_rates import MatrixParameter, ModelParameter
 Vector = Float[NDArray[np.float64], " m"]
 
 #: Parts of a curve with an error of their own.
-PARTS = 4
+PARTS_PER_CURVE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,7 +116,7 @@ def _parts(features: FeatureVector) -> Int[NDArray[np.int64], " m"]:
     for each in np.unique(number):
         own = np.flatnonzero(number == each)
         rank = np.argsort(np.argsort(points.frequency[row[own]], kind="stable"), kind="stable")
-        part[own] = PARTS * each + PARTS * rank // len(own)
+        part[own] = PARTS_PER_CURVE * each + PARTS_PER_CURVE * rank // len(own)
     return np.asarray(np.unique(part, return_inverse=True)[1]).ravel()
 
 
@@ -132,10 +132,10 @@ def _make_shapes(features: FeatureVector, prediction: Prediction) -> Modes:
     for curve in np.unique(curves[points.harmonic == 1]):
         of_curve = (curves == curve) & (points.harmonic == 1)
         frequency = np.where(of_curve, points.frequency, np.nan)
-        edges = np.nanquantile(frequency, np.arange(1, PARTS) / PARTS)
+        edges = np.nanquantile(frequency, np.arange(1, PARTS_PER_CURVE) / PARTS_PER_CURVE)
         part = np.searchsorted(edges, frequency)
         own = np.where(of_curve, value, 0.0)
-        columns += [own, *(np.where(part == each, own, 0.0) for each in range(PARTS))]
+        columns += [own, *(np.where(part == each, own, 0.0) for each in range(PARTS_PER_CURVE))]
     changes = np.array([turn * column for column in columns for turn in (1.0, 1j)]).reshape(-1, len(value)).T
     modes = np.nan_to_num(features.slopes(value, np.nan_to_num(changes)))
     return np.asarray(modes[:, np.abs(modes).max(axis=0, initial=0.0) > 0])

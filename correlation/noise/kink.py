@@ -26,9 +26,9 @@ from correlation.noise.nuisance import ModelFeatures, Modes
 Vector = Float[NDArray[np.float64], " m"]
 
 #: Standard deviations at which a jitter is tried, and the weight of either end, by Gauss and Hermite's rule.
-REACH, WEIGHT = sqrt(3.0), 1 / 6
+NODE, NODE_WEIGHT = sqrt(3.0), 1 / 6
 #: Standard deviations, of all numbers of a state together, below which a remainder does not matter.
-SEEN = 1.0
+NEGLIGIBLE_REMAINDER = 1.0
 #: A change is smooth if its quadratic and cubic parts tell it but for this share. Near a resonance the share is 0.5
 #: where the jitter at an end is 0.9 of half the resonance's width, d = -x^2 / (1 + i x); at a kink it is less in one of
 #: six places of the kink between the ends [-].
@@ -36,7 +36,7 @@ SMOOTH = 0.5
 
 
 class JitterShift(NamedTuple):
-    """Jitter of `REACH` standard deviations of a single repeat, up and down, half of it, and its first-order change."""
+    """Jitter of `NODE` standard deviations of a single repeat, up and down, half of it, and its first-order change."""
 
     models: tuple[Model, Model]
     halves: tuple[Model, Model]
@@ -106,10 +106,10 @@ def make_kink_modes(
     for kink in (column for cause in kinks for column in cause.T):
         mode = _deviation(n_repeat) * kink
         size = np.bincount(state, (mode / deviation) ** 2)
-        modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > SEEN**2)]
+        modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > NEGLIGIBLE_REMAINDER**2)]
     return np.array(modes).reshape(-1, len(state)).T
 
 
 def _deviation(n_repeat: float) -> float:
     """Standard deviation of a mean over repeats, and its bias, by an end of unit size [-]."""
-    return sqrt(WEIGHT / n_repeat + WEIGHT**2)
+    return sqrt(NODE_WEIGHT / n_repeat + NODE_WEIGHT**2)

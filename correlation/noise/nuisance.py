@@ -26,7 +26,7 @@ NOTHING = ModelParameter()
 #: up to this relative residual [-].
 COARSE_PER_HARMONIC, COARSE_LEAST, COARSE_TOLERANCE = 8, 48, 1e-5
 #: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
-HISTORY = 0.9
+MAX_HISTORY_SHARE = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -284,15 +284,16 @@ def count_contact_sliders(model: Model) -> int:
 def make_slider_start(
     model: Model, history: Float[NDArray[np.float64], " sliders"]
 ) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
-    """Slider positions after a history: static forces within `HISTORY` of the limits at rest.
+    """Slider positions after a history: static forces within `MAX_HISTORY_SHARE` of the limits at rest.
 
     Parameters
     ----------
     model
         Model with friction contacts.
     history
-        A point of the unit cube with a direction for each of `count_contact_sliders`. 0 and 1 are `HISTORY` of the
-        limit, to either side; of two tangents that share a limit, they are the radius and the angle in its circle.
+        A point of the unit cube with a direction for each of `count_contact_sliders`. 0 and 1 are `MAX_HISTORY_SHARE`
+        of the limit, to either side; of two tangents that share a limit, they are the radius and the angle in its
+        circle.
     """
 
     def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
@@ -309,7 +310,7 @@ def make_slider_start(
                 force = np.sqrt(share[0]) * np.array([np.cos(turn), np.sin(turn)])
             else:
                 force = 2 * share - 1
-            start[first:last] = HISTORY * force * contact.limit_at_rest / contact.tangential_stiffness
+            start[first:last] = MAX_HISTORY_SHARE * force * contact.limit_at_rest / contact.tangential_stiffness
         return start
 
     return slider

@@ -27,7 +27,7 @@ AMPLITUDE_DEGREE, MEAN_DEGREE = 3, 2
 #: Points of a flow between its largest and smallest amplitude.
 FLOW_POINTS = 1000
 #: How far a flow goes on below its last break point, at constant rates, in ln A: to 1/400 of that amplitude [-].
-BEYOND = 6.0
+EXTENSION = 6.0
 #: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them: of a fit, and of one
 #: that only keeps step with the phases, as first guesses have priors.
 ROUNDS, ENOUGH, ENOUGH_TRACKED = 25, 1e-4, 1e-2
@@ -78,7 +78,7 @@ class SlowFlow:
     def _path(self, coefficients: Vector) -> tuple[Vector, Vector, Vector, Matrix, Vector, Vector]:
         """The same with the basis functions, shape (p, b), decay rate and frequency there, shape (p,) [1/s, rad/s]."""
         count = (len(coefficients) - 2) // 2
-        lowest = min(self.breaks[0], coefficients[0]) - BEYOND
+        lowest = min(self.breaks[0], coefficients[0]) - EXTENSION
         logarithm = np.linspace(coefficients[0], lowest, FLOW_POINTS)
         basis = self.basis(logarithm)
         rate = np.exp(np.clip(basis @ coefficients[2 : 2 + count], -50, 50))

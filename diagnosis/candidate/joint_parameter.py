@@ -11,7 +11,7 @@ from reduction.joint_law.registry import Joint
 #: Bounds of a factor: joints are known to an order of magnitude.
 BOUNDS = (0.1, 10.0)
 #: Relative accuracy of the factor beyond which a law refuses its parameter.
-CLOSE = 1e-6
+FACTOR_ACCURACY = 1e-6
 
 
 def find_joints(model: Model, name: str) -> list[Joint]:
@@ -51,7 +51,7 @@ def _find_furthest(joints: Sequence[Joint], key: str, bound: float) -> float:
         return True
 
     taken, refused = (bound, bound) if takes(bound) else (1.0, bound)
-    while abs(refused / taken - 1) > CLOSE:
+    while abs(refused / taken - 1) > FACTOR_ACCURACY:
         middle = np.sqrt(taken * refused)
         taken, refused = (middle, refused) if takes(middle) else (taken, middle)
     return float(taken)

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from correlation.data_type.indication import CLEAR, Indication, name_causes
+from correlation.data_type.indication import CLEAR_DEVIATION, Indication, name_causes
 from correlation.data_type.registry import DATA_TYPES, Datum
 from correlation.model import Model
 from correlation.noise.error_size import MAX_ERROR_SIZES
@@ -161,7 +161,7 @@ class FeatureTest(HeldOutTest):
         after = {(each.kind, each.quantity): each for each in list_indications(refit.fit.model, self.data)}
         pairs = [(each, after.get((each.kind, each.quantity))) for each in self.indications if each.is_clear]
         return all(
-            now is not None and abs(now.difference) <= max(CLEAR, MAX_EXCESS_LEFT * abs(was.difference))
+            now is not None and abs(now.difference) <= max(CLEAR_DEVIATION, MAX_EXCESS_LEFT * abs(was.difference))
             for was, now in pairs
         )
 

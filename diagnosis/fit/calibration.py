@@ -29,16 +29,16 @@ Vector = Float[NDArray[np.float64], " m"]
 Matrix = Float[NDArray[np.float64], "m p"]
 
 #: Gain of chi^2 that matters (1 is a standard deviation).
-ENOUGH = 0.3
+MIN_GAIN = 0.3
 #: Marquardt's factor at first, its decrease after a success, its increase after a failure, and what is increased at
 #: least: less changes no step. On 566 fits to six rigs 19 % fewer predictions than with 8 and 1e-4, and ends as good.
 FIRST_DAMPING, LESS, MORE, LEAST_DAMPING = 1e-3, 0.1, 30.0, 1e-3
 #: Steps after which a fit is left that is still above its ceiling: Marquardt's steps fall fast or not at all.
 STEPS_TO_FALL = 6
 #: Shares of the way from no effect to a start; the first one whose model has a prediction is taken, else no effect.
-NEARER = (1.0, 0.5, 0.25)
+START_SHARES = (1.0, 0.5, 0.25)
 #: Share of the expected gain below which the Jacobian is computed again.
-AGREED = 0.5
+MIN_AGREEMENT = 0.5
 #: Probability that priors leave the parameters of a model that lacks nothing so far from their centres: that of three
 #: standard deviations of a single one [-].
 CHANCE_BEYOND_PRIORS = 0.0027
@@ -60,7 +60,7 @@ class Search:
 
     steps: int = 30
     failures: int = 3
-    gain: float = ENOUGH
+    gain: float = MIN_GAIN
     share: float = 0.0
     updated: bool = True
 
@@ -269,7 +269,7 @@ def _minimise(
         if expected < enough:
             break
         if gained > 0:
-            agreed = search.updated and gained > AGREED * expected
+            agreed = search.updated and gained > MIN_AGREEMENT * expected
             jacobian = _updated(jacobian, here, there, size) if agreed else _jacobian(comparison, unknowns, there)
             here, damping, failures, fresh = there, damping * LESS, 0, not agreed
             if report is not None:
@@ -332,7 +332,7 @@ def _compute_residual(comparison: Data, unknowns: Unknowns, values: Values, pred
 
 def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     """As `_evaluate`, nearer to no effect where the model of the start has no prediction."""
-    for share in NEARER:
+    for share in START_SHARES:
         try:
             return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), nearby)
         except ModelError:

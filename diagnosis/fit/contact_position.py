@@ -23,7 +23,7 @@ Vector = Float[NDArray[np.float64], " n"]
 
 SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
 #: Least part of its share that a contact keeps: what the inner contacts gain, those at the ends lose.
-LEFT = 0.1
+MIN_SHARE_LEFT = 0.1
 
 
 def with_contact_position(model: Model, factor: float) -> Model:
@@ -53,9 +53,9 @@ def contact_position_bounds(model: Model, lower: float, upper: float) -> tuple[f
         rates = np.array([_rate(_values(contacts, name), place) for name in SHARED])
         taken, given = float(-rates.min()), float(rates.max())
         if taken > 0:
-            lower = max(lower, float((1 + (1 - LEFT) / taken) ** -0.5))
-        if given > 1 - LEFT:
-            upper = min(upper, float((1 - (1 - LEFT) / given) ** -0.5))
+            lower = max(lower, float((1 + (1 - MIN_SHARE_LEFT) / taken) ** -0.5))
+        if given > 1 - MIN_SHARE_LEFT:
+            upper = min(upper, float((1 - (1 - MIN_SHARE_LEFT) / given) ** -0.5))
     return lower, upper
 
 

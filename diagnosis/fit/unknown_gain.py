@@ -35,7 +35,7 @@ MIN_COST_RATIO, ROUNDING = 1.2, 1e-6
 #: Most that the square of ln |X_m / X_p| of a reading counts: a factor of e^2 [-].
 MAX_SQUARE = 4.0
 #: Frequencies of each level that the search looks at.
-MOST = 40
+MAX_FREQUENCIES = 40
 #: Bounds of what a fit may change after the search [-].
 BOUNDS = (0.02, 50.0)
 GOLDEN = (np.sqrt(5) - 1) / 2
@@ -234,14 +234,14 @@ class _Search:
 
 
 def _thinned(observed: Observation) -> Observation:
-    """At most `MOST` frequencies of each level."""
+    """At most `MAX_FREQUENCIES` frequencies of each level."""
     points = observed.points
     chosen = np.zeros(len(points), dtype=bool)
     for level in np.unique(points.level):
         here = points.level == level
         frequency = np.unique(points.frequency[here])
-        if len(frequency) > MOST:
-            frequency = frequency[np.linspace(0, len(frequency) - 1, MOST).astype(int)]
+        if len(frequency) > MAX_FREQUENCIES:
+            frequency = frequency[np.linspace(0, len(frequency) - 1, MAX_FREQUENCIES).astype(int)]
         chosen |= here & np.isin(points.frequency, frequency)
     return observed.where(chosen & (observed.count > 0))
 

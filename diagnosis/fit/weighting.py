@@ -16,7 +16,7 @@ from correlation.model import Model
 from correlation.noise.error_patterns import ErrorPatterns, compute_moduli
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from correlation.noise.kink import (
-    REACH,
+    NODE,
     JitterShift,
     Remainder,
     compute_remainder,
@@ -315,8 +315,8 @@ def _finish_comparison(
 
 
 def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> list[JitterShift]:
-    """Shifts by `REACH` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
-    sizes = [REACH * float(np.sqrt(each[0, 0])) for each in scatter.jitter[:2]]
+    """Shifts by `NODE` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
+    sizes = [NODE * float(np.sqrt(each[0, 0])) for each in scatter.jitter[:2]]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
     found = [
         _make_shift(
@@ -328,7 +328,7 @@ def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> li
     ]
     if len(scatter.jitter) > N_COMMON and (patterns := list_preload_jitter(model, scatter.jitter[-1])):
         effect, deviation = max(patterns, key=lambda each: each[1])
-        size = REACH * deviation
+        size = NODE * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.preload_groups])
         found.append(_make_shift(lambda share: effect.apply(model, [share * size]), repeats[-1] @ along * size))
     return found

@@ -9,7 +9,7 @@ from diagnosis.missing_law.place_law import PlaceLaw
 #: Digits of the numbers in the file.
 DIGITS = 6
 #: Cells whose limit is below this share of the largest force are left out [-].
-SMALL = 1e-6
+SMALL_CELL = 1e-6
 
 TEMPLATE = '''"""The missing law at `PLACE`, recovered from measurements: {words}.
 
@@ -82,7 +82,7 @@ def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawDescription) -
     """
     ahead, back, damping = law.basis.pieces(law.posterior.mean)
     stiffness, limit = law.basis.cells(law.posterior.mean)
-    least = SMALL * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
+    least = SMALL_CELL * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
     cells = [(_round(k), _round(f)) for k, f in zip(stiffness, limit, strict=True) if f > least]
     said = words.sentences[0] if words.sentences else "a force"
     return TEMPLATE.format(

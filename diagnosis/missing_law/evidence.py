@@ -38,7 +38,7 @@ STARTS = (1.0, 100.0)
 #: Longest step of the logarithm of a size [-].
 STEP = 1.0
 #: Number of well-determined coefficients from which on the data say something of a group [-].
-SEEN = 0.5
+MIN_DETERMINED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,7 +143,9 @@ def _posterior_from(
     cost += float(np.sum(((log_size - np.log(unit)) / SPREAD) ** 2))
     covariance = _covariance(gram, size, noise, np.ones_like(active))
     determined = np.bincount(group, 1 - np.diag(covariance) / size**2, n_group)
-    return Posterior(mean=mean, covariance=covariance, size=size, noise=noise, cost=cost, is_seen=determined > SEEN)
+    return Posterior(
+        mean=mean, covariance=covariance, size=size, noise=noise, cost=cost, is_seen=determined > MIN_DETERMINED
+    )
 
 
 def _most_probable(

@@ -54,7 +54,7 @@ SETTLED = 0.01
 #: Rounds with the law in the model, shares of a step that are tried, and the fall of chi-squared that matters.
 CLOSED_ROUNDS, SHARES, ENOUGH = 8, (1.0, 0.5, 0.25, 0.1), 1.0
 #: Least evidence of a law: odds of one in twenty.
-LEAST = float(np.log(20))
+MIN_EVIDENCE = float(np.log(20))
 
 
 def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None) -> MissingLaw | None:
@@ -78,7 +78,7 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
     recovery = _Recovery.begin(_without_model_error(arrangement), rows)
     laws = [law for number in range(len(rows)) if (law := recovery.compute_first_order_law(number)) is not None]
     laws.sort(key=lambda law: -law.evidence)
-    if not laws or laws[0].evidence < LEAST:
+    if not laws or laws[0].evidence < MIN_EVIDENCE:
         return None
     refined = [recovery.refine(law) for law in laws[:REFINED]]
     return rank_laws([*refined, *laws[REFINED:]])

@@ -21,7 +21,7 @@ from diagnosis.next_test.signature import ErrorSources, SetUpSignatures, Signatu
 from hbsolve.errors import ModelError
 
 #: Difference of probabilities within which the test that takes least is advised [-].
-ALIKE = 0.05
+SAME_PROBABILITY = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,7 +144,7 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
 def choose_test(ranked: Sequence[RankedTest]) -> RankedTest:
     """The test that takes least among those that decide most probably."""
     most = max(each.probability for each in ranked)
-    near = [each for each in ranked if each.probability >= most - ALIKE]
+    near = [each for each in ranked if each.probability >= most - SAME_PROBABILITY]
     return min(near, key=lambda each: (each.test.minutes, -_find_least(each.separation)))
 
 

@@ -18,7 +18,7 @@ from diagnosis.missing_law.place_law import MissingLaw, PlaceLaw
 from reduction.jointed_system import Joint
 
 #: Models that are compared at most, and the least probability of one beside the best [-].
-MOST, LEAST = 4, 1e-3
+MAX_MODELS, MIN_PROBABILITY = 4, 1e-3
 #: Draws of a recovered law that tell how uncertain its forces are.
 LAW_DRAWS = 4
 
@@ -102,7 +102,7 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
 def _weigh(found: list[CandidateModel]) -> list[CandidateModel]:
     whole = sum(each.probability for each in found)
     ranked = sorted((replace(each, probability=each.probability / whole) for each in found), key=_improbable)
-    kept = [each for each in ranked if each.probability >= LEAST][:MOST]
+    kept = [each for each in ranked if each.probability >= MIN_PROBABILITY][:MAX_MODELS]
     whole = sum(each.probability for each in kept)
     return [replace(each, probability=each.probability / whole) for each in kept]
 

@@ -22,7 +22,7 @@ N_FREQUENCY, N_REPEAT = 15, 2
 #: Factors on the highest and on the lowest level, and on preloads [-].
 HIGHER, LOWER, PRELOADS = 2.0, 1 / 3, (0.5, 2.0)
 #: Share of its highest point that a curve has where finer steps are taken [-].
-NEAR = 0.3
+PEAK_SHARE = 0.3
 #: Widths of a resonance to either side, and its least width, that a band has about it [-].
 WIDTHS, LEAST_WIDTH = 4.0, 5e-3
 #: Bands about further resonances, up to this multiple of the measured frequencies [-].
@@ -115,7 +115,7 @@ def _list_bare(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " 
     yield again
     yield replace(again, name="a higher level", levels=(_round(HIGHER * highest),))
     yield replace(again, name="a lower level", levels=(_round(LOWER * float(tested.levels[0])),))
-    near = tested.frequencies[peak > NEAR * peak.max(initial=0.0)]
+    near = tested.frequencies[peak > PEAK_SHARE * peak.max(initial=0.0)]
     if len(near) > 1:
         finer = tuple(_round(each, 6) for each in np.linspace(near[0], near[-1], N_FREQUENCY))
         yield replace(again, name="finer steps at the resonance", levels=(highest,), frequencies=finer)

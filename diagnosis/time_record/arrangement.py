@@ -24,7 +24,7 @@ from geometry.errors import InputError
 from hbsolve.errors import ModelError
 
 #: Least share of an effect that the fitted parameters cannot absorb, for it to be distinguishable from numerical error.
-LEFT = 1e-4
+MIN_SHARE_LEFT = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,7 +55,7 @@ class RecordArrangement:
     #: The residual of a record is coloured: no gain of its squared error alone justifies or excludes a fit.
     selection: ClassVar[EffectSelection] = EffectSelection(
         least_change=0.0,
-        least_unabsorbed_share=LEFT,
+        least_unabsorbed_share=MIN_SHARE_LEFT,
         slopes_at_once=False,
         n_best=4,
         n_shortlisted=4,

@@ -19,7 +19,7 @@ N_TRANSLATION = 3
 #: Programs count nodes in 32 bits; six directions of each then fit into 64.
 LARGEST_LABEL = 2**31 - 1
 #: Characters of an entry that cannot be read, in a message.
-SHOWN = 40
+SHOWN_CHARACTERS = 40
 
 _NUMBER = {name: number for number, name in enumerate(DIRECTIONS)}
 #: Other ways to write them: ANSYS, and Nastran's components.
@@ -191,7 +191,7 @@ def _entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
             found.append((int(entry["dof"]), int(entry["node"]), direction_number(entry["direction"] or "")))
         except (ValueError, TypeError) as error:
             why = f": {error}" if isinstance(error, MatrixFileError) else ": give whole numbers"
-            shown = ", ".join(str(entry[name])[:SHOWN] for name in ("dof", "node", "direction"))
+            shown = ", ".join(str(entry[name])[:SHOWN_CHARACTERS] for name in ("dof", "node", "direction"))
             raise MatrixFileError(f'"{path}", line {reader.line_num}: cannot read "{shown}"{why}') from None
     if not found:
         raise MatrixFileError(f'"{path}" lists no row: give one line for each row of the matrices')
@@ -211,7 +211,8 @@ def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
             raise MatrixFileError(f'"{path}", line {number}: {error}; leave other fields out of the model') from None
         except ValueError:  # of thousands of digits
             raise MatrixFileError(
-                f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN]}": give equation, node and label'
+                f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN_CHARACTERS]}": '
+                "give equation, node and label"
             ) from None
     if not found:
         raise MatrixFileError(f'"{path}" lists no equation: write it with HBMAT, its last field YES')
@@ -227,7 +228,7 @@ def _node_dot_direction(path: Path, lines: list[str]) -> list[tuple[int, int, in
             found.append((len(found), int(node), direction_number(direction if dot else "")))
         except ValueError:
             raise MatrixFileError(
-                f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN]}": give node.direction'
+                f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN_CHARACTERS]}": give node.direction'
             ) from None
     if not found:
         raise MatrixFileError(f'"{path}" lists no row: write it with *FREQUENCY, SOLVER=MATRIXSTORAGE')

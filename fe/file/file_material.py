@@ -18,7 +18,7 @@ from fe.material import Material
 from geometry.errors import InputError
 
 #: Relative difference below which two values are the same one, written with other digits.
-SAME = 1e-3
+SAME_VALUE = 1e-3
 #: Names of units of length in messages.
 LENGTH_UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e-6: "um", 0.0254: "inch", 0.3048: "ft"}
 #: Unit of force that goes with a unit of length, in newtons and by name; with the others it is the newton.
@@ -110,7 +110,7 @@ def list_differences(given: Material, carried: Material) -> Sequence[str]:
     return [
         name
         for name in ("young", "poisson", "density")
-        if abs(getattr(given, name) - getattr(carried, name)) > SAME * abs(getattr(carried, name))
+        if abs(getattr(given, name) - getattr(carried, name)) > SAME_VALUE * abs(getattr(carried, name))
     ]
 
 

@@ -11,7 +11,7 @@ SPEED = 5e6
 #: Arrays are read one after the other; compressed ones are a thousand times as large as their bytes at most [-].
 MEMORY = 1100
 #: References of one array that are followed at most.
-MOST = 100_000
+MAX_REFERENCES = 100_000
 
 
 def find_unsafe_hdf5_content(path: Path) -> str | None:
@@ -61,7 +61,7 @@ def _read_array(file: Any, node: Any) -> None:
 
     values = node[()]
     if h5py.check_ref_dtype(node.dtype) is not None:
-        for reference in values.reshape(-1)[:MOST]:
+        for reference in values.reshape(-1)[:MAX_REFERENCES]:
             _attempt(file.__getitem__, reference)
 
 

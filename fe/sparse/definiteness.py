@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from fe.modal import DENSE
+from fe.modal import MAX_DENSE
 from fe.sparse.solver import Definiteness, SingularMatrix, factorise
 
 #: Eigenvalues of the scaled matrix below this are zero to working accuracy.
@@ -27,7 +27,7 @@ def is_definite(matrix: sp.csr_array, slack: float) -> bool:
     """
     scale = sp.diags_array(1 / np.sqrt(matrix.diagonal()))
     scaled = sp.csr_array(scale @ matrix @ scale)
-    if scaled.shape[0] <= DENSE:
+    if scaled.shape[0] <= MAX_DENSE:
         return bool(np.linalg.eigvalsh(scaled.toarray())[0] > ROUND_OFF - slack)
     try:
         factorise(sp.csr_array(scaled + slack * sp.eye_array(scaled.shape[0])), Definiteness.POSITIVE)

@@ -31,7 +31,7 @@ from fe.sparse.factor import (
 from fe.sparse.mkl import library
 from fe.sparse.symmetry import check_symmetric
 from fe.sparse.upper_blocks import UpperBlocks
-from fe.sparse.upper_triangle import SMALL, Upper, blocks_or_csr, upper_triangle
+from fe.sparse.upper_triangle import MIN_BLOCKED, Upper, blocks_or_csr, upper_triangle
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
@@ -144,7 +144,7 @@ class _Handle:
         self.parameters[17] = self.parameters[18] = -1  # count the factor's entries and operations
         self.parameters[20] = 1  # Bunch-Kaufman pivots, for the indefinite case
         self.parameters[34] = 1  # zero-based indices
-        self.parameters[36] = upper.block if upper.block > 1 else (-SIMILAR if n > SMALL else 0)
+        self.parameters[36] = upper.block if upper.block > 1 else (-SIMILAR if n > MIN_BLOCKED else 0)
 
     def __call__(
         self,

@@ -13,7 +13,7 @@ from fe.sparse.upper_blocks import UpperBlocks
 #: Zeros stored in blocks of a node may be this many times the entries.
 FILL = 1.05
 #: Below this size no time is to be saved by blocks.
-SMALL = 3000
+MIN_BLOCKED = 3000
 
 
 class Upper(NamedTuple):
@@ -50,11 +50,11 @@ def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
     """The upper triangle, in blocks of a node where rows and columns come by threes; with its whole diagonal."""
     n = matrix.shape[0]
     if isinstance(matrix, UpperBlocks):
-        if n > SMALL:
+        if n > MIN_BLOCKED:
             return Upper(matrix.row_start, matrix.column, matrix.values, NODE)
         matrix = matrix.tocsr()
     length = np.diff(matrix.indptr)
-    if n > SMALL and n % NODE == 0 and (length.reshape(-1, NODE) == length[::NODE, None]).mean() > 1 / FILL:
+    if n > MIN_BLOCKED and n % NODE == 0 and (length.reshape(-1, NODE) == length[::NODE, None]).mean() > 1 / FILL:
         blocks = matrix.tobsr((NODE, NODE))
         if blocks.nnz <= FILL * matrix.nnz:
             upper = _above(blocks.indptr, blocks.indices, blocks.data, NODE)

@@ -16,7 +16,7 @@ from hbsolve.state import SteadyState, is_same_motion, make_initial_sliders
 from reduction.array_type import Real
 
 #: Random starts reach this far, in amplitudes of the linear motion.
-REACH = 2.0
+START_REACH = 2.0
 #: An arc over the level goes from the first to the last of these shares of it, in so many points at most.
 ARC_FIRST, ARC_LAST, ARC_POINTS = 0.05, 10.0, 400
 
@@ -61,7 +61,7 @@ def _scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
     for number in range(n_start):
         start = linear.copy()
         angle = random.uniform(-np.pi, np.pi) if number else 0.0
-        scale = random.uniform(0, REACH) if number else 1.0
+        scale = random.uniform(0, START_REACH) if number else 1.0
         cosine, sine = linear[:, 1::2], linear[:, 2::2]
         start[:, 1::2] = scale * (np.cos(angle) * cosine + np.sin(angle) * sine)
         start[:, 2::2] = scale * (np.cos(angle) * sine - np.sin(angle) * cosine)

@@ -33,7 +33,7 @@ Values = Float[Real, " p"]
 SCAN = 101
 #: A scan this fine, relative to the half-power width, is the last: the parabola's own error is then third order in it,
 #: and finer samples would only add round-off.
-FINE = 0.05
+LAST_SCAN = 0.05
 #: Scans at most; each is 50 times finer than the last, so more than these means a peak without width.
 MAX_SCAN = 8
 
@@ -114,7 +114,7 @@ def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest
         height = np.asarray(amplitude(omega))
         top = _enclosed_top(omega, height)
         peak = _parabola(omega[top - 1 : top + 2], height[top - 1 : top + 2])
-        if peak is not None and omega[top + 1] - omega[top] <= FINE * peak.half_power_width:
+        if peak is not None and omega[top + 1] - omega[top] <= LAST_SCAN * peak.half_power_width:
             return peak
         lowest, highest = omega[top - 1], omega[top + 1]
     raise NoPeakError(f"the peak at {omega[top]:.6g} rad/s has no width: damp the mode, its height is infinite")

@@ -18,7 +18,7 @@ from reduction.array_type import Matrix, Real
 
 #: Amplitude of a row, over the largest of its branch, below which its change is relative to this [-]: at an
 #: antiresonance a relative error says nothing.
-LEAST = 1e-3
+MIN_RELATIVE_AMPLITUDE = 1e-3
 #: Residual of a point, over the linear motion, that shows another balance or other sliders: a thousand tolerances of
 #: the solver, and far less than either changes.
 FOREIGN = 1e-6
@@ -66,7 +66,9 @@ def refine_branch(
         estimated_change=MARGIN * branch.estimated_change,
         truncation_error=MARGIN * (branch.truncation_error + branch.sample_error),
     )
-    least = LEAST * row_amplitude(balance, branch.coefficients[:, balance.main_harmonic], rows).max(axis=0)
+    least = MIN_RELATIVE_AMPLITUDE * row_amplitude(balance, branch.coefficients[:, balance.main_harmonic], rows).max(
+        axis=0
+    )
     wanted = np.flatnonzero(branch_errors(balance, widened, rows).max(axis=1, initial=0.0) > limit).tolist()
     given = make_initial_sliders(balance, slider).value
     points: dict[int, RefinedState] = {}
@@ -95,7 +97,7 @@ def branch_errors(balance: HarmonicBalance, branch: ResponseBranch, rows: Matrix
         Shape (n, r) [-]; by default the joint directions together (n = 1).
     """
     q = branch.coefficients[:, balance.main_harmonic]
-    least = LEAST * row_amplitude(balance, q, rows).max(axis=0, initial=0.0)
+    least = MIN_RELATIVE_AMPLITUDE * row_amplitude(balance, q, rows).max(axis=0, initial=0.0)
     return relative_change(balance, branch.estimated_change, q, rows, least)
 
 

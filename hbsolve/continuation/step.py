@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float
 
 from hbsolve.aft import InitialSliders
-from hbsolve.condensed import CENTRING
+from hbsolve.condensed import CENTRING_STIFFNESS
 from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected_points, tangent
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.continuation.stop_reason import StopReason
@@ -38,7 +38,7 @@ GROW, SHRINK, RETRY = 1.5, 0.6, 0.35
 TURN, SURE = 0.7, 5e-3
 #: The last point lies this near to its prediction, in shares of the step to it; a state further away belongs to another
 #: branch, or to this one round a fold.
-NEAR = 0.5
+MAX_PREDICTION_ERROR = 0.5
 #: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
 #: lie close together are no closed branch), and runs on in the same direction, by this cosine.
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
@@ -47,7 +47,7 @@ FURTHEST_LEAP = 1.0
 #: Amplitude that is none, over that of the linear structure at the ends of the range.
 LEAST_AMPLITUDE = 1e-6
 #: Share of vibration and lambda in a tangent of mean displacement alone. Springs that centre a body leave CENTRING.
-UNCHANGED = CENTRING**0.5
+UNCHANGED = CENTRING_STIFFNESS**0.5
 #: Steps of largest length over the range by default, and points at most.
 STEPS, MOST_POINTS = 50, 5000
 
@@ -264,7 +264,7 @@ class Continuation:
         except NoSteadyState:
             return None
         aside = metric.length(Direction(result.motion - predicted, 0.0))
-        if aside > max(NEAR * step, SURE):
+        if aside > max(MAX_PREDICTION_ERROR * step, SURE):
             return None
         after = replace(
             state, value=self.last, motion=result.motion, n_point=state.n_point + 1, stop_reason=StopReason.REACHED

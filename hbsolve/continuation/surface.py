@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: Unit of the amplitude by derivative.
 UNIT = ("m", "m/s", "m/s^2")
 #: Intervals between two points of the surface on which a contour is drawn.
-FINE = 24
+CONTOUR_INTERVALS = 24
 
 
 class LevelContour(NamedTuple):
@@ -77,7 +77,7 @@ class ResponseSurface(Exported):
         """Excitation frequencies, shape (p,) [Hz]."""
         return np.asarray(self.angular_frequency / (2 * np.pi))
 
-    def at_level(self, level: float, *, fine: int = FINE) -> tuple[LevelContour, ...]:
+    def at_level(self, level: float, *, fine: int = CONTOUR_INTERVALS) -> tuple[LevelContour, ...]:
         """All response curves at one level of the force on the surface, also their unstable parts.
 
         The complex level over the amplitude is smooth where the level itself has a crease, at a resonance. It is

@@ -18,7 +18,7 @@ from reduction.array_type import Real, Whole
 #: Frequencies beyond these shares of those requested are not searched [-].
 BELOW, ABOVE = 0.75, 1.33
 #: Resonances are passed by this share of them, so that a branch is seen from both sides [-].
-BEYOND = 0.03
+PASSED_SHARE = 0.03
 
 
 class SearchedFrequencies(NamedTuple):
@@ -55,5 +55,5 @@ def _window(balance: HarmonicBalance, angular_frequency: Real) -> tuple[float, f
     for requested in (first, last):
         away = np.maximum(np.maximum(intervals[0] - requested, requested - intervals[1]), 0.0)
         near = intervals[:, away.argmin()]
-        ends += [(1 - BEYOND) * near[0], (1 + BEYOND) * near[1]]
+        ends += [(1 - PASSED_SHARE) * near[0], (1 + PASSED_SHARE) * near[1]]
     return max(min(ends), BELOW * first), min(max(ends), ABOVE * last)

@@ -26,7 +26,7 @@ from reduction.array_input import finite_array
 from reduction.array_type import Array, Real, Whole
 
 #: Of a force or a mean, gains are reckoned relative to no less than this share of what friction and loads at rest give.
-LEAST = 0.01
+MIN_RELATIVE_SIZE = 0.01
 
 
 class Measure(Protocol):
@@ -149,7 +149,7 @@ class OutputHarmonic:
             dynamic=complex(recovery.dynamic[self.harmonic] @ row) - carried,
             by_motion=np.zeros(balance.n_direction, dtype=np.complex128),
             by_force=by_force,
-            least=max(LEAST * float(moved), float(np.finfo(float).tiny)),
+            least=max(MIN_RELATIVE_SIZE * float(moved), float(np.finfo(float).tiny)),
         )
 
 
@@ -210,7 +210,7 @@ class ContactForceHarmonic:
             dynamic=0.0,
             by_motion=by_motion,
             by_force=by_force,
-            least=float(LEAST * load) or 1.0,
+            least=float(MIN_RELATIVE_SIZE * load) or 1.0,
         )
 
 

@@ -18,7 +18,7 @@ HOPELESS = 0.3
 #: Sweeps back and forth over the frequencies.
 SWEEPS = 6
 #: A limit that is better than its neighbour's state followed here by this share is not of the same branch.
-APART = 5e-3
+OTHER_BRANCH = 5e-3
 #: Neighbours that are tried across a gap are so many frequencies away at most, and worse by this share at most.
 FURTHEST, WORSE = 3, 0.1
 
@@ -100,7 +100,7 @@ def find_gaps(best: Optima) -> set[LimitKey]:
             if (index + step, side) not in best:
                 continue
             followed = optimum.followed.get(step)
-            if followed is None or side * (optimum.value - followed) > APART * abs(optimum.value):
+            if followed is None or side * (optimum.value - followed) > OTHER_BRANCH * abs(optimum.value):
                 result |= {(index, side), (index + step, side)}
     return result
 

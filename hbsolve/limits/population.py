@@ -14,7 +14,7 @@ from reduction.array_type import Real
 #: At the ends of the band, which have a neighbour on one side alone, they are more.
 N_BEST, N_BEST_AT_END = 2, 6
 #: Values that differ by less than this share come from one state.
-SAME = 1e-4
+SAME_STATE = 1e-4
 
 
 def first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> Optima:
@@ -83,7 +83,7 @@ def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) ->
 def _distinct(solved: Sequence[TrialState], side: LimitSide, count: int) -> list[TrialState]:
     result: list[TrialState] = []
     for trial in sorted(solved, key=lambda trial: -side * trial.value):
-        if all(abs(trial.value - other.value) > SAME * abs(other.value) for other in result):
+        if all(abs(trial.value - other.value) > SAME_STATE * abs(other.value) for other in result):
             result.append(trial)
         if len(result) == count:
             break

@@ -24,7 +24,7 @@ from reduction.array_type import Matrix
 
 #: Size of a limit, over the largest of its level, below which its change is relative to this [-]: at an antiresonance a
 #: relative error says nothing.
-LEAST = 1e-3
+MIN_RELATIVE_LIMIT = 1e-3
 #: Change by refinement, over the tolerance, beyond which a limit is marked [-]: of 21 such limits of random systems at
 #: H = 2 a search with the refined H put 6 more than 1 % elsewhere, of 35 others 2.
 MOVED = 2.0
@@ -68,7 +68,7 @@ def refine_limits(
     known = np.argwhere(np.isfinite(limits.value)).tolist()
     for number, (side, level, at) in enumerate(known):
         state = limits.state(problem.balance, list(LimitSide)[side], level, at)
-        for name, value in _refined(problem, state, limit, rows, LEAST * largest[level]).items():
+        for name, value in _refined(problem, state, limit, rows, MIN_RELATIVE_LIMIT * largest[level]).items():
             arrays[name][side, level, at] = value
         if report is not None:
             report(number + 1, len(known))

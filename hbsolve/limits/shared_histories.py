@@ -18,7 +18,7 @@ from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import LimitKey
 from hbsolve.limits.point import ANY_RATIO, LimitPoint, SearchStart, Sliders, TrialState
-from hbsolve.limits.population import SAME, number_of_starts, swept_states
+from hbsolve.limits.population import SAME_STATE, number_of_starts, swept_states
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.random_histories import RUN_IN, random_states
 from hbsolve.state import make_initial_sliders
@@ -132,7 +132,7 @@ def _furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, c
     result: list[_EvaluatedState] = []
     for state in sorted(states, key=lambda item: -side * float(item.value[number])):
         value = state.value[number]
-        if all(abs(value - other.value[number]) > SAME * abs(other.value[number]) for other in result):
+        if all(abs(value - other.value[number]) > SAME_STATE * abs(other.value[number]) for other in result):
             result.append(state)
         if len(result) == count:
             break

@@ -28,7 +28,7 @@ MARGIN = 1.25
 #: A transient overshoots the steady state by no more than this factor [-].
 OVERSHOOT = 2.0
 #: Steps of slow sweeps from one frequency to the next.
-STEPS = 4
+SWEEP_STEPS = 4
 #: Tests on each way, each from its own sliders.
 N_TEST = 2
 #: Seed of their first sliders.
@@ -47,10 +47,10 @@ def compute_vibration_bounds(
 
     A test is at one load, which is a level or its overshoot. It begins at rest with sliders in the box, is swept from
     one end of the frequencies to the other, and back. The box holds no slider back on the way. Tests go straight from
-    one frequency to the next, in `STEPS` steps, and as the laboratory's do: how far a slider is left depends on the
-    last motion in which it slips, and so on how long a step is. Where a motion grows slowly sliders are dragged along
-    with it, while a long step may end on another branch, with sliders that are dragged less on the one and further on
-    the other.
+    one frequency to the next, in `SWEEP_STEPS` steps, and as the laboratory's do: how far a slider is left depends on
+    the last motion in which it slips, and so on how long a step is. Where a motion grows slowly sliders are dragged
+    along with it, while a long step may end on another branch, with sliders that are dragged less on the one and
+    further on the other.
 
     Parameters
     ----------
@@ -67,9 +67,9 @@ def compute_vibration_bounds(
     """
     box, line = problem.box, problem.sliders.line
     number = np.arange(len(angular_frequency))
-    slowly = np.interp(np.linspace(0, number[-1], STEPS * number[-1] + 1), number, angular_frequency)
+    slowly = np.interp(np.linspace(0, number[-1], SWEEP_STEPS * number[-1] + 1), number, angular_frequency)
     straight = {tuple(number.tolist()), *(tuple(way) for way in stops)}
-    rising = [*(STEPS * np.array(way) for way in sorted(straight)), np.arange(len(slowly))]
+    rising = [*(SWEEP_STEPS * np.array(way) for way in sorted(straight)), np.arange(len(slowly))]
     ways = [way[::sign].tolist() for way in rising for sign in (1, -1)]
     loads = [factor * level for level in levels for factor in (1.0, OVERSHOOT)]
     excess = np.zeros((len(loads), len(line)))

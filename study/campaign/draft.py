@@ -8,7 +8,7 @@ import tomlkit
 from tomlkit.items import InlineTable, Item, Table
 
 from correlation.file.column import unique_names
-from geometry.name_list import MOST, join_first_names
+from geometry.name_list import MAX_NAMES, join_first_names
 from study.campaign.question import Answers, Marked, Question
 from study.campaign.table_kind import JudgedTable
 
@@ -239,8 +239,8 @@ def _shown(value: Any) -> str:
 
 
 def _listed(values: Sequence[str]) -> str:
-    if len(values) > MOST + 1:
-        return f"{', '.join(values[: MOST - 1])}, ... {values[-1]}"
+    if len(values) > MAX_NAMES + 1:
+        return f"{', '.join(values[: MAX_NAMES - 1])}, ... {values[-1]}"
     return ", ".join(values)
 
 
@@ -255,7 +255,7 @@ def _called(kind: str, names: Sequence[str], count: int) -> str:
     word = CALLED.get(kind, kind)
     if not different:
         return word
-    if len(names) == count > MOST:
+    if len(names) == count > MAX_NAMES:
         return f"all {count} {word}s"
     shown = join_first_names([f'"{name}"' for name in different])
     return f"{word if len(names) == 1 else f'{word}s'} {shown}"

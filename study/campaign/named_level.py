@@ -10,7 +10,7 @@ from correlation.campaign.signal_entry import PEAK_OF
 from correlation.data_quality.constant_factor import AMPLITUDES
 from correlation.data_quality.drive import (
     ANOTHER,
-    NEAR,
+    FACTOR_TOLERANCE,
     common_factor,
     find_mistaken_levels,
     is_in_cycle,
@@ -98,7 +98,7 @@ def _of_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
     amplitudes = [
         f"the force {own} and the level in the name {read}"
         for known, (own, read) in AMPLITUDES.items()
-        if abs(np.log(factor / known)) < NEAR
+        if abs(np.log(factor / known)) < FACTOR_TOLERANCE
     ]
     if not units and not amplitudes and abs(np.log(factor)) < np.log(ANOTHER):
         return ""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 #: Phase of the response to a force at a resonance, where the sensor sits at the force [rad], for e^{+i Omega t}.
 AT_RESONANCE = {"displacement": -np.pi / 2, "velocity": 0.0, "acceleration": np.pi / 2}
 #: Largest distance from such a phase at which the quantity is told [rad].
-NEAR = np.radians(30)
+MAX_PHASE_DISTANCE = np.radians(30)
 #: A phase that changes by less over the frequencies tells nothing [rad].
 LEAST_CHANGE = 0.8
 #: A peak must stand out by this factor over the median response to tell a sign [-].
@@ -113,4 +113,4 @@ def name_motion(evidence: PhaseEvidence, time_sign: int) -> str:
         for quantity, phase in AT_RESONANCE.items()
     }
     nearest = min(away, key=lambda quantity: away[quantity])
-    return nearest if away[nearest] < NEAR else ""
+    return nearest if away[nearest] < MAX_PHASE_DISTANCE else ""

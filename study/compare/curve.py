@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.gap import find_gaps
 from correlation.feature.observation import find_sweep_directions
-from correlation.metric.misfit import CLEAR, Misfit
+from correlation.metric.misfit import MIN_SIZE_OVER_DEVIATION, Misfit
 from correlation.model import AnySensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.row_group import group_rows
@@ -195,7 +195,7 @@ def compute_phase(value: Coefficients, deviation: Frequencies | float, harmonic:
         phase[there] = np.unwrap(phase[there], period=360)
         phase -= 360 * np.ceil((phase[there][0] - 270) / 360)
         return np.asarray(np.where(np.isfinite(value), phase, np.nan))
-    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))
+    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > MIN_SIZE_OVER_DEVIATION * deviation, phase, np.nan))
 
 
 def name_harmonic(harmonic: int) -> str:
@@ -206,7 +206,7 @@ def name_harmonic(harmonic: int) -> str:
 def stands_out(misfit: Misfit, key: Key) -> bool:
     """Whether a sensor's harmonic is more than noise."""
     rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))
-    noise = CLEAR * rows.deviation
+    noise = MIN_SIZE_OVER_DEVIATION * rows.deviation
     return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
 
 

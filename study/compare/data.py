@@ -22,7 +22,7 @@ from study.page.table import Table
 
 COLUMNS = ("data", "type", "set", "quantity", "unit", "measured", "deviation", "predicted", "error_in_deviations")
 #: A number further off than this is worth a sentence [standard deviations].
-CLEAR = 3.0
+CLEAR_DEVIATION = 3.0
 #: Panels of one figure.
 MOST_PANELS = 8
 
@@ -131,7 +131,7 @@ def describe_data(compared: Sequence[DataComparison]) -> list[str]:
             + (f"; {len(item.error) - len(there)} without a prediction" if len(there) < len(item.error) else "")
         )
         lines += [f"  {item.coverage}"] if item.coverage else []
-        lines += [f"  {_number(item, row)}" for row in far[:3] if abs(item.error[row]) > CLEAR]
+        lines += [f"  {_number(item, row)}" for row in far[:3] if abs(item.error[row]) > CLEAR_DEVIATION]
     return lines
 
 
@@ -139,7 +139,7 @@ def _number(item: DataComparison, row: int) -> str:
     features = item.features
     unit = "" if features.unit[row] == "-" else f" {features.unit[row]}"
     # A number that is not clear of zero has no relative error.
-    clear = abs(features.value[row]) > CLEAR * features.deviation[row]
+    clear = abs(features.value[row]) > CLEAR_DEVIATION * features.deviation[row]
     relative = f" ({item.predicted[row] / features.value[row] - 1:+.2%})" if clear else ""
     half = format_number(TWO_SIDED_95 * features.deviation[row])
     return (

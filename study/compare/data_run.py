@@ -17,7 +17,7 @@ from correlation.sensor_placement import with_sensors
 from geometry.plain_number import format_number
 from study.case.setup import Setup
 from study.compare.data import (
-    CLEAR,
+    CLEAR_DEVIATION,
     DataComparison,
     compare_data,
     data_document,
@@ -201,7 +201,7 @@ def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicio
     tone, tag = judge(size, without_comparison(data), suspicions)
     sentences = [
         f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations (root mean "
-        f"square); {int((np.abs(errors) > CLEAR).sum())} of them by more than {CLEAR:g}."
+        f"square); {int((np.abs(errors) > CLEAR_DEVIATION).sum())} of them by more than {CLEAR_DEVIATION:g}."
     ]
     sentences += list(_by_quantity(data))
     if lacking:
@@ -227,10 +227,10 @@ def _by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:
         features = item.features
         for row, label in enumerate(features.label):
             # A number that is not clear of zero has no relative error.
-            if np.isfinite(item.error[row]) and abs(features.value[row]) > CLEAR * features.deviation[row]:
+            if np.isfinite(item.error[row]) and abs(features.value[row]) > CLEAR_DEVIATION * features.deviation[row]:
                 relative = float(item.predicted[row] / features.value[row] - 1)
                 quantity = label.split(" at ")[0].split(" of mode ")[0]
-                errors.setdefault(quantity, []).append((relative, bool(abs(item.error[row]) > CLEAR)))
+                errors.setdefault(quantity, []).append((relative, bool(abs(item.error[row]) > CLEAR_DEVIATION)))
     for quantity, pairs in errors.items():
         clear = [relative for relative, is_clear in pairs if is_clear]
         if clear:

@@ -8,7 +8,7 @@ SCALED = {
     "N": (("N", 1.0), ("mN", 1e3)),
 }
 #: The largest value drawn is at least this many units.
-LEAST = 0.3
+MIN_DRAWN = 0.3
 
 
 def per_level_unit(unit: str, level_unit: str) -> str:
@@ -27,4 +27,4 @@ def choose_unit(unit: str, largest: float) -> tuple[str, float]:
         Largest modulus of the values [unit].
     """
     units = SCALED.get(unit, ((unit, 1.0),))
-    return next((item for item in units if largest * item[1] >= LEAST), units[-1])
+    return next((item for item in units if largest * item[1] >= MIN_DRAWN), units[-1])

@@ -33,7 +33,7 @@ from study.limits.table import LimitsTable
 from study.run_context import RunContext
 
 #: Frequencies of the limits at each level: measured ones thinned to the first, or filled in to the second.
-MOST, FEWEST = 40, 24
+MAX_FREQUENCIES, MIN_FREQUENCIES = 40, 24
 #: Natural logarithm of each preload over that of the model, by set-up.
 Preloads = Mapping[SetUp, Float[NDArray[np.float64], " g"]]
 #: Natural logarithm of the factor between a force and its level: less is rounding; and the most that limits follow [-].
@@ -239,8 +239,8 @@ def family_search(
     families: Sequence[Family],
     table: LimitsTable,
     nominal: Float[NDArray[np.float64], " s"] | None,
-    most: int = MOST,
-    fewest: int = FEWEST,
+    most: int = MAX_FREQUENCIES,
+    fewest: int = MIN_FREQUENCIES,
 ) -> FamilySearch:
     """The search for the limits of some families."""
     sensors = {item.name: item for item in campaign.sensors}

@@ -12,7 +12,7 @@ from correlation.model import Model, Sensor
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.comparison import Comparison
 from reduction.stuck import stick_at_rest
-from study.compare.data import CLEAR
+from study.compare.data import CLEAR_DEVIATION
 
 HEADLINE = "no compared reading shows slip: friction was not tested"
 
@@ -74,7 +74,7 @@ def _slips(model: Model, datum: Datum) -> bool:
         apart = predicted - kind.predict(stuck, datum)
     except CampaignError:
         return True
-    return bool((np.abs(apart) > CLEAR * kind.features(datum).deviation).any())
+    return bool((np.abs(apart) > CLEAR_DEVIATION * kind.features(datum).deviation).any())
 
 
 def _states_slip(stuck: Model, comparison: Comparison, prediction: Prediction) -> bool:
@@ -85,4 +85,4 @@ def _states_slip(stuck: Model, comparison: Comparison, prediction: Prediction) -
         return False
     value[rows] = Predictor(points=points.where(rows)).predict(stuck).value
     of_values, deviation = comparison.features.of_values, comparison.whitening.total_deviation
-    return bool((np.abs(of_values(prediction.value) - of_values(value)) > CLEAR * deviation).any())
+    return bool((np.abs(of_values(prediction.value) - of_values(value)) > CLEAR_DEVIATION * deviation).any())

@@ -11,7 +11,7 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.localisation import UnknownForcePlace
 from diagnosis.resonator import Resonator
 from figure.candidates import CandidateBar, Candidates
-from figure.misfit_map import COLOURS, STEPS
+from figure.misfit_map import COLOUR_STEPS, COLOURS
 from figure.registry import pictures
 from figure.waterfall import Waterfall
 from geometry.plain_number import percent
@@ -110,7 +110,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         "curves": make_curves(result, shown),
         "backbones": backbones,
         "maps": make_maps(result, [before, after]),
-        "steps": list(STEPS),
+        "steps": list(COLOUR_STEPS),
         "mapColours": list(COLOURS),
     }
     return render_page(

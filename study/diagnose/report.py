@@ -35,7 +35,7 @@ from study.diagnose.table import (
 from study.merge_sentences import name_wrong_places
 
 #: Candidates and places that the terminal shows; the files hold all.
-MOST, MOST_PLACES = 10, 3
+MAX_CANDIDATES, MAX_PLACES = 10, 3
 #: Where the case has values of an earlier fit.
 REFITTED_NOTE = (
     "Every diagnosis fits all of these values anew. The values of the case are in brackets; they stay in the file "
@@ -190,7 +190,7 @@ def _name_factors(result: Round, refit: Refit) -> str:
 
 def _candidates(result: Round) -> Iterator[str]:
     listed = list_rows(result)
-    shown = listed[:MOST]
+    shown = listed[:MAX_CANDIDATES]
     if not shown:
         is_far = result.diagnosis.verdict.finding is Finding.NOT_CLOSE
         yield ("No effect was tried: the model is too far from the data." if is_far else "No effect can be tested.")
@@ -233,7 +233,7 @@ def _places(result: Round) -> Iterator[str]:
         return
     yield ""
     yield "Where an unknown force would explain the difference:"
-    for place in result.diagnosis.places[:MOST_PLACES]:
+    for place in result.diagnosis.places[:MAX_PLACES]:
         yield f"  chi^2 falls by {format_digits(place.gain, 4)}: {place.sentence}"
 
 

@@ -35,7 +35,7 @@ ALONE = "the model's modulus is taken as right within 1 %: measure the structure
 #: Least relative standard deviations of a frequency and of a damping ratio that are read off a test [-].
 LEAST_FREQUENCY, LEAST_DAMPING = 3e-4, 0.03
 #: A model's mode further off than this factor is another one [-].
-FAR = 1.4
+MAX_FREQUENCY_FACTOR = 1.4
 #: Most that friction lowers a frequency, over the damping ratio that it adds [-]: micro-slip on a curve
 #: F = k u - c u^2, whose Masing loops lose c A of their stiffness at amplitude A, and dissipate 4 / 3 c A^3 per cycle.
 MOST_SOFTENING = 3 * np.pi / 4
@@ -169,7 +169,7 @@ def damping_ratio(model: Model, resonance: MeasuredResonance) -> float | None:
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = modes.frequency
     nearest = _nearest(own, resonance.frequency)
-    if not 1 / FAR < own[nearest] / resonance.frequency < FAR:
+    if not 1 / MAX_FREQUENCY_FACTOR < own[nearest] / resonance.frequency < MAX_FREQUENCY_FACTOR:
         return None
     shape = modes.mode_shapes[:, nearest]
     modal_mass = float(shape @ system.mass @ shape)
@@ -221,7 +221,7 @@ def estimate_stiffness(
         plain = model.without_contacts().system
         own = compute_dense_modes(plain.mass, plain.stiffness).frequency
         nearest = float(own[_nearest(own, free.frequency)])
-        if not 1 / FAR < nearest / free.frequency < FAR:
+        if not 1 / MAX_FREQUENCY_FACTOR < nearest / free.frequency < MAX_FREQUENCY_FACTOR:
             return
         wanted *= nearest / free.frequency
         relative = float(np.hypot(relative, free.frequency_deviation / free.frequency))

@@ -46,7 +46,7 @@ MEASURE = {
     "preload": "the normal force of a line with its static part (harmonic 0)",
 }
 #: A prior holds a measured value if that is within so many of its standard deviations.
-WITHIN = 2.0
+WITHIN_DEVIATIONS = 2.0
 #: Parameters of the case that one factor stands for.
 WRITTEN = ("kt", "mu", "zeta")
 
@@ -217,7 +217,7 @@ def _beyond_priors(chosen: Sequence[FirstEstimate], known: Mapping[str, Calibrat
         (factor,) = known[item.parameter].parameters
         bound = min(max(item.factor, factor.lower), factor.upper)
         if bound != item.factor:
-            wide = format_number(abs(item.factor - factor.vanishes) / WITHIN, 2)
+            wide = format_number(abs(item.factor - factor.vanishes) / WITHIN_DEVIATIONS, 2)
             yield (
                 f"{item.parameter}: {item.factor:.3g} times the case was measured, and its prior holds fits back "
                 f"at {bound:.3g}: correct it in the case, or write {item.parameter} = {wide} in [accepted]"

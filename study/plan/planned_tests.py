@@ -19,7 +19,7 @@ SWEEPS = {"up": (1,), "down": (-1,), "both": (1, -1)}
 #: Share of the largest reading at the lowest level that is the floor of a sensor by default, over its noise [-].
 FLOOR = 0.2
 #: Frequencies of a curve at most.
-MOST = 500
+MAX_FREQUENCIES = 500
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,8 +92,8 @@ def make_tests(read: ReadCase, model: Model, request: PlanRequest) -> list[NextT
     """
     levels, (first, last) = _choose_levels(read, request), _choose_band(read, request)
     for option, value, least in (("frequencies", request.n_frequency, 2), ("repeats", request.n_repeat, 1)):
-        if not least <= value <= MOST:
-            raise InputError(f"--{option} {value}: give a number from {least} to {MOST}")
+        if not least <= value <= MAX_FREQUENCIES:
+            raise InputError(f"--{option} {value}: give a number from {least} to {MAX_FREQUENCIES}")
     for harmonic in request.harmonics:
         if not 1 <= harmonic < model.n_harmonic:
             raise InputError(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from correlation.model import DERIVATIVE, Sensor
 from hbsolve.continuation.branch import STATES, ResponseBranch
-from hbsolve.continuation.refined_branch import LEAST
+from hbsolve.continuation.refined_branch import MIN_RELATIVE_AMPLITUDE
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.stability.branch_stability import BranchStability
@@ -108,7 +108,7 @@ class SolvedCurve:
             return np.full(len(self.branch.frequency), np.nan)
         omega = harmonic * self.branch.angular_frequency
         amplitude = np.abs(self.output(output)[:, harmonic]) / omega ** DERIVATIVE[output.quantity]
-        amplitude = np.maximum(amplitude, LEAST * amplitude.max())
+        amplitude = np.maximum(amplitude, MIN_RELATIVE_AMPLITUDE * amplitude.max())
         changed = np.abs(change @ output.row)
         return np.asarray(np.divide(changed, amplitude, out=np.zeros_like(changed), where=amplitude > 0))
 

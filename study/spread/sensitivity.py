@@ -39,7 +39,7 @@ from study.sweep.parameter import vary
 Real = NDArray[np.float64]
 
 #: Relative changes of the amplitudes that the peak is differentiated with: the parabola is smooth far beyond.
-SMALL = 1e-5
+SMALL_CHANGE = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,7 +140,7 @@ def _peak_slope(
     top = int(np.argmax(amplitude))
     if not np.isfinite(slope[top]):
         return np.nan, np.nan
-    size = SMALL * amplitude[top] / max(float(np.abs(slope).max()), np.finfo(float).tiny)
+    size = SMALL_CHANGE * amplitude[top] / max(float(np.abs(slope).max()), np.finfo(float).tiny)
     low, high = (find_peak(along, amplitude + side * size * slope, 0.0) for side in (-1, 1))
     if low.at_end or high.at_end:
         return np.nan, float(slope[top])

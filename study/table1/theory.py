@@ -35,7 +35,7 @@ from geometry.plain_blade import PlainBlade
 FIRST_MODE = 1.87510407
 SIGMA = (cosh(FIRST_MODE) + cos(FIRST_MODE)) / (sinh(FIRST_MODE) + sin(FIRST_MODE))
 #: Nodes closer than this share a station [m].
-SAME = 1e-9
+SAME_STATION = 1e-9
 
 
 def compute_locking_factor(blade: Blade | PlainBlade, material: Material, mesh: Mesh, through_thickness: int) -> float:
@@ -79,14 +79,14 @@ def section(blade: Blade | PlainBlade) -> tuple[float, float]:
 def find_span_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[np.float64], " k"]:
     """Heights z of the element boundaries along the blade's edge, from root to tip [m]."""
     corners = mesh.points[mesh.corner_nodes()]
-    edge = (np.abs(corners[:, 0] - blade.chord / 2) < SAME) & (corners[:, 2] > -SAME)
+    edge = (np.abs(corners[:, 0] - blade.chord / 2) < SAME_STATION) & (corners[:, 2] > -SAME_STATION)
     return _distinct(corners[edge, 2])
 
 
 def find_chord_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[np.float64], " k"]:
     """Chordwise positions x of the element boundaries at the tip [m]."""
     corners = mesh.points[mesh.corner_nodes()]
-    return _distinct(corners[corners[:, 2] > blade.length - SAME, 0])
+    return _distinct(corners[corners[:, 2] > blade.length - SAME_STATION, 0])
 
 
 def bending_energy(stations: Float[NDArray[np.float64], " k"]) -> Float[NDArray[np.float64], " k1"]:
@@ -102,4 +102,4 @@ def bending_energy(stations: Float[NDArray[np.float64], " k"]) -> Float[NDArray[
 
 def _distinct(values: Float[NDArray[np.float64], " m"]) -> Float[NDArray[np.float64], " k"]:
     ordered = np.sort(values)
-    return ordered[np.r_[True, np.diff(ordered) > SAME]]
+    return ordered[np.r_[True, np.diff(ordered) > SAME_STATION]]

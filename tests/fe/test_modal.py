@@ -94,7 +94,7 @@ def test_a_slender_cantilever_agrees_with_euler_bernoulli(box: BoxMesher) -> Non
 def test_a_cube_between_sliding_walls_has_its_threefold_frequency_three_times(
     box: BoxMesher, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fe.modal, "DENSE", 0)  # a single-vector Lanczos run finds copies by round-off alone
+    monkeypatch.setattr(fe.modal, "MAX_DENSE", 0)  # a single-vector Lanczos run finds copies by round-off alone
     mesh = box(HEX20, counts=(3, 3, 3), size=(1.0, 1.0, 1.0))
     walls = [Support(nodes=mesh.nodes(wall), directions=("xyz".index(wall[0]),)) for wall in mesh.face_sets]
     found = modes(supported_system(mesh, *assemble(mesh, STEEL), walls), 8).angular_frequency
@@ -130,7 +130,7 @@ def test_dense_and_sparse_solutions_agree(box: BoxMesher, monkeypatch: pytest.Mo
     system = cantilever(box, counts=(8, 2, 1))
     sparse = {}
     for limit in (0, 10**6):
-        monkeypatch.setattr(fe.modal, "DENSE", limit)
+        monkeypatch.setattr(fe.modal, "MAX_DENSE", limit)
         sparse[limit] = modes(system, 6)
     lanczos, dense = sparse.values()
     # Dense solvers are accurate to round-off times the largest eigenvalue, 1e7 times the lowest here.

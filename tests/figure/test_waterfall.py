@@ -7,7 +7,7 @@ import pytest
 
 from figure.candidates import Candidates, candidates_figure
 from figure.style import png
-from figure.waterfall import LABEL, NOISE, Waterfall, label_foot, waterfall_figure
+from figure.waterfall import LABEL, NOISE_CHI2, Waterfall, label_foot, waterfall_figure
 from tests.figure.examples import EXAMPLES
 
 
@@ -18,8 +18,8 @@ def test_no_number_lies_on_the_line_of_the_noise(value: float, highest: float) -
     foot = label_foot(value, lowest, highest)
     top = foot * (highest / lowest) ** LABEL
     assert foot >= value
-    assert not foot < NOISE < top
-    if value >= NOISE:
+    assert not foot < NOISE_CHI2 < top
+    if value >= NOISE_CHI2:
         assert foot == value
 
 

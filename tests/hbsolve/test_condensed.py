@@ -38,7 +38,7 @@ def structure(damping: str) -> CondensedStructure:
 @pytest.mark.parametrize("damping", ["stuck", "free", "gyroscopic", "none"])
 def test_directions_and_sensors_see_the_response(damping: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # Two groups of Omega: one of them takes 16 bytes for each of 4 responses, harmonic and degree of freedom.
-    monkeypatch.setattr("hbsolve.condensed.TOGETHER", 2 * 16 * 4 * HARMONICS * N)
+    monkeypatch.setattr("hbsolve.condensed.CHUNK_SIZE", 2 * 16 * 4 * HARMONICS * N)
     own = structure(damping)
     assert own.is_dense == (damping in {"gyroscopic", "none"})
     several, rows = own.at_each(SEVERAL), np.random.default_rng(6).standard_normal((2, N))
@@ -57,7 +57,7 @@ def test_directions_and_sensors_see_the_response(damping: str, monkeypatch: pyte
 def test_full_responses_at_several_frequencies_are_those_of_the_matrices(
     damping: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hbsolve.condensed.TOGETHER", 2 * 16 * 4 * HARMONICS * N)
+    monkeypatch.setattr("hbsolve.condensed.CHUNK_SIZE", 2 * 16 * 4 * HARMONICS * N)
     own, random = structure(damping), np.random.default_rng(7)
     several = own.at_each(SEVERAL)
     forces = random.standard_normal((5, HARMONICS, N)) + 1j * random.standard_normal((5, HARMONICS, N))

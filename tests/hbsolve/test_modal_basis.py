@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import compute_dense_modes
 from hbsolve.condensed import CondensedStructure
-from hbsolve.diagonal_plus_low_rank import MOST, split_diagonal_plus_low_rank
+from hbsolve.diagonal_plus_low_rank import MAX_RANK, split_diagonal_plus_low_rank
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ForceError
 from hbsolve.modal_coordinates import ModalCoordinates
@@ -113,8 +113,8 @@ def test_low_rank_is_split_from_the_diagonal(count: int) -> None:
 
 def test_a_matrix_of_high_rank_is_not_split() -> None:
     random = np.random.default_rng(5)
-    U = random.standard_normal((3 * MOST, MOST + 5))
-    assert split_diagonal_plus_low_rank(np.eye(3 * MOST) + U @ U.T) is None
+    U = random.standard_normal((3 * MAX_RANK, MAX_RANK + 5))
+    assert split_diagonal_plus_low_rank(np.eye(3 * MAX_RANK) + U @ U.T) is None
     full = random.standard_normal((R, R))
     assert split_diagonal_plus_low_rank(full + full.T + 20 * np.eye(R)) is None
 

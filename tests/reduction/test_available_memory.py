@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reduction.available_memory import SMALL, available_memory, lacking_memory
+from reduction.available_memory import MIN_CHECKED, available_memory, lacking_memory
 
 
 def test_what_is_free_is_the_least_that_the_system_tells(tmp_path: Path) -> None:
@@ -28,4 +28,4 @@ def test_only_arrays_that_do_not_fit_are_lacking_memory(monkeypatch: pytest.Monk
     assert lacking_memory(9e8) == ""
     assert lacking_memory(2e9) == "about 2 GB of memory, but 1 GB are free"
     monkeypatch.setattr("reduction.available_memory.available_memory", lambda: 1.0)
-    assert lacking_memory(SMALL) == ""
+    assert lacking_memory(MIN_CHECKED) == ""

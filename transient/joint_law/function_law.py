@@ -7,7 +7,7 @@ from reduction.array_type import Vector
 from reduction.joint_law.function_pointer import call_step
 
 #: Parts of a step; the mean force is that of straight lines between them.
-PARTS = 8
+PARTS_PER_STEP = 8
 
 
 @compiled
@@ -29,11 +29,11 @@ def force(
     way = after[0] - before[0]
     velocity = way / step if way != 0.0 else 0.0
     last = mean[0] = 0.0
-    for part in range(PARTS + 1):
-        call_step(address, before[0] + part / PARTS * way, velocity, moved, value, result, 0)
+    for part in range(PARTS_PER_STEP + 1):
+        call_step(address, before[0] + part / PARTS_PER_STEP * way, velocity, moved, value, result, 0)
         for i in range(slider.size):
             moved[i] = result[0, 1 + i]
         if part:
-            mean[0] += 0.5 * (last + result[0, 0]) / PARTS
+            mean[0] += 0.5 * (last + result[0, 0]) / PARTS_PER_STEP
         last = result[0, 0]
     end[0] = last

@@ -5,7 +5,7 @@ from reduction.array_type import Vector
 from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 #: Steps that are shorter than this share of the indentation are integrated by Simpson's rule [-].
-NEAR = 1e-3
+SHORT_STEP = 1e-3
 
 
 @compiled
@@ -16,7 +16,7 @@ def force(
     stiffness, reference, exponent, gap = value[0], value[1], value[2], value[3]
     a, b = max(before[0] - gap, 0.0), max(after[0] - gap, 0.0)
     end[0] = stiffness * reference * (b / reference) ** exponent
-    if abs(b - a) > NEAR * (a + b):
+    if abs(b - a) > SHORT_STEP * (a + b):
         # The path is as long outside as it is; the force works on the part inside alone.
         stored = (b / reference) ** (exponent + 1.0) - (a / reference) ** (exponent + 1.0)
         mean[0] = stiffness * reference**2 / (exponent + 1.0) * stored / (after[0] - before[0])

@@ -5,7 +5,7 @@ from reduction.array_type import Vector
 from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 #: Steps that are shorter than this share of the displacement are integrated by Simpson's rule [-].
-NEAR = 1e-3
+SHORT_STEP = 1e-3
 
 
 @compiled
@@ -16,7 +16,7 @@ def force(
     stiffness, reference, exponent = value[0], value[1], value[2]
     a, b = before[0], after[0]
     end[0] = stiffness * b * abs(b / reference) ** (exponent - 1.0)
-    if abs(b - a) > NEAR * (abs(a) + abs(b)):
+    if abs(b - a) > SHORT_STEP * (abs(a) + abs(b)):
         stored = abs(b / reference) ** (exponent + 1.0) - abs(a / reference) ** (exponent + 1.0)
         mean[0] = stiffness * reference**2 / (exponent + 1.0) * stored / (b - a)
     else:

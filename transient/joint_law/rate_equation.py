@@ -6,7 +6,7 @@ The mean over the path is that of the cubic through both ends of each part of it
 from fe.compiled import compiled_template
 
 #: Parts of a step, at least and at most, and the length of one over that of the knee [-].
-LEAST, MOST, CHANGE = 4, 400, 0.2
+MIN_PARTS, MAX_PARTS, CHANGE = 4, 400, 0.2
 
 
 def rate(state: float, first: float, second: float) -> float:
@@ -20,7 +20,7 @@ def follow(state: float, path: float, knee: float, first: float, second: float) 
 
     The rate falls from about 1 to 0, as steeply as 1 / `knee` while the state moves by 1.
     """
-    parts = min(max(int(path / (CHANGE * knee)) + 1, LEAST), MOST)
+    parts = min(max(int(path / (CHANGE * knee)) + 1, MIN_PARTS), MAX_PARTS)
     h, total = path / parts, 0.0
     for _ in range(parts):
         a = rate(state, first, second)

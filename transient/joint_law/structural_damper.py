@@ -7,7 +7,7 @@ from reduction.array_type import Vector
 from transient.joint_law.registry import TRANSIENT_LAWS, TransientLaw
 
 #: Steps that are shorter than this share of the displacement are integrated by Simpson's rule [-].
-NEAR = 1e-3
+SHORT_STEP = 1e-3
 
 
 @compiled
@@ -27,7 +27,7 @@ def force(
     a, b = before[0], after[0]
     velocity = (b - a) / step
     end[0] = instant(value, b, velocity, slider)
-    if abs(b - a) > NEAR * (abs(a) + abs(b)):
+    if abs(b - a) > SHORT_STEP * (abs(a) + abs(b)):
         area = (b * abs(b / reference) ** power - a * abs(a / reference) ** power) / (power + 1.0)
         mean[0] = instant(value, reference, velocity, slider) * area / (b - a)
     else:

@@ -9,7 +9,7 @@ from correlation.file.text_table.open_text import clean
 
 #: Fact of a file whose footer is not read.
 FOOTER = "closing rows"
-SHOWN = 60
+SHOWN_CHARACTERS = 60
 #: First characters of numbers.
 BEGINNINGS = frozenset("0123456789+-.")
 
@@ -86,4 +86,4 @@ def _is_row(text: str, dialect: Dialect) -> bool:
 
 
 def _shown(line: Line) -> str:
-    return clean(line[1].strip())[:SHOWN]
+    return clean(line[1].strip())[:SHOWN_CHARACTERS]

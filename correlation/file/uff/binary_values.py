@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 
-BEHIND = re.compile(rb"(?:\r?\n)?[ \t]{0,4}-1[ \t]*(?:\r|\n|\Z)")
+END_MARK = re.compile(rb"(?:\r?\n)?[ \t]{0,4}-1[ \t]*(?:\r|\n|\Z)")
 ORDERS = {1: "<", 2: ">"}
 ORDER_NAMES = {"<": "little endian", ">": "big endian"}
 #: Binary formats of numbers that are not those of IEEE 754.
@@ -83,7 +83,7 @@ def read_binary_values(
         end = start + layout.itemsize * count
         # At the end of the file, a cut one could pass for one with a shorter layout.
         is_last = number == 0 and end <= len(data) and not data[end:].strip()
-        if is_last or BEHIND.match(data, end):
+        if is_last or END_MARK.match(data, end):
             return _decode(error, layout, data, start, end, kind in COMPLEX)
     needed = layouts[0].itemsize * count
     left = len(data) - start
@@ -146,6 +146,6 @@ def _absurd(values: NDArray[Any]) -> float:
 def _skip(error: Callable[[int, str], CampaignError], data: bytes, start: int, n_byte: int) -> BinaryValues:
     """Pass a binary dataset of another type."""
     end = start + n_byte
-    if n_byte < 0 or end > len(data) or not (BEHIND.match(data, end) or not data[end:].strip()):
+    if n_byte < 0 or end > len(data) or not (END_MARK.match(data, end) or not data[end:].strip()):
         raise error(-1, f"has not {n_byte} bytes of binary values, as it says; export the file again")
     return BinaryValues(abscissa=None, ordinate=np.zeros(0), end=end)

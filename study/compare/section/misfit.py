@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import name_configuration
 from correlation.metric.misfit import Misfit
-from figure.misfit_map import COLOURS, STEPS
+from figure.misfit_map import COLOUR_STEPS, COLOURS
 from study.compare.curve import Drawing, find_rows, list_curve_keys
 from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
@@ -25,7 +25,7 @@ def misfit_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Se
     """Section with a misfit map per configuration."""
     del compared
     maps = [map_misfit(misfit, free, drawing.unit) for free, misfit in drawing.misfit.items()]
-    data = {"maps": maps, "steps": list(STEPS), "colours": list(COLOURS)}
+    data = {"maps": maps, "steps": list(COLOUR_STEPS), "colours": list(COLOURS)}
     yield Section(title="Where the model fails", text=TEXT, element="map", data=data)
 
 
@@ -58,7 +58,7 @@ def map_misfit(misfit: Misfit, free: bool, level_unit: str) -> dict[str, Any]:
         "labels": labels,
         "places": places,
         "groups": groups,
-        "image": bin_image(np.array(rows), STEPS),
+        "image": bin_image(np.array(rows), COLOUR_STEPS),
         "values": [round_list(line, 4) for line in rows],
         "whole": misfit.root_mean_square,
     }

@@ -5,7 +5,7 @@ import pytest
 import scipy.stats
 
 from correlation.feature.vector import FeatureVector
-from correlation.metric.outlier import CHANCE, LEAST, MUCH, NEIGHBOURS, weigh_outliers
+from correlation.metric.outlier import CHANCE, MIN_MEAN_SQUARE, MUCH, NEIGHBOURS, weigh_outliers
 from correlation.prediction import Points
 
 N, LARGE = 20, 50.0
@@ -93,7 +93,7 @@ def test_it_takes_more_than_chance_beside_the_median(times: float, stands_out: b
 @pytest.mark.parametrize(("size", "stands_out"), [(0.99, False), (1.01, True)])
 def test_what_noise_alone_would_do_does_not_stand_out(size: float, stands_out: bool) -> None:
     """Beside states that happen to fit too well: ten times their squares are still less than those of noise."""
-    (found,) = factors(alone(8, size * LEAST * TIMES, 0.1))
+    (found,) = factors(alone(8, size * MIN_MEAN_SQUARE * TIMES, 0.1))
     # Beyond it, it is judged by the least that counts as usual. Round-off.
     expected = np.sqrt(size * TIMES) if stands_out else 1.0
     np.testing.assert_allclose(found, alone(8, expected, 1.0), rtol=1e-14)

@@ -9,9 +9,9 @@ import pytest
 
 from correlation.feature.vector import FeatureVector
 from correlation.noise.kink import (
-    REACH,
-    SEEN,
-    WEIGHT,
+    NEGLIGIBLE_REMAINDER,
+    NODE,
+    NODE_WEIGHT,
     JitterShift,
     Remainder,
     compute_remainder,
@@ -64,7 +64,7 @@ def made(response: Response) -> ModelFeatures:
 
 
 def shift(slope: np.ndarray) -> JitterShift:
-    ends: Any = (REACH * JITTER, -REACH * JITTER)
+    ends: Any = (NODE * JITTER, -NODE * JITTER)
     return JitterShift(models=ends, halves=(ends[0] / 2, ends[1] / 2), change=slope * ends[0])
 
 
@@ -98,7 +98,7 @@ def test_a_smooth_response_has_those_of_the_closed_form(n: float, cubic: float) 
     assert modes_of(response, SLOPE, n=n).shape == (len(STATE), 0)
     (found,) = remainders_of(response, SLOPE)
     modes = make_curvature_modes([found.smooth], np.zeros(len(STATE), dtype=bool), n)
-    for mode, x in zip(modes.T, (REACH * JITTER, -REACH * JITTER), strict=True):
+    for mode, x in zip(modes.T, (NODE * JITTER, -NODE * JITTER), strict=True):
         expected = sqrt(1 / (6 * n) + 1 / 36) * BENT * x**2 * (1 + cubic * x)
         # Round-off of sums of the size of the nominal response.
         np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-13)
@@ -112,7 +112,7 @@ def test_a_smooth_response_has_those_of_the_closed_form(n: float, cubic: float) 
 def test_a_sharp_resonance_is_smooth_while_the_jitter_is_less_than_its_width() -> None:
     """X = 1 / (1 + i x), whose series in x converges slowly: of each test one mode for all states, and no kink."""
     offset = np.repeat([-1.5, 0.0, 1.5], N_SENSOR)
-    width = REACH * JITTER / 0.5
+    width = NODE * JITTER / 0.5
 
     def response(x: float) -> np.ndarray:
         return np.asarray((1 / (1 + 1j * (offset + x / width))).real)
@@ -128,7 +128,7 @@ def test_a_kink_at_one_state_has_a_mode_of_this_state_alone(side: str) -> None:
     known = SLOPE + (BENT * here if side == "slips" else 0.0)
     modes = modes_of(lambda x: NOMINAL + SLOPE * x + BENT * here * max(x, 0.0), known)
     (mode,) = modes.T
-    expected = sqrt(WEIGHT / N_REPEAT + WEIGHT**2) * REACH * JITTER * BENT
+    expected = sqrt(NODE_WEIGHT / N_REPEAT + NODE_WEIGHT**2) * NODE * JITTER * BENT
     # Round-off.
     np.testing.assert_allclose(mode, np.where(here, expected, 0.0), rtol=0, atol=1e-13)
 
@@ -144,8 +144,8 @@ def test_each_cause_has_modes_of_its_own() -> None:
 def test_what_the_noise_hides_is_left_out(times: float, seen: bool) -> None:
     """All numbers of a state together: each of its two is below the limit by itself."""
     here = STATE == 2
-    size = sqrt(WEIGHT / N_REPEAT + WEIGHT**2) * REACH * JITTER * np.abs(BENT)
-    deviation = np.where(here, size * sqrt(N_SENSOR) / (SEEN * times), 1e9)
+    size = sqrt(NODE_WEIGHT / N_REPEAT + NODE_WEIGHT**2) * NODE * JITTER * np.abs(BENT)
+    deviation = np.where(here, size * sqrt(N_SENSOR) / (NEGLIGIBLE_REMAINDER * times), 1e9)
     modes = modes_of(lambda x: NOMINAL + BENT * abs(x), 0 * SLOPE, deviation=deviation)
     assert modes.shape[1] == (2 if seen else 0)
     assert not modes[~here].any()

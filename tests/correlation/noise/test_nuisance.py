@@ -11,9 +11,9 @@ import scipy.linalg
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model, Sensor
 from correlation.noise.free_mode import LEAST, MOST_MIXINGS, FreeModes
-from correlation.noise.kink import REACH, JitterShift, compute_remainder, make_curvature_modes
+from correlation.noise.kink import NODE, JitterShift, compute_remainder, make_curvature_modes
 from correlation.noise.nuisance import (
-    HISTORY,
+    MAX_HISTORY_SHARE,
     Budget,
     ModelFeatures,
     compute_parabolic_share,
@@ -416,7 +416,7 @@ def test_histories_of_contacts_that_stick_have_the_covariance_of_all_that_the_co
     stiffness = system.stiffness + tangents * springs[0] @ tangents.T + normals * springs[1] @ normals.T
     limit = np.array([each.friction_coefficient * each.preload for each in joints])
     # A share that is even from -HISTORY to HISTORY has a third of its square as variance.
-    one = np.linalg.solve(stiffness, tangents * limit) * HISTORY / np.sqrt(3)
+    one = np.linalg.solve(stiffness, tangents * limit) * MAX_HISTORY_SHARE / np.sqrt(3)
     basis, size, _ = np.linalg.svd(one)
     # Both lines push alike at either station: two independent directions.
     n = 2
@@ -440,7 +440,7 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
     features = FeatureVector.choose(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
     modes = make_history_modes(ModelFeatures(predictor, features, bench.model, prediction), 4, 7)
     fundamental = np.isin(points.sensor, ["tip", "root"])[features.row] & (points.harmonic[features.row] == 1)
-    assert HISTORY < 1
+    assert MAX_HISTORY_SHARE < 1
     # A stuck contact is linear: round-off, relative to F / X.
     stiffness = np.abs(features.of_values(prediction.value)[fundamental]).max()
     assert np.abs(modes[fundamental]).max() < 1e-7 * stiffness
@@ -458,7 +458,7 @@ def test_histories_fill_what_two_tangents_can_carry(friction: Friction) -> None:
     assert count_contact_sliders(model) == 2
     histories = np.random.default_rng(1).uniform(size=(2000, 2))
     forces = 1e5 * np.array([make_slider_start(model, each)(balance) for each in histories])
-    limit = HISTORY * 5.0
+    limit = MAX_HISTORY_SHARE * 5.0
     if friction is Friction.COULOMB:
         size = np.hypot(*forces.T)
         assert size.max() <= limit * (1 + 1e-12)
@@ -473,13 +473,13 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     deviation = {"jointed": 2e-3, "free": 1e-3}
     plus, minus, half_plus, half_minus = (
         reduce(
-            lambda model, each: model.with_frequency_shift(each[0], share * REACH * each[1]),
+            lambda model, each: model.with_frequency_shift(each[0], share * NODE * each[1]),
             deviation.items(),
             bench.model,
         )
         for share in (1, -1, 0.5, -0.5)
     )
-    change = REACH * sum(block[:, 0] * size for block, size in zip(bench.jitter, deviation.values(), strict=False))
+    change = NODE * sum(block[:, 0] * size for block, size in zip(bench.jitter, deviation.values(), strict=False))
     free = bench.features.points.free[bench.features.row]
     shift = JitterShift(models=(plus, minus), halves=(half_plus, half_minus), change=np.asarray(change))
     curved = make_curvature_modes([compute_remainder(bench.nominal, shift).smooth], free, np.inf)

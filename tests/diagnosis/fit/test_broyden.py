@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import calibration
-from diagnosis.fit.calibration import ENOUGH, Ending, Search, calibrate, invert_curvature
+from diagnosis.fit.calibration import MIN_GAIN, Ending, Search, calibrate, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns
 
 #: Of the numbers of the valley, in standard deviations: a chi^2 of some hundreds at the start.
@@ -86,12 +86,12 @@ def test_updates_reach_the_minimum_that_exact_jacobians_reach(monkeypatch: pytes
     updated, newly = Valley(0.5), Valley(0.5)
     found = fit(updated)
     # Nothing is agreed with any more: each step makes its own Jacobian.
-    monkeypatch.setattr(calibration, "AGREED", np.inf)
+    monkeypatch.setattr(calibration, "MIN_AGREEMENT", np.inf)
     other = fit(newly)
     for each in (found, other):
-        # Both end where a step is expected to gain less than `ENOUGH`.
-        assert each.chi2 == pytest.approx(LEAST, abs=ENOUGH)
-        np.testing.assert_allclose(each.values, [1.0, 0.5], atol=np.sqrt(ENOUGH) * 3 / SCALE)
+        # Both end where a step is expected to gain less than `MIN_GAIN`.
+        assert each.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
+        np.testing.assert_allclose(each.values, [1.0, 0.5], atol=np.sqrt(MIN_GAIN) * 3 / SCALE)
     assert updated.n_slope < newly.n_slope
 
 
@@ -105,7 +105,7 @@ def test_a_jacobian_that_sees_nothing_to_gain_does_not_end_a_fit() -> None:
     of.residual = lambda at: Valley.residual(of, at) * np.array([1.0, 1.0, 0.0])  # type: ignore[method-assign]
     found = fit(of, slopes=blind)
     assert of.n_slope > 0
-    assert found.chi2 < ENOUGH
+    assert found.chi2 < MIN_GAIN
 
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (0.5, 0.3), (-1.0, 1.0), (2.0, 4.0)])
@@ -113,15 +113,15 @@ def test_a_stale_jacobian_does_not_end_a_fit_in_a_curved_valley(at: tuple[float,
     """That of another point of the valley leads across its bend, where chi^2 rises."""
     of = Valley()
     found = fit(of, slopes=jacobian(of, *at))
-    assert found.chi2 == pytest.approx(LEAST, abs=ENOUGH)
-    np.testing.assert_allclose(found.values, [1.0, 1.0], atol=np.sqrt(ENOUGH) * 3 / SCALE)
+    assert found.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
+    np.testing.assert_allclose(found.values, [1.0, 1.0], atol=np.sqrt(MIN_GAIN) * 3 / SCALE)
 
 
 def test_a_jacobian_of_the_wrong_sign_does_not_end_a_fit() -> None:
     of = Valley()
     wrong = jacobian(of, *START)
     wrong[:3] *= -1
-    assert fit(of, slopes=wrong).chi2 == pytest.approx(LEAST, abs=ENOUGH)
+    assert fit(of, slopes=wrong).chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
 
 
 @pytest.mark.parametrize("most", [2, 30])
@@ -139,7 +139,7 @@ def test_a_linear_comparison_needs_no_second_jacobian() -> None:
     found = fit(of, slopes=jacobian(of, 0.3, 0.2))
     # The step is shortened by Marquardt's first factor of 1e-3; one Jacobian confirms the end.
     assert of.n_slope <= 1
-    assert found.chi2 == pytest.approx(LEAST, abs=ENOUGH)
+    assert found.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
     np.testing.assert_allclose(found.jacobian, jacobian(of, 1.0, 0.0), atol=1e-6 * SCALE)
 
 
@@ -166,7 +166,7 @@ def test_a_bound_holds_with_updates(upper: float) -> None:
     found = calibrate(of, unknowns(upper), START)  # type: ignore[arg-type]
     assert found.values[0] == upper
     # The best within the bound: y = x^2 there.
-    assert found.chi2 == pytest.approx(LEAST + (SCALE * (1 - upper)) ** 2, abs=ENOUGH)
+    assert found.chi2 == pytest.approx(LEAST + (SCALE * (1 - upper)) ** 2, abs=MIN_GAIN)
 
 
 def test_every_step_that_is_told_is_a_fall() -> None:

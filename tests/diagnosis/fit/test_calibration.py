@@ -14,7 +14,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration import ENOUGH, Ending, Fit, calibrate, recalibrate
+from diagnosis.fit.calibration import MIN_GAIN, Ending, Fit, calibrate, recalibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.fit_parameter import Unknowns
@@ -79,8 +79,8 @@ def test_a_fit_goes_on_from_its_own_prediction(arranged: Arrangement, monkeypatc
     n_anew = len(made)
     found = recalibrate(arranged.train, begun)
     assert len(made) - n_anew == n_anew - 1
-    # Newton's method ends at 1e-9 of the linear motion, and the fit at a gain of `ENOUGH`.
-    assert found.chi2 == pytest.approx(anew.chi2, abs=ENOUGH)
+    # Newton's method ends at 1e-9 of the linear motion, and the fit at a gain of `MIN_GAIN`.
+    assert found.chi2 == pytest.approx(anew.chi2, abs=MIN_GAIN)
     np.testing.assert_allclose(found.values, anew.values, atol=1e-3 * found.deviation.max())
 
 
@@ -124,8 +124,8 @@ def test_chi2_is_least_at_the_fit(arranged: Arrangement) -> None:
             rises.append(residual @ residual + away @ away - fit.chi2)
         # One standard deviation (with the others free) raises chi^2 by 1 or more; contacts begin to slip on the way.
         assert np.mean(rises) > 0.8
-        # A fit may end where chi^2 is less than `ENOUGH` above its minimum, which is its root away.
-        assert min(rises) > 1 - 2 * np.sqrt(ENOUGH)
+        # A fit may end where chi^2 is less than `MIN_GAIN` above its minimum, which is its root away.
+        assert min(rises) > 1 - 2 * np.sqrt(MIN_GAIN)
 
 
 def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:

@@ -74,7 +74,7 @@ def test_a_fit_ends_where_the_data_were_made(truth: float) -> None:
     # From 0 the first step towards -0.45 leads beyond -0.65, and the slope at 1 needs a value that is refused.
     unknowns = Unknowns(base=0.0, effects=(Softening(),), prior=np.array([np.inf]))
     fit = calibrate(Resonances(truth), unknowns, np.zeros(1))
-    assert fit.values[0] == pytest.approx(truth, abs=1e-3)  # `ENOUGH` is left
+    assert fit.values[0] == pytest.approx(truth, abs=1e-3)  # `MIN_GAIN` is left
 
 
 def test_what_the_data_do_not_tell_is_as_uncertain_as_its_bounds() -> None:

@@ -14,7 +14,7 @@ from fe.errors import MatrixFileError
 from fe.file.dof_table import DofLabels, numbered, read_dof_table
 from fe.file.imported_matrices import ImportedMatrices, Units, read_matrices
 from fe.file.matrix_file import MatrixSource
-from fe.modal import DENSE, modes
+from fe.modal import MAX_DENSE, modes
 from fe.sparse.solver import Backend, default_backend
 
 #: A beam of steel, 10 x 10 mm, clamped at its first node; 12 cubic elements.
@@ -245,7 +245,7 @@ def test_what_carries_no_or_negative_stiffness_or_mass_is_refused_by_name(tmp_pa
 INDEFINITE = np.array([[1.0, 2.0], [2.0, 1.0]])
 
 
-@pytest.mark.parametrize("copies", [1, DENSE])  # by eigenvalues, and by a factorisation
+@pytest.mark.parametrize("copies", [1, MAX_DENSE])  # by eigenvalues, and by a factorisation
 @pytest.mark.parametrize(
     ("mass", "stiffness", "message"),
     [
@@ -264,7 +264,7 @@ def test_indefinite_matrices_are_refused(mass: np.ndarray, stiffness: np.ndarray
         read.system(np.zeros(0, dtype=np.int64))
 
 
-@pytest.mark.parametrize("n", [3, 2 * DENSE])
+@pytest.mark.parametrize("n", [3, 2 * MAX_DENSE])
 def test_a_free_structure_in_single_precision_is_not_taken_for_an_indefinite_one(n: int) -> None:
     # Springs of 1/3 to 1/(n + 2) N/m, rounded entry by entry: rigid motions have a stiffness of either sign.
     spring = 1 / np.arange(3.0, n + 2)

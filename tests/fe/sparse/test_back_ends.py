@@ -14,7 +14,7 @@ from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.sparse.factor import UnknownInertia
 from fe.sparse.solver import Backend, Definiteness, SingularMatrix, factorise, is_available
-from fe.sparse.upper_triangle import SMALL, upper_triangle
+from fe.sparse.upper_triangle import MIN_BLOCKED, upper_triangle
 from fe.system import LinearSystem
 
 BoxMesher = Callable[..., Mesh]
@@ -25,7 +25,7 @@ def bar(box: BoxMesher) -> LinearSystem:
     """Large enough for nodes to be taken as blocks."""
     mesh = box(HEX20, counts=(14, 4, 4), size=(0.14, 0.04, 0.05), distortion=0.2)
     system = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))])
-    assert system.n_dof > SMALL
+    assert system.n_dof > MIN_BLOCKED
     return system
 
 

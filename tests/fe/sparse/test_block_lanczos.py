@@ -185,6 +185,6 @@ def test_a_factor_that_cannot_solve_is_noticed(monkeypatch: pytest.MonkeyPatch) 
         block_lanczos(NotANumber(), mass, 3)
     with pytest.raises(NoConvergence, match="3 modes did not converge"):
         block_lanczos(Useless(), mass, 3)
-    monkeypatch.setattr(fe.modal, "DENSE", 0)
+    monkeypatch.setattr(fe.modal, "MAX_DENSE", 0)
     with pytest.raises(SupportError, match="singular to working accuracy"):
         lowest_eigenpairs(chain(50), mass, 3, NotANumber())

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from figure.misfit_map import STEPS
+from figure.misfit_map import COLOUR_STEPS
 from study.page.html import COMMON, LOG_SCALE
 
 NODE = shutil.which("node")
@@ -69,7 +69,7 @@ def test_the_numbers_of_a_scale_have_room_beside_any_number_of_rows(tmp_path: Pa
 const [steps, rows] = JSON.parse(process.argv[2]);
 console.log(JSON.stringify([mapHeight(rows) - MAP_MARGIN.t - MAP_MARGIN.b, mapBar(steps, rows).len]));
 """
-    height, share = run_script(tmp_path, ending, STEPS, rows)
+    height, share = run_script(tmp_path, ending, COLOUR_STEPS, rows)
     # Seven numbers of 12 pixels each, and the words along them, of some 115 pixels.
-    assert height * share > max(len(STEPS) * 1.2 * 12, 115)
+    assert height * share > max(len(COLOUR_STEPS) * 1.2 * 12, 115)
     assert share <= 1
