@@ -24,7 +24,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import Sensor
+from correlation.model import Model, Sensor
 from correlation.prediction import Key, Prediction, Predictor
 from diagnosis.candidate.place import choose_units, is_parallel
 from diagnosis.fit.arrangement import Arrangement
@@ -115,6 +115,17 @@ def _with_directions(state: SteadyState, joints: Sequence[Joint]) -> SteadyState
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class _ClosedLaw:
+    """A law as joints of the model: calibration parameters, coefficients of the law, and what the model predicts."""
+
+    values: Values
+    mean: NDArray[np.float64]
+    model: Model
+    predictor: Predictor
+    prediction: Prediction
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class _Recovery:
     """The model without a law, and its response to forces at each place."""
 
@@ -178,68 +189,71 @@ class _Recovery:
 
         That is one of the estimates, or a share of one; where a fit ends worse than the best estimate, others follow.
         """
-        starts: list[tuple[float, int, Values, NDArray[np.float64], Response]] = []
+        starts: list[tuple[float, int, _ClosedLaw]] = []
         for number, law in enumerate(laws):
             for share in SHARES:
                 values, mean = self.values + share * (law.values - self.values), share * law.posterior.mean
-                response = self._solve_with_law(law, values, mean, states)
-                if response is not None:
-                    starts.append((self._misfit(values, response, 1.0), number, values, mean, response))
+                closed = self._predict_with_law(law, values, mean, states)
+                if closed is not None:
+                    starts.append((self._misfit(values, closed.prediction.value, 1.0), number, closed))
         best, tried = max(laws, key=lambda each: each.evidence), set[int]()
-        for _, number, values, mean, response in sorted(starts, key=lambda each: each[:2]):
+        for _, number, closed in sorted(starts, key=lambda each: each[:2]):
             if number in tried:
                 continue
             tried.add(number)
-            found = self._descend(laws[number], values, mean, response, states)
+            found = self._descend(laws[number], closed, states)
             if found.evidence > best.evidence:
                 return found
         return best
 
-    def _descend(
-        self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response,
-        states: Mapping[Key, SteadyState],
-    ) -> PlaceLaw:  # fmt: skip
+    def _descend(self, law: PlaceLaw, closed: "_ClosedLaw", states: Mapping[Key, SteadyState]) -> PlaceLaw:
         """Damped Gauss-Newton steps: each is shortened until the fit improves."""
-        noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(response.value) ** 2))))
+        noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(closed.prediction.value) ** 2))))
         here, known = replace(law, posterior=replace(law.posterior, noise=float(noise))), dict(states)
         for _ in range(CLOSED_ROUNDS):
+            response = self._linearise(here, closed)
             known |= response.states
-            here = self._posterior_about_law(here, values, mean, response)
-            misfit, after, moved = self._misfit(values, response, here.posterior.noise), np.inf, None
-            begin = values, mean
+            here = self._posterior_about_law(here, closed.values, closed.mean, response)
+            misfit, after, moved = self._misfit(closed.values, response.value, here.posterior.noise), np.inf, None
             for share in SHARES:
-                values = begin[0] + share * (here.values - begin[0])
-                mean = begin[1] + share * (here.posterior.mean - begin[1])
-                moved = self._solve_with_law(here, values, mean, known)
-                after = np.inf if moved is None else self._misfit(values, moved, here.posterior.noise)
+                values = closed.values + share * (here.values - closed.values)
+                mean = closed.mean + share * (here.posterior.mean - closed.mean)
+                moved = self._predict_with_law(here, values, mean, known)
+                if moved is not None:
+                    after = self._misfit(values, moved.prediction.value, here.posterior.noise)
                 if after < misfit:
                     break
             if moved is None or misfit - after < ENOUGH:
                 break
-            response = moved
+            closed = moved
         return here
 
-    def _solve_with_law(
+    def _predict_with_law(
         self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], states: Mapping[Key, SteadyState]
-    ) -> Response | None:
+    ) -> "_ClosedLaw | None":
         """States with the law in the model, from states near those that were measured."""
-        unknowns, train = self.arrangement.unknowns([]), self.arrangement.train
-        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
-        model = unknowns.compose(values)
+        model = self.arrangement.unknowns([]).compose(values)
         own = list_law_joints(f"law at {law.name}", law.row, law.basis, mean)
         model = model.with_system(joints=[*model.system.joints, *own])
-        predictor = Predictor(points=train.features.points)
+        predictor = Predictor(points=self.arrangement.train.features.points)
         guesses = {key: _with_directions(state, own) for key, state in states.items()}
+        nearby = Prediction(points=predictor.points, value=np.zeros(0, dtype=complex), states=guesses)
         try:
-            prediction = predictor.predict(
-                model, Prediction(points=predictor.points, value=np.zeros(0, dtype=complex), states=guesses)
-            )
-            if any(key not in prediction.states for key in self.table.keys):
-                return None
-            tangents = [each for each in changes if each]
-            return compute_response(predictor, model, prediction, self.table, [law.row], law.motion.shape[1], tangents)
+            prediction = predictor.predict(model, nearby)
         except ModelError:
             return None
+        if any(key not in prediction.states for key in self.table.keys):
+            return None
+        return _ClosedLaw(values=values, mean=mean, model=model, predictor=predictor, prediction=prediction)
+
+    def _linearise(self, law: PlaceLaw, closed: "_ClosedLaw") -> Response:
+        """Response about the states with the law, which takes several times as long as to find these."""
+        unknowns = self.arrangement.unknowns([])
+        changes = differentiate(unknowns.compose, closed.values, unknowns.size, unknowns.bounds)
+        return compute_response(
+            closed.predictor, closed.model, closed.prediction, self.table, [law.row], law.motion.shape[1],
+            [each for each in changes if each],
+        )  # fmt: skip
 
     def _posterior_about_law(
         self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response
@@ -269,9 +283,9 @@ class _Recovery:
             forces[..., basis.group == EVEN] = 0.0
         return forces
 
-    def _misfit(self, values: Values, response: Response, noise: float) -> float:
-        """-2 ln of the density of data and calibration parameters, up to a constant [-]."""
-        data, away = self.arrangement.train.residual_of(response.value), self._away(values)
+    def _misfit(self, values: Values, read: Complex[NDArray[np.complex128], " k"], noise: float) -> float:
+        """-2 ln of the density of data and calibration parameters, up to a constant, with these readings [-]."""
+        data, away = self.arrangement.train.residual_of(read), self._away(values)
         return float(data @ data) / noise**2 + float(away @ away)
 
     def _solve(self, row: Row, values: Values, loads: Motion, states: Mapping[Key, SteadyState]) -> Response | None:
