@@ -24,7 +24,7 @@ from correlation.model import Model, Sensor
 from correlation.prediction import Points, Predictor
 from reduction.joint_law.jenkins import JenkinsElement
 from reduction.jointed_system import JointedSystem
-from study.compare.gross_misfit import GROSS, GROSS_RESIDUAL, MotionReadings
+from study.compare.gross_misfit import GROSS, ROUGH_TOLERANCE, MotionReadings
 from study.compare.visible_resonance import find_visible_resonances
 from study.compare.wrong_stiffness import POWERS, STIFFNESS, find_wrong_stiffness
 
@@ -108,14 +108,14 @@ def measure(specimen: Model, random: np.random.Generator) -> MotionReadings:
         free=np.zeros(len(at), dtype=bool), level=level, frequency=at, sensor=np.array(["a", "b"])[number],
         harmonic=np.ones(len(at), dtype=np.int64),
     )  # fmt: skip
-    exact = Predictor(points=points, tolerance=GROSS_RESIDUAL).predict(specimen).value
+    exact = Predictor(points=points, tolerance=ROUGH_TOLERANCE).predict(specimen).value
     noise = random.standard_normal((2, len(at)))
     return MotionReadings(points=points, value=exact * (1 + NOISE * (noise[0] + 1j * noise[1])), stated=exact)
 
 
 def judge(readings: MotionReadings, case: Model) -> tuple[bool, tuple[str, str]]:
     """Whether a case is grossly off, and place and sentence of what is suspected of it."""
-    stated = Predictor(points=readings.points, tolerance=GROSS_RESIDUAL).predict(case).value
+    stated = Predictor(points=readings.points, tolerance=ROUGH_TOLERANCE).predict(case).value
     beside = replace(readings, stated=stated)
     found = find_wrong_stiffness(beside, case)
     return beside.stated_misfit > GROSS, (found[0].where, found[0].sentence) if found else ("", "")

@@ -329,8 +329,8 @@ def diagnose(
     baseline = baseline if screening is arrangement else baseline_fit(arrangement)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
-    # An effect below the threshold is not named, whatever its other gain is.
-    chance = min(linear.gain / LINEAR_MARGIN, thresholds.gain)
+    # An effect below the threshold is not named, whatever its other gain is, unless the model is far off without it.
+    chance = -float("inf") if arrangement.model_error_size.is_far else min(linear.gain / LINEAR_MARGIN, thresholds.gain)
     by_own = partial(own, screening.train, chance=chance)
     finalists = refit_each_by_own_covariance(
         screening, refits, by_own, lambda name, make: run_step(f"{name} beyond {chance:.6g}", make)

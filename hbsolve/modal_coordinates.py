@@ -193,7 +193,8 @@ class ModalCoordinates:
         alone = force / diagonal
         if not self.strength.size:
             return np.asarray(alone)
-        along = np.moveaxis(_multiply(alone, U).reshape(-1, len(omega), U.shape[1]), 0, 2)
+        count = int(np.prod(alone.shape[:-2]))
+        along = np.moveaxis(_multiply(alone, U).reshape(count, len(omega), U.shape[1]), 0, 2)
         coupling = np.moveaxis(self._couple(omega, (U.T / diagonal[:, None, :]) @ U, along), 2, 0)
         correction = _multiply(coupling, U.T).reshape(alone.shape)
         correction /= diagonal

@@ -212,7 +212,7 @@ def derivatives(
         by_reaction -= _by_harmonic(by_slip, A)
     by_load = response.weigh_by_harmonic(response.load, n_harmonic) + _by_harmonic(by_motion, contact.swapaxes(1, 2))
     reaction = real_from_complex(by_reaction.conj())
-    found = _real_products(loads, by_load) + reaction.reshape(len(reaction), -1) @ g.reshape(len(g), -1).T
+    found = _real_products(loads, by_load) + np.tensordot(reaction, g, axes=((1, 2), (1, 2)))
     return np.asarray(found[: len(found) // 2] + 1j * found[len(found) // 2 :])
 
 

@@ -153,7 +153,9 @@ class Signature:
             measured = self._read(effect)
         except (ModelError, ValueError):
             return 0.0
-        return min(self._fit(measured, start)[1] for start in (np.zeros(len(self.true)), self.true, followed))
+        left = min(self._fit(measured, start)[1] for start in (np.zeros(len(self.true)), self.true, followed))
+        # Without the effect the parameters of the specimen are as far from their priors.
+        return float(np.sqrt(max(left**2 - self.true @ self.true, 0.0)))
 
     def _read(self, effect: Hidden) -> Vector:
         """Features of the model with an effect."""

@@ -3,7 +3,7 @@
 The parts of curves do not overlap, so that the covariance of readings is inverted in closed form, and with the modes of
 noise by Woodbury's identity. What is left are inner products of few columns, F, D and H and the difference, by which
 -2 ln p of many sizes is cheap. They depend on the size of the errors of readings alone, and but for the difference on
-nothing that a fit changes: those of round sizes are computed once for all differences.
+nothing that a fit changes: sizes are searched on one grid, whose products are computed once for all differences.
 """
 
 from collections import OrderedDict
@@ -207,7 +207,7 @@ class ErrorSizeDensity:
         start = np.log(np.maximum(first[there], MIN_SIZE * self._scale[there]))
         found = scipy.optimize.minimize(
             cost, start, jac=True, method="L-BFGS-B", bounds=list(zip(lower, upper, strict=True)),
-            options={"ftol": 1e-8, "gtol": 1e-2},
+            options={"ftol": 1e-10, "gtol": 1e-3},
         )  # fmt: skip
         sizes = np.zeros(3)
         sizes[there] = np.exp(found.x)
@@ -241,7 +241,7 @@ class _AtReading(NamedTuple):
         along, inner = by_column * self.along, np.outer(by_column, by_column) * self.gram
         inner[np.diag_indices_from(inner)] += 1.0
         factor = np.linalg.cholesky(inner)
-        inverse, _ = scipy.linalg.lapack.dtrtri(factor, lower=1)
+        inverse = scipy.linalg.lapack.dtrtri(factor, lower=1)[0] if len(factor) else factor
         # Most probable errors, in their standard deviations, and how much of their variance the data leave.
         errors, left = (inverse @ along) @ inverse, np.sum(inverse**2, axis=0)
         share = np.where(self.scale > 0, sizes / np.where(self.scale > 0, self.scale, 1.0), 0.0) ** 2

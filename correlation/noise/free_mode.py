@@ -43,8 +43,8 @@ MOST_MIXINGS = 16
 LEAST, FAINT = 1e-3, 1e-2
 #: Most states at which they are compared: more, between these, tell no more.
 MOST_STATES = 24
-#: Relative distance of two squared frequencies below which modes mix no more [-].
-UNMIXED_DISTANCE = 0.1
+#: Relative distance of two squared frequencies below which modes mix no more strongly [-].
+MIN_MIXING_DISTANCE = 0.1
 
 #: Rows over the degrees of freedom; motions of states; numbers of modes, one for each pair.
 Rows = Float[NDArray[np.float64], "q r"]
@@ -137,7 +137,7 @@ class FreeModes:
         product, squared = self.frequency[i] * self.frequency[j], self.frequency**2
         # Two modes of one frequency are any mix of each other already.
         apart = squared[i] - squared[j]
-        apart = np.where(np.abs(apart) > UNMIXED_DISTANCE * product, apart, -UNMIXED_DISTANCE * product)
+        apart = np.where(np.abs(apart) > MIN_MIXING_DISTANCE * product, apart, -MIN_MIXING_DISTANCE * product)
         mixed = np.sqrt(2) * product / np.where(product > 0, apart, np.inf)
         carried, blocks = motions @ self.weighted.T, []
         for rows in kinds:

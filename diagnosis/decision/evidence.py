@@ -81,8 +81,12 @@ def exceeds_threshold(refit: Refit, thresholds: Thresholds) -> bool:
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it."""
-    return bool(compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit))
+    """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it.
+
+    What gains because the covariance expects less does not pass.
+    """
+    is_beyond_chance = compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit)
+    return bool(is_beyond_chance) and not refit.gains_by_covariance
 
 
 def compute_evidence(refit: Refit) -> float:
@@ -95,12 +99,16 @@ def is_refuted(refit: Refit) -> bool:
     return refit.worsens or refit.held_out_gain <= -DECISIVE
 
 
-def needs_no_model_error(refit: Refit) -> bool:
-    """Whether a fit that may have model error leaves no more of all data than noise and stated errors explain."""
-    if refit.reduced_chi2_without_model_error is None:
+def is_within_noise(refit: Refit, gain: float) -> bool:
+    """Whether a fit that may have model error leaves only noise, in which a further gain is lost.
+
+    Noise and stated errors explain what it leaves of all data, and the gain is less than a standard deviation of
+    chi-squared.
+    """
+    n = refit.fit.n_number
+    if refit.reduced_chi2_without_model_error is None or gain > np.sqrt(2 * n):
         return False
-    of_training = is_noise(refit.reduced_chi2_by_noise, refit.fit.n_number)
-    return of_training and is_noise(refit.held_out_reduced_chi2_by_noise, refit.n_held_out)
+    return is_noise(refit.reduced_chi2_by_noise, n) and is_noise(refit.held_out_reduced_chi2_by_noise, refit.n_held_out)
 
 
 def is_noise(reduced_chi2: float, n_number: int) -> bool:

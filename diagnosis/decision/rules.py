@@ -25,7 +25,7 @@ from diagnosis.decision.evidence import (
     compute_whole_gain,
     errs_on_held_out,
     exceeds_threshold,
-    needs_no_model_error,
+    is_within_noise,
     passes,
 )
 from diagnosis.decision.fits import Fits
@@ -155,11 +155,11 @@ def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
         sound = [each for each in fits.refits if _makes_model_sound(fits, each)]
         if not sound:
             return replace(nothing, finding=Finding.NOT_CLOSE)
-        nothing = replace(nothing, model_error_size=fits.arrangement_of(sound[0]).model_error_size)
-        return replace(_name_effects(nothing, fits, sound, None), finding=Finding.AMBIGUOUS)
+        named = replace(_name_effects(nothing, fits, sound, None), finding=Finding.AMBIGUOUS, replaces_error=True)
+        return replace(named, model_error_size=fits.arrangement_of(named.effects[0]).model_error_size)
     if pair is not None:  # rule 4
         return replace(_name_effects(nothing, fits, [], pair), finding=Finding.AMBIGUOUS)
-    if _is_force_missing(fits) and not needs_no_model_error(fits.baseline):  # rule 5
+    if _is_force_missing(fits) and not is_within_noise(fits.baseline, compute_excess_gain(fits.places[0])):  # rule 5
         return _decide_unknown(nothing, fits, place=fits.places[0])
     found = _find_law_that_generalises(fits)
     if found is not None:  # rule 6

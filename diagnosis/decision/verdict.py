@@ -79,6 +79,8 @@ class Verdict(Tabular):
         law was found.
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none by the held-out error.
+    replaces_error
+        Whether these effects take the place of a model error that no sound model has, and may be that error.
     beyond_priors
         Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown; of
         the fit with the effect that passes, if one does.
@@ -100,6 +102,7 @@ class Verdict(Tabular):
     alike: Sequence[str] = ()
     laws: Sequence[FittedLaw] = ()
     probabilities: Sequence[float] = ()
+    replaces_error: bool = False
     beyond_priors: Sequence[str] = ()
     reason: str = ""
 
@@ -171,6 +174,7 @@ class Verdict(Tabular):
             chances = [f"probability {format_number(100 * each)} %" for each in known] or [""] * len(self.effects)
             claimed = claim(self.effects, [describe(each) for each in self.effects], chances, "or")
             beside = "".join(f", and beside it {each.name} ({describe(each)})" for each in further)
+            beside += ", or the model errs in a way that looks like one of them" if self.replaces_error else ""
             return f"{claimed}{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"
         every = [*self.effects, *further]
         doubt = f", or {self._alternative}" if self.finding is Finding.AMBIGUOUS else ""

@@ -28,10 +28,9 @@ from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.fit.weighting import resize_model_error
 from diagnosis.step import RunStep, compute_step
 
-#: An effect is not named, whatever it gains, if data are further off by these factors: their reduced chi-squared by
-#: noise and stated errors, as far as it is beyond 1 (what gains all the same, gains by a covariance that expects less);
-#: and where these do not explain the held-out data, the error of these relative to what was measured. That is the error
-#: of peaks above all, which move with what is explained [-].
+#: An effect is not named, whatever it gains, if the held-out data are further off by these factors: their reduced
+#: chi-squared by noise and stated errors, as far as it is beyond 1, and where these do not explain it, their error
+#: relative to what was measured. That is the error of peaks above all, which move with what is explained [-].
 MAX_CHI2_RISE, MAX_ERROR_RISE = 1.1, 1.5
 
 
@@ -124,7 +123,22 @@ def _test_by_covariances(
         held_out_gain=min(one - other for one, other in costs),
         cost=with_effect[-1].cost + tests[-1].held_out_cost,
         worsens=any(is_worse(tests[-1], each) for each in tests_without),
+        gains_by_covariance=any(map(_gains_by_covariance, with_effect, without_effect, tests, tests_without)),
     )
+
+
+def _gains_by_covariance(one: Arrangement, other: Arrangement, refit: Refit, without: Refit) -> bool:
+    """Whether an effect takes model error away, and leaves training data further off by noise and stated errors.
+
+    Parameters
+    ----------
+    one, other
+        Fit with the effect and without, by one covariance.
+    refit, without
+        Their tests.
+    """
+    rise = refit.reduced_chi2_by_noise / max(without.reduced_chi2_by_noise, 1.0)
+    return rise > MAX_CHI2_RISE and one.model_error_size.is_within(other.model_error_size)
 
 
 def refit_each_by_own_covariance(
@@ -178,10 +192,8 @@ def compare(refit: Refit, without: Refit, gain: float) -> Refit:
 
 
 def is_worse(refit: Refit, without: Refit) -> bool:
-    """Whether the training or the held-out data are further off with an effect than without it."""
-    after = np.array([refit.reduced_chi2_by_noise, refit.held_out_reduced_chi2_by_noise])
-    before = np.array([without.reduced_chi2_by_noise, without.held_out_reduced_chi2_by_noise])
-    return bool(np.any(after > MAX_CHI2_RISE * np.maximum(before, 1.0))) or (
-        refit.held_out_reduced_chi2_by_noise > UNEXPLAINED_CHI2
-        and refit.held_out_error > MAX_ERROR_RISE * without.held_out_error
+    """Whether held-out data are further off with an effect than without it."""
+    after, before = (max(each.held_out_reduced_chi2_by_noise, 1.0) for each in (refit, without))
+    return after > MAX_CHI2_RISE * before or (
+        after > UNEXPLAINED_CHI2 and refit.held_out_error > MAX_ERROR_RISE * without.held_out_error
     )

@@ -211,7 +211,10 @@ class _Recovery:
         noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(closed.prediction.value) ** 2))))
         here, known = replace(law, posterior=replace(law.posterior, noise=float(noise))), dict(states)
         for _ in range(CLOSED_ROUNDS):
-            response = self._linearise(here, closed)
+            try:
+                response = self._linearise(here, closed)
+            except ModelError:
+                break
             known |= response.states
             here = self._posterior_about_law(here, closed.values, closed.mean, response)
             misfit, after, moved = self._misfit(closed.values, response.value, here.posterior.noise), np.inf, None

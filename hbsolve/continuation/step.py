@@ -46,7 +46,7 @@ LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
 FURTHEST_LEAP = 1.0
 #: Amplitude that is none, over that of the linear structure at the ends of the range.
 LEAST_AMPLITUDE = 1e-6
-#: Share of vibration and lambda in a tangent of mean displacement alone. Springs that centre a body leave CENTRING.
+#: Share of vibration and lambda in a tangent of mean displacement alone. Springs that centre a body leave the square.
 UNCHANGED = CENTRING_STIFFNESS**0.5
 #: Steps of largest length over the range by default, and points at most.
 STEPS, MOST_POINTS = 50, 5000

@@ -11,7 +11,7 @@ from correlation.model import Model
 from correlation.prediction import Points, Predictor
 
 #: Residual of predicted motions relative to the linear ones: wrong units, signs and sensors are gross [-].
-GROSS_RESIDUAL = 1e-4
+ROUGH_TOLERANCE = 1e-4
 #: Motions that are off by this much are asked for with another level or stiffness: median of a logarithm [-].
 GROSS = 0.7
 
@@ -59,7 +59,7 @@ class MotionReadings:
         """Misfit of a model; infinite without one."""
         if model is None:
             return np.inf
-        return self.misfit(Predictor(points=self.points, tolerance=GROSS_RESIDUAL).predict(model).value)
+        return self.misfit(Predictor(points=self.points, tolerance=ROUGH_TOLERANCE).predict(model).value)
 
 
 def find_motions(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]:

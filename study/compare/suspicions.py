@@ -25,7 +25,7 @@ from correlation.feature.table import average_campaign
 from correlation.model import Model
 from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
-from study.compare.gross_misfit import GROSS, GROSS_RESIDUAL, MotionReadings, find_motions
+from study.compare.gross_misfit import GROSS, ROUGH_TOLERANCE, MotionReadings, find_motions
 from study.compare.visible_resonance import find_visible_resonances
 from study.compare.wrong_stiffness import find_wrong_stiffness
 
@@ -62,7 +62,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         sensor=names[table.sensor],
         harmonic=table.harmonic,
     )
-    predictor = Predictor(points=points, tolerance=GROSS_RESIDUAL)
+    predictor = Predictor(points=points, tolerance=ROUGH_TOLERANCE)
     predicted = predictor.predict(model).value if before is None else predictor.vary(model, before)
     all_readings = MotionReadings(points=points, value=table.value, stated=predicted)
     motions = all_readings.where(find_motions(campaign, points))
@@ -114,7 +114,7 @@ def _wrong_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> 
     for power in (-3, 3):
         level = readings.points.level * 10.0**power
         asked = replace(readings.points, level=level, force=level)
-        left = readings.misfit(Predictor(points=asked, tolerance=GROSS_RESIDUAL).predict(model).value)
+        left = readings.misfit(Predictor(points=asked, tolerance=ROUGH_TOLERANCE).predict(model).value)
         if left < MENDED:
             found.append(
                 Suspicion(

@@ -57,7 +57,7 @@ def choose_tag(result: Round) -> str:
     tag = TAG[verdict.finding]
     if verdict.further is not None:
         tag = TAG_TWO.get(verdict.finding, tag)
-    elif verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1:
+    elif verdict.finding is Finding.AMBIGUOUS and (len(verdict.effects) == 1 or verdict.replaces_error):
         tag = TAG_ONE
     is_changed = verdict.finding is Finding.NOTHING and bool(result.changes)
     if is_changed:

@@ -176,6 +176,9 @@ def test_an_effect_may_take_the_place_of_an_error_that_no_sound_model_has(
     verdict = decided(one, refit("spring", 1, -2), left=FAR, beside=beside)
     assert verdict.finding is finding
     assert named(verdict) == (["mass"] if finding is Finding.AMBIGUOUS else [])
+    assert verdict.replaces_error is (finding is Finding.AMBIGUOUS)
+    several = decided(one, replace(one, effect=refit("spring", 1, 1).effect), left=FAR, beside=beside)
+    assert ("or the model errs in a way that looks like one of them" in several.sentence) is several.replaces_error
 
 
 @pytest.mark.parametrize(
@@ -520,6 +523,11 @@ def test_an_unknown_force_needs_data_that_noise_and_stated_errors_do_not_explain
         BEFORE, reduced_chi2_without_model_error=stated, held_out_reduced_chi2_without_model_error=held_out
     )
     assert decided(baseline=baseline, places=(place(LIMITS.misfit + 7),)).finding is finding
+    # Beyond a standard deviation of chi-squared, the root of 2,000, it is not lost in the noise of all data.
+    for beyond in (-1e-6, 1e-6):
+        there = place(6 + np.sqrt(2000) + beyond)
+        verdict = decided(baseline=baseline, places=(there,))
+        assert verdict.finding is (Finding.UNKNOWN if beyond > 0 else finding)
 
 
 def test_a_parameter_that_its_prior_holds_back_leaves_nothing_to_name() -> None:

@@ -107,7 +107,7 @@ def test_a_stuck_slider_has_one_state_for_each_history() -> None:
 def test_a_slider_that_slips_both_ways_forgets_its_history() -> None:
     (state,) = friction_history_states(slider(force=3.0), OMEGA, n_history=8)
     alone = steady_state(slider(force=3.0), OMEGA)
-    np.testing.assert_allclose(state.coefficients, alone.coefficients, atol=1e-6)  # `several.SAME`
+    np.testing.assert_allclose(state.coefficients, alone.coefficients, atol=1e-6)  # within `state.SAME_STATE`
     np.testing.assert_allclose(state.coefficients[0], 0.0, atol=1e-8)  # and its mean
 
 
