@@ -1,7 +1,9 @@
 """Whether the held-out data confirm an effect, alone or with a further one that is missing as well."""
 
+import numpy as np
+
 from diagnosis.decision.closeness import list_beyond_priors
-from diagnosis.decision.evidence import DECISIVE, is_noise
+from diagnosis.decision.evidence import DECISIVE
 from diagnosis.decision.pair import Pair
 from diagnosis.effect import find_kind
 from diagnosis.fit.problem import Refit
@@ -40,7 +42,7 @@ def compute_held_out_gain(pair: Pair, alone: Refit) -> float:
 
 def raises_held_out_error(refit: Refit, baseline: Refit) -> bool:
     """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
-    if is_noise(refit.held_out_reduced_chi2_by_noise, refit.n_held_out):
+    if refit.held_out_reduced_chi2_by_noise <= 1 + np.sqrt(2 / max(refit.n_held_out, 1)):
         return False
     is_larger = refit.held_out_error > (1 + ERROR_TOLERANCE) * baseline.held_out_error
     return bool(is_larger or refit.held_out_reduced_chi2_by_noise > baseline.held_out_reduced_chi2_by_noise)

@@ -81,12 +81,8 @@ def exceeds_threshold(refit: Refit, thresholds: Thresholds) -> bool:
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it.
-
-    What gains because the covariance expects less does not pass.
-    """
-    is_beyond_chance = compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit)
-    return bool(is_beyond_chance) and not refit.gains_by_covariance
+    """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it."""
+    return bool(compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit))
 
 
 def compute_evidence(refit: Refit) -> float:
@@ -97,23 +93,6 @@ def compute_evidence(refit: Refit) -> float:
 def is_refuted(refit: Refit) -> bool:
     """Whether the held-out data speak against an effect."""
     return refit.worsens or refit.held_out_gain <= -DECISIVE
-
-
-def is_within_noise(refit: Refit, gain: float) -> bool:
-    """Whether a fit that may have model error leaves only noise, in which a further gain is lost.
-
-    Noise and stated errors explain what it leaves of all data, and the gain is less than a standard deviation of
-    chi-squared.
-    """
-    n = refit.fit.n_number
-    if refit.reduced_chi2_without_model_error is None or gain > np.sqrt(2 * n):
-        return False
-    return is_noise(refit.reduced_chi2_by_noise, n) and is_noise(refit.held_out_reduced_chi2_by_noise, refit.n_held_out)
-
-
-def is_noise(reduced_chi2: float, n_number: int) -> bool:
-    """Whether a reduced chi-squared of so many numbers is at most a standard deviation above 1."""
-    return bool(reduced_chi2 <= 1 + np.sqrt(2 / max(n_number, 1)))
 
 
 def errs_on_held_out(refit: Refit) -> bool:

@@ -25,7 +25,6 @@ from diagnosis.decision.evidence import (
     compute_whole_gain,
     errs_on_held_out,
     exceeds_threshold,
-    is_within_noise,
     passes,
 )
 from diagnosis.decision.fits import Fits
@@ -159,7 +158,7 @@ def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
         return replace(named, model_error_size=fits.arrangement_of(named.effects[0]).model_error_size)
     if pair is not None:  # rule 4
         return replace(_name_effects(nothing, fits, [], pair), finding=Finding.AMBIGUOUS)
-    if _is_force_missing(fits) and not is_within_noise(fits.baseline, compute_excess_gain(fits.places[0])):  # rule 5
+    if _is_force_missing(fits):  # rule 5
         return _decide_unknown(nothing, fits, place=fits.places[0])
     found = _find_law_that_generalises(fits)
     if found is not None:  # rule 6

@@ -123,22 +123,7 @@ def _test_by_covariances(
         held_out_gain=min(one - other for one, other in costs),
         cost=with_effect[-1].cost + tests[-1].held_out_cost,
         worsens=any(is_worse(tests[-1], each) for each in tests_without),
-        gains_by_covariance=any(map(_gains_by_covariance, with_effect, without_effect, tests, tests_without)),
     )
-
-
-def _gains_by_covariance(one: Arrangement, other: Arrangement, refit: Refit, without: Refit) -> bool:
-    """Whether an effect takes model error away, and leaves training data further off by noise and stated errors.
-
-    Parameters
-    ----------
-    one, other
-        Fit with the effect and without, by one covariance.
-    refit, without
-        Their tests.
-    """
-    rise = refit.reduced_chi2_by_noise / max(without.reduced_chi2_by_noise, 1.0)
-    return rise > MAX_CHI2_RISE and one.model_error_size.is_within(other.model_error_size)
 
 
 def refit_each_by_own_covariance(

@@ -85,9 +85,6 @@ class Refit:
         constant [-]; None where fits have no covariances of their own.
     worsens
         Whether the effect makes the held-out error larger, whatever it gains.
-    gains_by_covariance
-        Whether it leaves less model error, and training data that are further off by noise and stated errors: then it
-        gains because the covariance expects less.
     beside
         Second effect of a fit with two, whose values come last.
     """
@@ -109,7 +106,6 @@ class Refit:
     held_out_gain: float = 0.0
     cost: float | None = None
     worsens: bool = False
-    gains_by_covariance: bool = False
     beside: Effect | None = None
 
     @property

@@ -507,29 +507,6 @@ def test_an_unknown_force_beyond_chance_is_told_when_nothing_known_passes(more: 
     assert verdict.place is (there if finding is Finding.UNKNOWN else None)
 
 
-@pytest.mark.parametrize(
-    ("stated", "held_out", "finding"),
-    [
-        (1.04, 1.06, Finding.NOTHING),  # a standard deviation of 1,000 numbers is 0.045, of 500 it is 0.063
-        (1.05, 0.9, Finding.UNKNOWN),
-        (0.9, 1.07, Finding.UNKNOWN),
-        (None, 0.9, Finding.UNKNOWN),  # a model without error: its covariance is known
-    ],
-)
-def test_an_unknown_force_needs_data_that_noise_and_stated_errors_do_not_explain(
-    stated: float | None, held_out: float, finding: Finding
-) -> None:
-    baseline = replace(
-        BEFORE, reduced_chi2_without_model_error=stated, held_out_reduced_chi2_without_model_error=held_out
-    )
-    assert decided(baseline=baseline, places=(place(LIMITS.misfit + 7),)).finding is finding
-    # Beyond a standard deviation of chi-squared, the root of 2,000, it is not lost in the noise of all data.
-    for beyond in (-1e-6, 1e-6):
-        there = place(6 + np.sqrt(2000) + beyond)
-        verdict = decided(baseline=baseline, places=(there,))
-        assert verdict.finding is (Finding.UNKNOWN if beyond > 0 else finding)
-
-
 def test_a_parameter_that_its_prior_holds_back_leaves_nothing_to_name() -> None:
     there = place(LIMITS.misfit + 26)
     verdict = decided(refit("mass", LIMITS.gain - 5, 10), places=(there,), beyond_priors=["kt x 1.5", "E x 1.05"])

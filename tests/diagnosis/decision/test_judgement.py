@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 from functools import partial
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
 from correlation.model import Model
-from correlation.noise.error_size import ErrorSize
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
 from diagnosis.decision.evidence import passes
@@ -197,28 +196,6 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
         for chi2, size in zip(misfit, error, strict=True)
     )
     assert finalist.is_worse(refit, without) is worse
-
-
-@pytest.mark.parametrize(
-    ("misfit", "reading", "by_covariance"),
-    [
-        ((2.0, 2.1), (0.01, 0.005), False),
-        ((2.0, 2.3), (0.01, 0.005), True),  # a tenth, and less model error: it gains by what is expected alone
-        ((2.0, 2.3), (0.01, 0.02), False),  # what is left is taken for model error, which costs
-        ((0.3, 0.9), (0.01, 0.005), False),  # noise explains both
-    ],
-)
-def test_an_effect_that_takes_model_error_away_must_not_leave_more(
-    arrangement: Arrangement, misfit: tuple[float, float], reading: tuple[float, float], by_covariance: bool
-) -> None:
-    other, one = (SimpleNamespace(model_error_size=ErrorSize(reading=size)) for size in reading)
-    without, refit = (replace(baseline_fit(arrangement), reduced_chi2_without_model_error=chi2) for chi2 in misfit)
-    gains_by_covariance: Any = finalist._gains_by_covariance
-    assert gains_by_covariance(one, other, refit, without) is by_covariance
-    passing = replace(refit, gain=1e9, held_out_gain=50.0)
-    limits = Thresholds(gain=20.0, misfit=30.0)
-    assert passes(passing, limits)
-    assert not passes(replace(passing, gains_by_covariance=True), limits)
 
 
 def test_the_density_of_held_out_data_has_their_jitter_integrated_out(finalists: list[Finalist]) -> None:

@@ -156,7 +156,7 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
 
     def fit(arrangement: object, score: int) -> Any:
         asked.append(score)
-        return SimpleNamespace(chi2=chi2 - kept[score], n_number=1000)
+        return SimpleNamespace(chi2=chi2 - kept[score])
 
     monkeypatch.setattr(residual_explanation, "compute_gains_by_covariance", lambda *_: np.array([promised]))
     monkeypatch.setattr(residual_explanation, "screen", lambda _, effects: [each.number for each in effects])
@@ -164,7 +164,7 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
     monkeypatch.setattr(residual_explanation, "find_unknown_forces", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(
-        fit=SimpleNamespace(chi2=chi2, n_number=1000), cost=chi2, cost_with_error_left=lambda fit: fit.chi2,
+        fit=SimpleNamespace(chi2=chi2), cost=chi2, cost_with_error_left=lambda fit: fit.chi2,
         tested=lambda effect, fit: Refit(
             effect=effect, fit=fit, held_out_reduced_chi2=1.0, error=0.1, held_out_error=0.1
         ),
