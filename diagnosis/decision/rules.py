@@ -28,7 +28,7 @@ from diagnosis.decision.evidence import (
     passes,
 )
 from diagnosis.decision.fits import Fits
-from diagnosis.decision.law_of_force import FittedLaw, compute_law_density, find_alternatives
+from diagnosis.decision.law_of_force import FittedLaw, compute_law_density, find_alternatives, has_other_laws
 from diagnosis.decision.likeness import find_same
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.pair_search import FoundPair, find_pair, find_pair_that_passes
@@ -176,7 +176,7 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
     law = fits.find_better_law(best)
     left = find_cause_beside(fits, best) if law is None else None
     pair, instead = FoundPair() if left is None else find_pair(fits, best, left.refit)
-    if left is not None:
+    if law is None and (left is not None or has_other_laws(best.effect)):
         best, law = _find_law_of_another(fits, best, pair)
     arrangement = fits.arrangement_of(best) if pair is None or law is not None else pair.first.arrangement
     nothing = replace(nothing, instead=instead, model_error_size=arrangement.model_error_size)

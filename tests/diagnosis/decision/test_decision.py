@@ -88,6 +88,7 @@ def decided(
     beyond_priors: Sequence[str] = (),
     pair: Pair | None = None,
     own_law: FittedLaw | None = None,
+    laws_of: Callable[[str], Sequence[FittedLaw]] | None = None,
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
@@ -97,7 +98,9 @@ def decided(
             return pair
         if name.endswith("by its own covariance"):
             return own_law
-        return list(laws) if name.startswith("other laws") else rest
+        if name.startswith("other laws"):
+            return list(laws if laws_of is None else laws_of(name))
+        return rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
     size = left if beside is None else beside
@@ -591,6 +594,21 @@ def test_of_laws_that_cannot_be_told_apart_the_best_of_each_kind_is_told() -> No
 def test_an_effect_that_held_out_data_refute_may_have_another_law(held_out_gain: float, finding: Finding) -> None:
     refuted = refit("cubic at tip", 100, -40)
     assert decided(refuted, laws=[make_law(50.0, held_out_gain)]).finding is finding
+
+
+@pytest.mark.parametrize(("more", "finding"), [(1.0, Finding.UNKNOWN), (-1.0, Finding.MISSING)])
+def test_a_cubic_spring_may_stand_for_another_law_at_another_place(more: float, finding: Finding) -> None:
+    """A quadratic spring: a softening cubic spring at another place leaves nothing."""
+    best, other = refit("cubic at tip", 100, 80), refit("cubic at root", 90, 60)
+    behind = compute_log_density(best) - compute_log_density(other)
+    law = make_law(behind + DECISIVE + more, kind="even")
+
+    def laws_of(name: str) -> list[FittedLaw]:
+        return [law] if "root" in name else []
+
+    verdict = decided(best, other, places=(place(90),), laws_of=laws_of)
+    assert verdict.finding is finding
+    assert [each.words for each in verdict.laws] == (["a force of the kind even"] if finding is Finding.UNKNOWN else [])
 
 
 @pytest.mark.parametrize(("whole", "left", "finding"), [
