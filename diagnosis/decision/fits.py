@@ -84,8 +84,8 @@ class Fits:
     def fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the force of an effect may have instead, fitted; empty for an effect without any.
 
-        Where noise and stated errors do not explain what the effect leaves, the law that leaves least is fitted by the
-        covariance of its own model as well.
+        The law that leaves least is fitted by the covariance of its own model as well, where it gains by that of the
+        effect, or noise and stated errors do not explain what the effect leaves.
         """
         if not has_other_laws(refit.effect):
             return []
@@ -96,9 +96,10 @@ class Fits:
         )
         least = min((law for law in laws if law.is_distinct), key=lambda law: law.chi2_by_noise, default=None)
         # A finer model has no law of this name.
-        if self.refit_by_own_covariance is None or arrangement.finer or refit.reduced_chi2_by_noise < UNEXPLAINED_CHI2:
+        if self.refit_by_own_covariance is None or arrangement.finer or least is None:
             return laws
-        if least is None or least.refit.reduced_chi2_by_noise > refit.reduced_chi2_by_noise:
+        leaves_much = refit.reduced_chi2_by_noise > max(UNEXPLAINED_CHI2, least.refit.reduced_chi2_by_noise)
+        if least.whole_gain <= 0 and not leaves_much:
             return laws
         own = self.run_step(
             f"{least.refit.name} of {refit.strength:.6g} by its own covariance",

@@ -2,7 +2,7 @@
 
 A stop, a play or a spring of another power changes the data much as the nearest known spring does. Each law that a kind
 names beside its own is fitted in place of the effect. It is another force if -2 ln p falls by more than chance lets it,
-a chi-square of one degree of freedom, for laws of at most one parameter more, and the held-out data do not object. It
+a chi-square of one degree of freedom, for laws of at most one parameter more, less what the held-out data lose. It
 cannot be told from the effect where -2 ln p of all data rises by no more than what would refute it.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.candidate.force_law import ForceLaw
-from diagnosis.decision.evidence import compute_log_density
+from diagnosis.decision.evidence import DECISIVE, compute_log_density
 from diagnosis.effect import OtherLaws, find_kind
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
@@ -56,8 +56,9 @@ class FittedLaw:
         return self.gain + self.held_out_gain
 
     def is_better(self, chance: float) -> bool:
-        """Whether the force has this law, and not that of the effect."""
-        return self.is_distinct and self.gain > chance and self.held_out_gain >= 0
+        """Whether the force has this law, and not that of the effect: held-out data count as they do for effects."""
+        gain = self.gain + min(self.held_out_gain, 0.0)
+        return self.is_distinct and gain > chance and self.held_out_gain > -DECISIVE
 
     def is_alternative(self, refuted: float) -> bool:
         """Whether the data do not refute that the force has this law."""

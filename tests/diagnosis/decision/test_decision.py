@@ -553,7 +553,9 @@ def make_law(
     [
         (make_law(7.0), Finding.UNKNOWN),
         (make_law(6.0), Finding.AMBIGUOUS),  # chance: a chi-square of one degree of freedom exceeds 6.63 in 1 %
-        (make_law(7.0, -0.1), Finding.AMBIGUOUS),  # the held-out data object
+        (make_law(7.0, -0.3), Finding.UNKNOWN),
+        (make_law(7.0, -0.4), Finding.AMBIGUOUS),  # what the held-out data lose is more than what is beyond chance
+        (make_law(100.0, -DECISIVE), Finding.AMBIGUOUS),  # the held-out data refute it
         (make_law(200.0, is_distinct=False), Finding.MISSING),  # a cubic, nearly
         (make_law(-5.0, -0.9), Finding.AMBIGUOUS),
         (make_law(-5.0, -1.1), Finding.MISSING),  # 5.99: odds of one in twenty
