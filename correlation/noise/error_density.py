@@ -82,10 +82,8 @@ def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, 
             tried[reading] = density.minimise(reading, tried[near][0])
         return tried[reading][1]
 
-    best, step = (
-        min(np.arange(FIRST_READING, LAST_READING + COARSE_STEP / 2, COARSE_STEP).tolist(), key=cost),
-        COARSE_STEP,
-    )
+    coarse = np.arange(FIRST_READING, LAST_READING + COARSE_STEP / 2, COARSE_STEP).tolist()
+    best, step = min(coarse, key=cost), COARSE_STEP
     while step > FINE_STEP and cost(best) <= tried[0.0][1]:
         step /= 2
         best = min((best - step, best, min(best + step, LAST_READING)), key=cost)
