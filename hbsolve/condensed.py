@@ -216,9 +216,7 @@ class CondensedStructure:
         moved = self.stuck.solve(omega[1:], unit_forces_and_force(self.directions, self.dynamic[1:]))
         along = self.directions @ moved
         condensed = self._joined(angular_frequency, np.ascontiguousarray(along[..., :-1]), along[..., -1])
-        dynamic = np.concatenate([np.zeros_like(moved[:1, :, -1]), moved[..., -1]])
-        contact = np.concatenate([self._rest[0][None].astype(np.complex128), moved[..., :-1]])
-        return condensed, Recovery(self.static_motion, dynamic, contact)
+        return condensed, Recovery(self.static_motion, *_with_mean(moved[..., -1], moved[..., :-1], self._rest[0]))
 
     def at_with_slopes(self, angular_frequency: float) -> Condensed:
         """Condense at one Omega [rad/s], with derivatives in it."""
@@ -263,7 +261,7 @@ class CondensedStructure:
         along = np.repeat(self.directions[:, None, :], len(omega), axis=1)
         moved = (self._free or self.stuck).response(omega, np.concatenate([along, force[None]]))
         rows = self._of_stuck_structure(condensed, moved[-1], np.moveaxis(moved[:-1], 0, 2))
-        return [Recovery(self.static_motion, *self._with_mean(each, self._rest[0])) for each in rows]
+        return [Recovery(self.static_motion, *_with_mean(*each, self._rest[0])) for each in rows]
 
     def recover_rows(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
@@ -288,7 +286,7 @@ class CondensedStructure:
         assert modal is not None
         contact, dynamic = modal.condense_to_rows(omega, rows, self.directions, force)
         mean = rows @ self._rest[0]
-        return [self._with_mean(each, mean) for each in self._of_stuck_structure(condensed, dynamic, contact)]
+        return [_with_mean(*each, mean) for each in self._of_stuck_structure(condensed, dynamic, contact)]
 
     def _of_stuck_structure(
         self, condensed: Sequence[Condensed], dynamic: Complex[Array, "F n"], contact: Complex[Array, "F n d"]
@@ -310,11 +308,6 @@ class CondensedStructure:
             moved = np.concatenate([item.dynamic[1:] for item in condensed])
             dynamic = dynamic - (resisted @ moved[..., None])[..., 0]
         return list(zip(np.split(dynamic, len(condensed)), np.split(contact, len(condensed)), strict=True))
-
-    def _with_mean(self, motion: tuple[Array, Array], mean: Array) -> tuple[Array, Array]:
-        """Motion under the harmonic force and under joint forces with harmonic 0, where only these act."""
-        dynamic, contact = motion
-        return np.concatenate([np.zeros((1, len(mean))), dynamic]), np.concatenate([mean[None], contact])
 
     def _all_harmonics(self, angular_frequencies: Sequence[float]) -> tuple[Vector, Array]:
         """Harmonics 1 to H of all Omega, shape (F H,) [rad/s], and the force in them, shape (F H, r) [N]."""
@@ -377,6 +370,11 @@ class CondensedStructure:
             return np.asarray(D * stuck)
 
         return free.response_with_reaction(omega, forces, B, reaction)
+
+
+def _with_mean(dynamic: Array, contact: Array, mean: Array) -> tuple[Array, Array]:
+    """Motion under the harmonic force and under joint forces with harmonic 0, where only these act."""
+    return np.concatenate([np.zeros((1, len(mean))), dynamic]), np.concatenate([mean[None], contact])
 
 
 def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:

@@ -130,7 +130,7 @@ class _Columns:
     def _compute(self, reading: float) -> _Products:
         weight = 1 / (self._variance + (reading * self._reading) ** 2)
         own = 1 + reading**2 * np.add.reduceat(weight * self._reading**2, self._first)
-        # A product with its own transpose takes half the work, and so those of the square root of the inverse.
+        # Products of W^(1/2) times all columns with their own transpose take half the work.
         root, c = np.sqrt(weight)[:, None] * self._all, self.modes.shape[1]
         along = np.add.reduceat((reading * np.sqrt(weight) * self._reading)[:, None] * root, self._first, axis=0)
         along /= np.sqrt(own)[:, None]
@@ -143,14 +143,12 @@ class _Columns:
         gram = (vectors * np.maximum(values, 0.0)) @ vectors.T
         return _Products(weight, own, factor, half, gram, float(log_determinant))
 
-    def apply_inverse(self, reading: float, weight: Vector, own: Vector, columns: Matrix) -> Matrix:
-        """Inverse of the covariance of readings and noise, without its modes, times columns."""
-        weighed = weight[:, None] * columns
-        if not reading:
-            return np.asarray(weighed)
-        sums = np.add.reduceat(self._reading[:, None] * weighed, self._first, axis=0) / own[:, None]
+    def apply_inverse(self, reading: float, weight: Vector, own: Vector, difference: Vector) -> Vector:
+        """Inverse of the covariance of readings and noise, without its modes, times a difference."""
+        weighed = weight * difference
+        sums = np.add.reduceat(self._reading * weighed, self._first) / own
         counts = np.diff(self._first, append=len(weight))
-        return np.asarray(weighed - reading**2 * (weight * self._reading)[:, None] * np.repeat(sums, counts, axis=0))
+        return np.asarray(weighed - reading**2 * weight * self._reading * np.repeat(sums, counts))
 
 
 #: Columns of the covariances that are in use.
@@ -213,7 +211,7 @@ class ErrorSizeDensity:
 
     def _at(self, reading: float) -> "_AtReading":
         of, known = self._of, self._of.products(reading)
-        difference = of.apply_inverse(reading, known.weight, known.own, self._difference[:, None])[:, 0]
+        difference = of.apply_inverse(reading, known.weight, known.own, self._difference)
         along = scipy.linalg.solve_triangular(known.factor, of.modes.T @ difference, lower=True)
         prior = 2 * np.log1p((reading / self._usual_reading) ** 2) if self._usual_reading else 0.0
         return _AtReading(

@@ -195,7 +195,7 @@ class _Recovery:
                 values, mean = self.values + share * (law.values - self.values), share * law.posterior.mean
                 closed = self._predict_with_law(law, values, mean, states)
                 if closed is not None:
-                    starts.append((self._misfit(values, closed.prediction.value, 1.0), number, closed))
+                    starts.append((self._misfit(closed, 1.0), number, closed))
         best, tried = max(laws, key=lambda each: each.evidence), set[int]()
         for _, number, closed in sorted(starts, key=lambda each: each[:2]):
             if number in tried:
@@ -206,7 +206,7 @@ class _Recovery:
                 return found
         return best
 
-    def _descend(self, law: PlaceLaw, closed: "_ClosedLaw", states: Mapping[Key, SteadyState]) -> PlaceLaw:
+    def _descend(self, law: PlaceLaw, closed: _ClosedLaw, states: Mapping[Key, SteadyState]) -> PlaceLaw:
         """Damped Gauss-Newton steps: each is shortened until the fit improves."""
         noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(closed.prediction.value) ** 2))))
         here, known = replace(law, posterior=replace(law.posterior, noise=float(noise))), dict(states)
@@ -217,13 +217,12 @@ class _Recovery:
                 break
             known |= response.states
             here = self._posterior_about_law(here, closed.values, closed.mean, response)
-            misfit, after, moved = self._misfit(closed.values, response.value, here.posterior.noise), np.inf, None
+            misfit, after, moved = self._misfit(closed, here.posterior.noise), np.inf, None
             for share in SHARES:
                 values = closed.values + share * (here.values - closed.values)
                 mean = closed.mean + share * (here.posterior.mean - closed.mean)
                 moved = self._predict_with_law(here, values, mean, known)
-                if moved is not None:
-                    after = self._misfit(values, moved.prediction.value, here.posterior.noise)
+                after = np.inf if moved is None else self._misfit(moved, here.posterior.noise)
                 if after < misfit:
                     break
             if moved is None or misfit - after < ENOUGH:
@@ -233,7 +232,7 @@ class _Recovery:
 
     def _predict_with_law(
         self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], states: Mapping[Key, SteadyState]
-    ) -> "_ClosedLaw | None":
+    ) -> _ClosedLaw | None:
         """States with the law in the model, from states near those that were measured."""
         model = self.arrangement.unknowns([]).compose(values)
         own = list_law_joints(f"law at {law.name}", law.row, law.basis, mean)
@@ -249,7 +248,7 @@ class _Recovery:
             return None
         return _ClosedLaw(values=values, mean=mean, model=model, predictor=predictor, prediction=prediction)
 
-    def _linearise(self, law: PlaceLaw, closed: "_ClosedLaw") -> Response:
+    def _linearise(self, law: PlaceLaw, closed: _ClosedLaw) -> Response:
         """Response about the states with the law, which takes several times as long as to find these."""
         unknowns = self.arrangement.unknowns([])
         changes = differentiate(unknowns.compose, closed.values, unknowns.size, unknowns.bounds)
@@ -286,9 +285,9 @@ class _Recovery:
             forces[..., basis.group == EVEN] = 0.0
         return forces
 
-    def _misfit(self, values: Values, read: Complex[NDArray[np.complex128], " k"], noise: float) -> float:
-        """-2 ln of the density of data and calibration parameters, up to a constant, with these readings [-]."""
-        data, away = self.arrangement.train.residual_of(read), self._away(values)
+    def _misfit(self, closed: _ClosedLaw, noise: float) -> float:
+        """-2 ln of the density of data and calibration parameters, up to a constant [-]."""
+        data, away = self.arrangement.train.residual_of(closed.prediction.value), self._away(closed.values)
         return float(data @ data) / noise**2 + float(away @ away)
 
     def _solve(self, row: Row, values: Values, loads: Motion, states: Mapping[Key, SteadyState]) -> Response | None:
