@@ -87,7 +87,12 @@ def passes(refit: Refit, thresholds: Thresholds) -> bool:
 
 def compute_evidence(refit: Refit) -> float:
     """Fall of -2 ln p of the training data, less what the held-out data lose; none if these refute the effect [-]."""
-    return 0.0 if is_refuted(refit) else refit.gain + min(refit.held_out_gain, 0.0)
+    return 0.0 if refit.worsens else discount_gain(refit.gain, refit.held_out_gain)
+
+
+def discount_gain(gain: float, held_out_gain: float) -> float:
+    """A fall of -2 ln p of the training data, less what the held-out data lose; none if these refute it [-]."""
+    return 0.0 if held_out_gain <= -DECISIVE else gain + min(held_out_gain, 0.0)
 
 
 def is_refuted(refit: Refit) -> bool:

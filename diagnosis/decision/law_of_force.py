@@ -14,7 +14,7 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.candidate.force_law import ForceLaw
-from diagnosis.decision.evidence import DECISIVE, compute_log_density
+from diagnosis.decision.evidence import compute_log_density, discount_gain
 from diagnosis.effect import OtherLaws, find_kind
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
@@ -57,8 +57,7 @@ class FittedLaw:
 
     def is_better(self, chance: float) -> bool:
         """Whether the force has this law, and not that of the effect: held-out data count as they do for effects."""
-        gain = self.gain + min(self.held_out_gain, 0.0)
-        return self.is_distinct and gain > chance and self.held_out_gain > -DECISIVE
+        return self.is_distinct and discount_gain(self.gain, self.held_out_gain) > chance
 
     def is_alternative(self, refuted: float) -> bool:
         """Whether the data do not refute that the force has this law."""
