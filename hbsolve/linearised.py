@@ -76,6 +76,17 @@ def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
 
 
 @compiled
+def solve_if_finite(matrix: Any, right: Any) -> Any:
+    """Solution of a system, shape (m,); NaN where it has overflown, as the force of a steep law far beyond its range.
+
+    Newton's method then ends as it does where |R| has overflown.
+    """
+    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+        return np.full(len(right), np.nan)
+    return np.linalg.solve(matrix, right)
+
+
+@compiled
 def small_matrix(rows: Any, jacobian: Any, first: Any, count: Any, columns: Any, nh: int) -> Any:
     """I + L A on the active rows, shape (m, m); `columns` are those of A, see `hbsolve.newton`."""
     directions, n_full = active_directions(rows)

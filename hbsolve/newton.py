@@ -34,7 +34,7 @@ from fe.compiled import compiled
 from hbsolve.aft import BalanceArrays, joint_forces
 from hbsolve.joint_law.registry import FORCE, JACOBIAN
 from hbsolve.krylov import Border, gmres, operator
-from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
+from hbsolve.linearised import active_rows, scattered, small_matrix, solve_if_finite, times_jacobian
 from reduction.array_type import Array, Real
 
 #: Up to this many rows elimination is faster than GMRES; with more it is as fast as GMRES with rows / 3 vectors.
@@ -147,7 +147,7 @@ def newton_step(forces: Any, columns: Any, first: Any, count: Any, right: Any, r
         border = Border(np.empty(0), np.empty(0), 0.0)
         y, solved = gmres(matrix, border, moved, relative, len(rows) // ROWS_PER_VECTOR)
     if not solved:
-        y = np.linalg.solve(small_matrix(rows, forces.jacobian, first, count, columns, nh), moved)
+        y = solve_if_finite(small_matrix(rows, forces.jacobian, first, count, columns, nh), moved)
     return right - apply_receptance(columns, scattered(rows, y, d, nh))
 
 
@@ -188,7 +188,7 @@ def bordered_step(
         Z = np.empty((m + 1, m + 1))
         Z[:m, :m] = small_matrix(rows, forces.jacobian, first, count, columns, nh)
         Z[:m, m], Z[m, :m], Z[m, m] = column, row, last
-        y = np.linalg.solve(Z, right)
+        y = solve_if_finite(Z, right)
     by = y[m] / width
     dx = -residual - by_lambda * by
     if m:

@@ -152,6 +152,18 @@ def test_bordered_step_solves_the_whole_system_in_any_unit_of_lambda(relative: f
     np.testing.assert_allclose(found, exact, rtol=0, atol=TOLERANCE * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("relative", [RELATIVE, 0.0], ids=["gmres", "elimination"])
+def test_a_jacobian_that_has_overflown_gives_no_step_and_no_error(relative: float) -> None:
+    case = problem()
+    forces = case.forces._replace(jacobian=np.full_like(case.forces.jacobian, np.inf))
+    right = np.random.default_rng(2).normal(size=(len(case.first), NH))
+    assert np.isnan(newton_step(forces, case.columns, case.first, case.size, right, relative)).any()
+    border = (right, right, 0.7, 0.3)
+    dx, dlambda = bordered_step(forces, case.columns, case.first, case.size, right, *border, relative)
+    assert np.isnan(dx).any()
+    assert np.isnan(dlambda)
+
+
 @pytest.mark.parametrize(("radius", "fast"), [(0.5, True), (5.0, False)])
 def test_gmres_is_used_where_it_is_fast_and_elimination_elsewhere(radius: float, fast: bool) -> None:
     case = problem(radius)
