@@ -20,6 +20,7 @@ Statistics 30 (1959), for z. F. E. Satterthwaite, Biometrics Bulletin 2 (1946), 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -181,11 +182,11 @@ def judge_family(
     inside, tight, score = np.nan, np.nan, np.nan
     if compared.any():
         x, ends = value[compared], limit[:, compared]
-        free = (_student(freedom) * deviation)[:, compared]
-        low, high = ends[0] - free[0], np.maximum(ends[1] + free[1], ends[0] - free[0])
-        inside = coverage(x[None], low, high)
+        inside = coverage(x[None], *_widen(ends, (_student(freedom) * deviation)[:, compared]))
         alpha = 1 / (len(x) + 1)
-        score = float(np.mean(interval_score(x[None], low, high, alpha)) / max(float(np.mean(np.abs(x))), 1e-300))
+        low, high = _widen(ends, compute_noise_width(alpha) * deviation[:, compared])
+        size = interval_score(x[None], low, high, alpha)
+        score = float(np.mean(size) / max(float(np.mean(np.abs(x))), 1e-300))
         tight = _tightness(family, limit)
     return FamilyVerdict(
         family=family, band=band, limit=limit, deviation=deviation, coverage=inside, tightness=tight, score=score,
@@ -194,6 +195,20 @@ def judge_family(
             common_points(family.curves)[compared], noise.freedom(limit[:, compared]), CHANCE * len(value) / n_reading
         ),
     )  # fmt: skip
+
+
+def compute_noise_width(alpha: Values | float) -> Any:
+    """Standard deviations by which noise widens a band that holds the middle share 1 - alpha of readings [-].
+
+    The quantile is that of a normal distribution: a few degrees of freedom would make a score of the noise alone.
+    """
+    return -ndtri(np.asarray(alpha) / 2)
+
+
+def _widen(ends: Both, by: Both) -> Both:
+    """Both ends of a band further out; a closed band stays one line at least."""
+    low = ends[0] - by[0]
+    return np.array([low, np.maximum(ends[1] + by[1], low)])
 
 
 def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tuple[Values, NDArray[np.int64]]:

@@ -1,54 +1,128 @@
-r"""Calibration onto families: parameters whose limits hold the measured families as tightly as possible.
+r"""Calibration onto families: parameters whose bands hold the measured families as tightly as possible.
 
-Least squares on the mean of the repeats takes friction history for noise. Here the prediction is a band, and what is
-minimised over the factors p is the sum of the logarithms of the interval scores of all families, each counted once per
-curve of the family, c_f times, and the prior:
+The score of a model costs the sampled bands of all levels, and has kinks: a simplex of eight parameters is lost in it.
+The limits at the readings are smooth. In each iteration they are linearised about the best parameters, amplitudes by
+their logarithms, and the score of these limits, with a prior of standard deviation sigma around zero,
 
-.. math:: \sum_f c_f \ln \frac{\bar S_{\alpha_f}}{\bar x_f} + \frac12 \sum_i \frac{(p_i - 1)^2}{\sigma_i^2},
-          \qquad \alpha_f = \frac{1}{n_f + 1} .
+.. math:: C(l_0 + L \,\Delta s) + \frac{|s|^2}{2 \sigma^2}, \qquad |\Delta s_i| \le r,
 
-The logarithm is that of the likelihood of readings spread evenly over a band as wide as the score. It does not depend
-on the size of a family, so that a static force near zero counts as much as a resonance. A band must be wide enough for
-all n readings of a family, and no wider. A search for limits is too slow for a fit: the band in the loop is what a
-population of slider states and random histories reach, the same ones in every iteration, so that the score changes with
-the parameters alone. The limits themselves judge the result.
+is minimised within a trust region r, which grows where it was right and shrinks where it was not. It costs a fraction
+of a second, where the bands of one model take seconds. Parameters are scaled to steps that matter.
 
 References
 ----------
-Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 4: calibration by limits over repeated tests.
-T. Gneiting and A. E. Raftery, Journal of the American Statistical Association 102 (2007), eq. 43.
+J. Nocedal and S. J. Wright, Numerical Optimization (2006), chapter 4, for the trust region.
+T. M. Ragonneau, Model-Based Derivative-Free Optimization Methods and Software (2022), for COBYQA, which minimises
+within it.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.optimize
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.family.band import PredictedBand
-from correlation.family.family import Family
-from correlation.family.limit_reading import objective_of
-from correlation.family.noise import RepeatErrors
-from correlation.family.verdict import count_readings, judge_family
-from correlation.model import DERIVATIVE, Model, Sensor
+from correlation.model import Model
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from hbsolve.balance import HarmonicBalance
-from hbsolve.errors import BalanceError, NoSteadyState
-from hbsolve.limits.problem import LimitCurve
-from hbsolve.limits.response_limits import limit_problem
-from hbsolve.limits.shared_histories import share_histories
-from hbsolve.limits.slider_bounds import starting_sliders
+from diagnosis.fit.family_target import LEAST_WIDTH, FamilyLimits, FamilyTarget
+from geometry.errors import InputError
+from hbsolve.errors import NoSteadyState
 
 Values = Float[NDArray[np.float64], " p"]
+#: Limits at some parameters; raises `InputError` or `NoSteadyState` where there is no such model.
+ComputeLimits = Callable[[Values], FamilyLimits]
 
-#: Slider states and random histories of the band in the loop.
-POPULATION, SAMPLES, SEED = 8, 8, 5
-#: Score of a model without a steady state, and of a band that is one line with all readings on it [-].
-HOPELESS, LEAST_SCORE = 1e6, 1e-6
-#: First step of the simplex, in standard deviations of the prior, and when it ends: in them, and in the score.
-STEP, CLOSE, FLAT = 0.5, 0.02, 1e-3
+#: Radius of the trust region at the start and at most, and at which the fit ends [steps].
+FIRST_RADIUS, MOST_RADIUS, LAST_RADIUS = 1.5, 5.0, 0.05
+#: Shares of the fall of the score that was predicted from which the region grows and below which it shrinks.
+GOOD_SHARE, POOR_SHARE = 0.7, 0.3
+GROW, SHRINK = 2.0, 0.4
+#: Difference over which a slope is taken, over the radius, and in steps at most; over a radius that has shrunk it is
+#: taken anew from this share on.
+SLOPE_SHARE, MOST_SLOPE, WIDE_SLOPE_SHARE = 0.2, 0.3, 0.6
+#: Least fall of the score, where 1.92 is the end of a 95 % interval [-].
+LEAST_FALL = 0.02
+UNBOUNDED = scipy.optimize.Bounds()
+#: COBYQA ends early at kinks: it starts again from where it ended, with regions that are shares of the trust region, as
+#: long as it gains a share of that fall. Evaluations of one run, and the share of its region to which it goes.
+REGIONS, GAIN_SHARE, MOST_RUNS = (0.5, 0.1), 0.2, 6
+MOST_LINEAR, LAST_SHARE = 400, 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearLimits:
+    """Limits at the n readings of a target that are linear in p parameters, amplitudes and deviations by logarithms.
+
+    Parameters
+    ----------
+    target
+        Readings.
+    at
+        Parameters about which they are linear, shape (p,) [steps].
+    value, slopes
+        Limits and deviations there, and their slopes, shapes (2, 2, n) and (p, 2, 2, n).
+    """
+
+    target: FamilyTarget
+    at: Values
+    value: Float[NDArray[np.float64], "2 2 n"]
+    slopes: Float[NDArray[np.float64], "p 2 2 n"]
+
+    @classmethod
+    def differentiate(
+        cls,
+        target: FamilyTarget,
+        compute: ComputeLimits,
+        at: Values,
+        limits: FamilyLimits,
+        step: float,
+        bounds: scipy.optimize.Bounds = UNBOUNDED,
+    ) -> "LinearLimits":
+        """By one difference in each parameter, to the side where there is a model; without one it has no slope.
+
+        Parameters
+        ----------
+        target
+            Readings.
+        compute
+            Limits at some parameters.
+        at
+            Where, shape (p,) [steps].
+        limits
+            Limits there.
+        step
+            Difference of each parameter [steps].
+        bounds
+            Of the parameters, shapes (p,) [steps].
+        """
+        value = _to_linear(target, limits)
+        slopes = np.zeros((len(at), *value.shape))
+        for number, direction in enumerate(np.eye(len(at))):
+            for signed in (step, -step):
+                moved = at + signed * direction
+                if (moved < bounds.lb).any() or (moved > bounds.ub).any():
+                    continue
+                found = compute_if_possible(compute, moved)
+                if found is not None:
+                    slope = (_to_linear(target, found) - value) / signed
+                    slopes[number] = np.where(np.isfinite(slope), slope, 0.0)
+                    break
+        return cls(target=target, at=at, value=value, slopes=slopes)
+
+    def score(self, scaled: Values) -> float:
+        """Score of the limits at other parameters, without a prior."""
+        moved = self.value + np.tensordot(scaled - self.at, self.slopes, axes=1)
+        value = np.where(self.target.is_amplitude, np.exp(moved[0]), moved[0])
+        return self.target.score(FamilyLimits(np.sort(value, axis=0), np.exp(moved[1])))
+
+
+def _to_linear(target: FamilyTarget, limits: FamilyLimits) -> Float[NDArray[np.float64], "2 2 n"]:
+    least = np.maximum(LEAST_WIDTH * np.abs(target.value), np.finfo(float).tiny)
+    value = np.where(target.is_amplitude, np.log(np.maximum(limits.value, least)), limits.value)
+    return np.array([value, np.log(np.maximum(limits.deviation, least))])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,9 +132,9 @@ class FamilyFit:
     Parameters
     ----------
     values
-        Factors, shape (p,) [-].
+        Parameters, shape (p,) [unit of each, or steps].
     before, after
-        Objective at the start and at the end [-].
+        Score with its prior at the start and at the end [-].
     n_evaluation
         Models whose bands were sampled [-].
     """
@@ -71,47 +145,98 @@ class FamilyFit:
     n_evaluation: int
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FamilyTarget:
-    """Measured families and their errors, with the score of a model against them.
+def fit_limits(
+    compute: ComputeLimits,
+    target: FamilyTarget,
+    prior: float,
+    start: Values,
+    *,
+    most: int,
+    bounds: scipy.optimize.Bounds = UNBOUNDED,
+    report: Callable[[float, float], None] | None = None,
+) -> FamilyFit:
+    """Minimise the score of limits and a prior by linearised limits in a trust region.
 
     Parameters
     ----------
-    families
-        Measured families.
-    errors
-        Noise and frequency jitter.
-    frequency
-        Frequencies of the band in the loop, rising, shape (f,) [Hz].
-    shift
-        Standard deviation of the frequency, of set-ups and of the model, relative [-].
-    nominal
-        Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
+    compute
+        Limits at some parameters.
+    target
+        Readings, and the score of limits.
+    prior
+        Standard deviation of each parameter around zero [steps].
+    start
+        Parameters to start from, shape (p,) [steps].
+    most
+        Evaluations at most; the last iteration is finished [-].
+    bounds
+        Of the parameters, shapes (p,) [steps].
+    report
+        Called with the number of evaluations, and their largest number [-].
+
+    Raises
+    ------
+    InputError, NoSteadyState
+        There is no model to start from.
     """
+    n_evaluation = 0
 
-    families: Sequence[Family]
-    errors: RepeatErrors
-    frequency: Float[NDArray[np.float64], " f"]
-    shift: float
-    nominal: Float[NDArray[np.float64], " s"] | None = None
+    def evaluate(scaled: Values) -> FamilyLimits:
+        nonlocal n_evaluation
+        n_evaluation += 1
+        if report is not None:
+            report(min(n_evaluation, most), most)
+        return compute(scaled)
 
-    @property
-    def count(self) -> int:
-        """Curves of all families [-]."""
-        return sum(len(family.curves) for family in self.families)
+    best, radius, linear, step = start, FIRST_RADIUS, None, 0.0
+    limits = evaluate(best)
+    before = least = target.score(limits) + compute_prior(best, prior)
+    while radius > LAST_RADIUS and n_evaluation < most:
+        if linear is None or step > WIDE_SLOPE_SHARE * radius:
+            step = min(SLOPE_SHARE * radius, MOST_SLOPE)
+            linear = LinearLimits.differentiate(target, evaluate, best, limits, step, bounds)
+        trial = minimise_linear(linear, prior, best, radius, bounds)
+        predicted = least - linear.score(trial) - compute_prior(trial, prior)
+        if not predicted >= LEAST_FALL:
+            break
+        found = compute_if_possible(evaluate, trial)
+        gain = -np.inf if found is None else least - target.score(found) - compute_prior(trial, prior)
+        if found is not None and gain > 0:
+            best, limits, least, linear = trial, found, least - gain, None
+        if not gain >= POOR_SHARE * predicted:
+            radius *= SHRINK
+        elif gain > GOOD_SHARE * predicted:
+            radius = min(GROW * radius, MOST_RADIUS)
+    return FamilyFit(values=best, before=before, after=least, n_evaluation=n_evaluation)
 
-    def score(self, model: Model) -> float:
-        """Logarithms of the interval scores over the sampled bands of a model, each counted once per curve."""
-        bands = sampled_bands(model, self.families, self.frequency, self.nominal)
-        n_reading = count_readings(self.families)
-        total = 0.0
-        for family in self.families:
-            band = bands[family.sensor, family.harmonic, family.level]
-            noise = self.errors.noise[family.sensor, family.harmonic]
-            verdict = judge_family(family, band, noise, shift=self.shift, n_reading=n_reading)
-            size = max(verdict.score, LEAST_SCORE) if np.isfinite(verdict.score) else HOPELESS
-            total += len(family.curves) * np.log(size)
-        return float(total)
+
+def minimise_linear(
+    linear: LinearLimits,
+    prior: float,
+    start: Values,
+    radius: float,
+    bounds: scipy.optimize.Bounds = UNBOUNDED,
+) -> Values:
+    """Parameters of the least score of linear limits within a radius about a start, all shapes (p,) [steps]."""
+    lower, upper = np.maximum(bounds.lb, start - radius), np.minimum(bounds.ub, start + radius)
+    within = list(zip(lower.tolist(), upper.tolist(), strict=True))
+    narrowest = float(np.min(upper - lower, initial=np.inf, where=upper > lower)) / 2
+
+    def cost(scaled: Values) -> float:
+        return linear.score(scaled) + compute_prior(scaled, prior)
+
+    best = np.clip(start, lower, upper)
+    least = cost(best)
+    for number in range(MOST_RUNS):
+        region = min(REGIONS[number % len(REGIONS)] * radius, narrowest)
+        options: Any = {"maxfev": MOST_LINEAR, "initial_tr_radius": region, "final_tr_radius": LAST_SHARE * region}
+        result = scipy.optimize.minimize(cost, best, method="COBYQA", bounds=within, options=options)
+        gain = least - float(result.fun)
+        if gain > 0:
+            best, least = np.clip(result.x, lower, upper), float(result.fun)
+        if not gain > GAIN_SHARE * LEAST_FALL and number >= len(REGIONS) - 1:
+            break
+    return np.asarray(best)
 
 
 def fit_families(
@@ -123,7 +248,7 @@ def fit_families(
     most: int = 150,
     report: Callable[[float, float], None] | None = None,
 ) -> FamilyFit:
-    """Minimise score and prior by the simplex method, from a fit to the mean.
+    """Fit calibration parameters to families from a fit to the mean.
 
     Parameters
     ----------
@@ -139,68 +264,35 @@ def fit_families(
         Evaluations at most [-].
     report
         Called with the number of evaluations, and their largest number [-].
+
+    Raises
+    ------
+    InputError, NoSteadyState
+        There is no model to start from.
     """
     centre = np.array([item.parameters[0].vanishes for item in calibration_parameters])
     deviation = np.array([item.deviation for item in calibration_parameters])
     lower = np.array([item.parameters[0].lower for item in calibration_parameters])
     upper = np.array([item.parameters[0].upper for item in calibration_parameters])
-    count = 0
 
-    def cost(scaled: Values) -> float:
-        nonlocal count
-        count += 1
-        if report is not None:
-            report(count, most)
-        values = np.clip(centre + deviation * scaled, lower, upper)
-        try:
-            score = target.score(compose(values))
-        except (BalanceError, NoSteadyState):
-            score = target.count * np.log(HOPELESS)
-        return float(score + 0.5 * np.sum(scaled**2))
+    def compute(scaled: Values) -> FamilyLimits:
+        return target.compute_limits(compose(np.clip(centre + deviation * scaled, lower, upper)))
 
-    first = (np.clip(start, lower, upper) - centre) / deviation
-    simplex = np.vstack([first, first + STEP * np.eye(len(first))])
-    before = cost(first)
-    result = scipy.optimize.minimize(
-        cost, first, method="Nelder-Mead",
-        options={"initial_simplex": simplex, "maxfev": most - 1, "xatol": CLOSE, "fatol": FLAT * target.count},
-    )  # fmt: skip
-    values = np.clip(centre + deviation * np.asarray(result.x), lower, upper)
-    return FamilyFit(values=values, before=before, after=float(result.fun), n_evaluation=count)
+    scaled = scipy.optimize.Bounds((lower - centre) / deviation, (upper - centre) / deviation)
+    first = np.clip((start - centre) / deviation, scaled.lb, scaled.ub)
+    fit = fit_limits(compute, target, 1.0, first, most=most, bounds=scaled, report=report)
+    values = np.clip(centre + deviation * fit.values, lower, upper)
+    return FamilyFit(values=values, before=fit.before, after=fit.after, n_evaluation=fit.n_evaluation)
 
 
-def sampled_bands(
-    model: Model,
-    families: Sequence[Family],
-    frequency: Float[NDArray[np.float64], " f"],
-    nominal: Float[NDArray[np.float64], " s"] | None = None,
-) -> dict[tuple[str, int, float], PredictedBand]:
-    """Bands that a population and random histories reach, by sensor, harmonic and level: within the limits.
+def compute_prior(scaled: Values, prior: float) -> float:
+    """What a prior of a standard deviation around zero adds to the score [-]."""
+    return 0.5 * float(np.sum((scaled / prior) ** 2))
 
-    Raises
-    ------
-    BalanceError, NoSteadyState
-        As `hbsolve.limits.response_limits.limit_problem`.
-    """
-    sensors = {item.name: item for item in model.sensors}
-    channels = list(dict.fromkeys((family.sensor, family.harmonic) for family in families))
-    objectives = [objective_of(model, sensors[name], harmonic) for name, harmonic in channels]
-    balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
-    problem = limit_problem(balance, objectives[0], nominal=nominal)
-    problem = limit_problem(balance, objectives[0], nominal=problem.box.middle, reach=problem.box.static)
-    omega = 2 * np.pi * frequency * (1 + model.frequency_shift.get("jointed", 0.0))
-    population = starting_sliders(balance, balance.at(float(omega[0])), problem.sliders, problem.box, POPULATION, SEED)
-    result = {}
-    for level in sorted({family.level for family in families}):
-        curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
-        states = share_histories(curve, range(len(omega)), objectives, population, SAMPLES, (SEED,), branches=False)
-        reached = np.array([states.reached[at] for at in range(len(omega))])
-        for number, (name, harmonic) in enumerate(channels):
-            sensor = sensors[name]
-            order = DERIVATIVE[sensor.quantity] if isinstance(sensor, Sensor) else 0
-            gain = sensor.gain if harmonic == 0 else abs(sensor.gain)
-            value = np.sort(gain * reached[:, :, number].T * omega**order, axis=0)
-            result[name, harmonic, level] = PredictedBand(
-                frequency=frequency, value=value, deviation=np.zeros_like(value), jump=np.zeros(value.shape, dtype=bool)
-            )
-    return result
+
+def compute_if_possible(compute: ComputeLimits, scaled: Values) -> FamilyLimits | None:
+    """Limits at some parameters; None where there is no such model, or no steady state of it."""
+    try:
+        return compute(scaled)
+    except (InputError, NoSteadyState):  # a damper out of its groove, say
+        return None

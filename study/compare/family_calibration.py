@@ -12,7 +12,8 @@ from correlation.family.family import measured_families
 from correlation.family.frequencies import choose_frequencies
 from correlation.family.noise import estimate_repeat_errors
 from correlation.model import Model
-from diagnosis.fit.family_fit import FamilyFit, FamilyTarget, fit_families
+from diagnosis.fit.family_fit import FamilyFit, fit_families
+from diagnosis.fit.family_target import FamilyGroup, FamilyTarget
 from pipeline.store import stage
 from study.case.added import apply_all
 from study.case.setup import Setup
@@ -117,9 +118,8 @@ def _fit(setup: Setup, request: FamilyRequest, start: Float[NDArray[np.float64],
     errors = estimate_repeat_errors(request.campaign, families)
     histories = request.structure.histories
     target = FamilyTarget(
-        families=trained,
+        groups=[FamilyGroup(trained, choose_frequencies(moving or trained, LOOP_FREQUENCIES, LOOP_FREQUENCIES))],
         errors=errors,
-        frequency=choose_frequencies(moving or trained, LOOP_FREQUENCIES, LOOP_FREQUENCIES),
         shift=float(np.hypot(errors.frequency, setup.budget.frequency)),
         nominal=None if histories is None else histories(1, 0)[0],
     )

@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from study.paper.interval import Interval, find_density_interval, find_intervals
+from study.paper.interval import Interval, find_damping_interval, find_density_interval, find_intervals
 from study.paper.limits import MeasuredFamilies, read_families
 from study.paper.linear import LinearCalibration, calibrate_linear
 from study.paper.model import PaperModel
@@ -80,15 +80,13 @@ def _intervals(
     model: PaperModel, linear: LinearCalibration, nonlinear: NonlinearCalibration, measured: MeasuredFamilies,
     run: RunContext,
 ) -> tuple[Interval, ...]:  # fmt: skip
-    result: list[Interval] = []
-    fits = (nonlinear.response, nonlinear.alignment)
-    for fit, target in zip(fits, make_targets(measured, model.effort.loop_frequencies), strict=True):
-        if fit is not None:
-            step = run.step(f"intervals of {', '.join(fit.scale)}", expected=100)
-            found = step.run(find_intervals, model.opened.case, fit, target, model, report=step.report)
-            result += found
+    response, all_data = make_targets(measured, model.effort.loop_frequencies)
+    fit, target = (nonlinear.response, response) if nonlinear.all_data is None else (nonlinear.all_data, all_data)
+    step = run.step("intervals", expected=60)
+    result = step.run(find_intervals, model.opened.case, fit, target, model, report=step.report)
     density = linear.iterations[-1].own.parameters if len(linear.iterations) > 2 else None
-    return (*result, *(find_density_interval(density, linear.free) if density is not None else ()))
+    damping = find_damping_interval(nonlinear.last.parameters.damping, linear.stuck)
+    return (*result, damping, *(find_density_interval(density, linear.free) if density is not None else ()))
 
 
 def list_missing(measured: MeasuredFamilies, linear: LinearCalibration) -> list[str]:

@@ -1,13 +1,14 @@
 r"""Intervals of calibrated parameters.
 
-Where parameters are fitted to families, the score C of `diagnosis.fit.family_fit` is minus the logarithm of a
-likelihood. A quadratic surface is laid through it by least squares, with the prior known exactly,
+Where parameters are fitted to families, the score C of `diagnosis.fit.family_target` takes the place of minus the
+logarithm of a likelihood. At the ends of the 95 % interval of a parameter the profile of C and prior,
 
-.. math:: C(s) = c + g^T s + \tfrac12 s^T H s, \qquad \operatorname{cov} s = (H + 1 / \sigma^2)^{-1},
+.. math:: P_i(t) = \min_{s,\ s_i = t} \left[C(s) + \frac{|s|^2}{2 \sigma^2}\right],
 
-s being the parameters in their steps and sigma the standard deviation of their prior. At the ends of the 95 % interval
-of a parameter, all others free, the profile of C and prior has risen by 1.92. What the families do not tell is as wide
-as the prior. The density follows from the free resonance in closed form, so that its interval is that of least squares.
+s being the parameters in their steps and sigma the standard deviation of their prior, has risen by 1.92. The limits in
+C are linear about the calibrated parameters, by differences of 0.3 steps, and extrapolated as far as the interval goes.
+What the families do not tell is as wide as the prior. Density and damping ratio follow from the resonances of the
+lowest level, so that their intervals are those of least squares.
 
 References
 ----------
@@ -16,32 +17,29 @@ D. A. Sprott, Statistical Inference in Science (2000), on profile likelihood.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
+import scipy.optimize
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
 from correlation.uncertainty.interval import TWO_SIDED_95
-from diagnosis.fit.family_fit import FamilyTarget
+from diagnosis.fit.family_fit import MOST_SLOPE, LinearLimits, compute_prior, minimise_linear
+from diagnosis.fit.family_target import FamilyLimits, FamilyTarget
 from pipeline.store import stage
 from study.case.tables import Case
 from study.estimate.resonance import MeasuredResonance
 from study.kind.rig.table import RigTable
-from study.paper.fit import PRIOR, ParameterFit, ParameterScore, compute_prior
+from study.paper.fit import PRIOR, ParameterFit
 from study.paper.parameters import RigParameters
 
-Matrix = Float[NDArray[np.float64], "p p"]
-Points = Float[NDArray[np.float64], "n p"]
-Values = Float[NDArray[np.float64], " n"]
+Values = Float[NDArray[np.float64], " p"]
 
 #: How far the profile has risen at the ends of a 95 % interval.
 RISE = TWO_SIDED_95**2 / 2
-#: A step along one parameter is good if the score rises by this much; so often it is doubled or halved to get there.
-GOOD, TRIALS = (0.3 * RISE, 3 * RISE), 3
-#: Scores further above the least are not near the minimum, and no part of the surface.
-DEEP = 5 * RISE
+#: Steps within which the others follow when one parameter is moved by `MOVE`, and how near an end is told [steps].
+FOLLOW, MOVE, NEAR = 2.0, 1.0, 0.02
 PROFILE, LEAST_SQUARES = "profile of the criterion", "least squares"
 
 
@@ -78,7 +76,7 @@ def find_intervals(
     make: Callable[[RigParameters], Model],
     report: Callable[[float, float], None] | None = None,
 ) -> tuple[Interval, ...]:
-    """Intervals of the parameters of a fit by the surface of its score.
+    """Intervals of the parameters of a fit by the profiles of its score.
 
     Parameters
     ----------
@@ -92,96 +90,89 @@ def find_intervals(
         Makes the model of some parameters.
     report
         Progress.
+
+    Raises
+    ------
+    InputError, NoSteadyState
+        The calibrated model has no steady state.
     """
-    compute_score = ParameterScore(start=fit.start, scale=fit.scale, target=target, make=make)
-    steps = np.array(list(fit.scale.values()))
-    here = np.array([getattr(fit.parameters, name) - getattr(fit.start, name) for name in fit.scale]) / steps
-    most = 2 * len(steps) * TRIALS + len(steps) * (len(steps) - 1)
-    tried, score = [*fit.tried], [*fit.score]
+    scale, n_done, n_step = fit.scale, 0, len(fit.scale.steps)
 
-    def look(scaled: NDArray[np.float64]) -> float:
-        tried.append(scaled)
-        now = compute_score(scaled)
-        score.append(now)
+    def advance() -> None:
+        nonlocal n_done
+        n_done += 1
         if report is not None:
-            report(min(len(tried) - len(fit.tried), most), most)
-        return now + compute_prior(scaled)
+            report(min(n_done, 2 * n_step + 1), 2 * n_step + 1)
 
-    explore(look, here, fit.after)
-    centre, covariance = fit_surface(np.array(tried), np.array(score), here)
-    half = TWO_SIDED_95 * np.sqrt(np.diag(covariance))
-    # The surface may have its minimum beside the best parameters that were tried: both count.
-    lower, upper = np.minimum(centre, here) - half, np.maximum(centre, here) + half
-    return tuple(
-        Interval(
-            name=name, value=getattr(fit.parameters, name), lower=getattr(fit.start, name) + step * low,
-            upper=getattr(fit.start, name) + step * high, source=PROFILE,
-        )
-        for name, step, low, high in zip(fit.scale, steps, lower, upper, strict=True)
+    def compute(scaled: Values) -> FamilyLimits:
+        advance()
+        return target.compute_limits(make(scale.compose(scaled)))
+
+    at = scale.to_steps(fit.parameters)
+    profile = Profile(LinearLimits.differentiate(target, compute, at, compute(at), MOST_SLOPE))
+    result = []
+    for number, name in enumerate(scale.steps):
+        result.append(_read_interval(fit, name, *profile.find_ends(number)))
+        advance()
+    return tuple(result)
+
+
+def _read_interval(fit: ParameterFit, name: str, low: float, high: float) -> Interval:
+    start, step = getattr(fit.scale.start, name), fit.scale.steps[name]
+    value = getattr(fit.parameters, name)
+    return Interval(
+        name=name, value=value, lower=min(start + step * low, value), upper=max(start + step * high, value),
+        source=PROFILE,
     )  # fmt: skip
 
 
-def explore(look: Callable[[NDArray[np.float64]], float], here: NDArray[np.float64], least: float) -> None:
-    """Look at both sides of each parameter, as far off as the score tells, and along the diagonals of each two.
+class Profile:
+    """Profiles of the score of linear limits and the prior, whose least is found first; ends in steps off the start."""
 
-    Parameters
-    ----------
-    look
-        Score with its prior; keeps what it has looked at.
-    here
-        Where the minimum is, shape (p,).
-    least
-        Its score.
-    """
-    n, size = len(here), np.ones(len(here))
-    for number in range(n):
-        for _ in range(TRIALS):
-            move = size[number] * np.eye(n)[number]
-            rise = max(look(here + move), look(here - move)) - least
-            if GOOD[0] <= rise <= GOOD[1]:
-                break
-            size[number] = np.clip(size[number] * (2.0 if rise < GOOD[0] else 0.5), 0.125, PRIOR)
-    for a, b in combinations(range(n), 2):
-        move = (size[a] * np.eye(n)[a] + size[b] * np.eye(n)[b]) / np.sqrt(2)
-        look(here + move)
-        look(here - move)
+    def __init__(self, linear: LinearLimits) -> None:
+        self._linear = linear
+        self._best = minimise_linear(linear, PRIOR, linear.at, PRIOR)
+        self._least = self._score(self._best)
+
+    def _score(self, scaled: Values) -> float:
+        return self._linear.score(scaled) + compute_prior(scaled, PRIOR)
+
+    def find_ends(self, number: int) -> tuple[float, float]:
+        """Where the profile of a parameter, by its number, has risen by that of a 95 % interval, below and above."""
+        low, high = (self._find_end(number, sign) for sign in (-1.0, 1.0))
+        return low, high
+
+    def _find_end(self, number: int, sign: float) -> float:
+        """Outwards step by step, as far as the prior lets it go, and then between the last two."""
+        inner = self._best
+        while self._rise(outer := self._follow(inner, number, inner[number] + sign * MOVE)) < RISE:
+            inner = outer
+        return float(
+            scipy.optimize.brentq(
+                lambda value: self._rise(self._follow(inner, number, value)) - RISE, inner[number], outer[number],
+                xtol=NEAR,
+            )
+        )  # fmt: skip
+
+    def _rise(self, scaled: Values) -> float:
+        return self._score(scaled) - self._least
+
+    def _follow(self, scaled: Values, number: int, value: float) -> Values:
+        """The others at their best where one parameter has a value."""
+        start = scaled.copy()
+        start[number] = value
+        fixed = np.full(len(start), np.inf)
+        lower, upper = -fixed, fixed.copy()
+        lower[number] = upper[number] = value
+        return minimise_linear(self._linear, PRIOR, start, FOLLOW, scipy.optimize.Bounds(lower, upper))
 
 
-def fit_surface(tried: Points, score: Values, here: NDArray[np.float64]) -> tuple[NDArray[np.float64], Matrix]:
-    """Minimum and covariance of the quadratic surface of a score with its prior, shapes (p,) and (p, p).
-
-    Parameters
-    ----------
-    tried
-        Parameters, shape (n, p).
-    score
-        Score of each without the prior, shape (n,).
-    here
-        The best ones, shape (p,).
-    """
-    with_prior = score + [compute_prior(item) for item in tried]
-    order = np.argsort(with_prior, kind="stable")
-    n = len(here)
-    n_term = (n + 1) * (n + 2) // 2
-    near = order[: max(int(np.sum(with_prior <= with_prior.min() + DEEP)), n_term)]
-    moved = tried[near] - here
-    pairs = [*combinations(range(n), 2)]
-    columns = [
-        np.ones(len(near)), *moved.T, *(moved.T**2 / 2), *(moved[:, a] * moved[:, b] for a, b in pairs),
-    ]  # fmt: skip
-    # A point far up says less of the surface near its minimum.
-    weight = 1 / (1 + (with_prior[near] - with_prior.min()) / RISE)
-    solved = np.linalg.lstsq(np.column_stack(columns) * weight[:, None], score[near] * weight, rcond=None)[0]
-    hessian = np.diag(solved[n + 1 : 2 * n + 1])
-    for value, (a, b) in zip(solved[2 * n + 1 :], pairs, strict=True):
-        hessian[a, b] = hessian[b, a] = value
-    size, vector = np.linalg.eigh(hessian)
-    # Along a direction without curvature the families tell nothing.
-    convex = (vector * np.maximum(size, 0.0)) @ vector.T
-    covariance = np.linalg.inv(convex + np.eye(n) / PRIOR**2)
-    gradient = solved[1 : n + 1] + here / PRIOR**2
-    reach = np.abs(moved).max(axis=0)
-    return here - np.clip(covariance @ gradient, -reach, reach), covariance
+def find_damping_interval(damping: float, stuck: MeasuredResonance) -> Interval:
+    """The damping ratio by the width of the measured resonance of the lowest level, at which all contacts stick."""
+    half = TWO_SIDED_95 * stuck.damping_deviation
+    return Interval(
+        name="damping", value=damping, lower=damping - half, upper=damping + half, source=LEAST_SQUARES
+    )  # fmt: skip
 
 
 def find_density_interval(parameters: RigParameters, free: MeasuredResonance | None) -> Iterator[Interval]:

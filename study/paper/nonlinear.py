@@ -2,10 +2,11 @@
 
 The paper tunes by hand, and says what for. The same steps, done by numbers:
 
-1. k_t, k_n, root and density of the linear calibration, mu of section 4.1, perfect symmetry;
-2. k_t, k_n, mu and the damping ratio for the response; dead weights shifted by the ratio of the static normal forces,
+1. k_t, k_n, root and density of the linear calibration, mu of section 4.1, perfect symmetry; the damping ratio is that
+   of the stuck resonance from here on;
+2. k_t, k_n and mu for the response; dead weights shifted by the ratio of the static normal forces,
    predicted over measured, of the damper's horizontal length, as the paper shifts them;
-3. dead weights shifted and inclined for the static forces of all levels;
+3. all of these, and the inclinations of the dead weights, together for the response and all forces;
 4. the left damper rotated by the printed angle, on the paper's rig alone.
 
 Where a force was not measured, what it decides stays as the case has it.
@@ -16,12 +17,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from correlation.family.frequencies import choose_frequencies
-from diagnosis.fit.family_fit import FamilyTarget
+from diagnosis.fit.family_target import FamilyGroup, FamilyTarget
 from geometry.rig import SIDES
 from pipeline.parallel import process_pool
 from study.paper.case import CriteriaTable
 from study.paper.criteria import Criterion, judge_forces, judge_response, static_deviation
-from study.paper.fit import ParameterFit, fit_parameters
+from study.paper.fit import ParameterFit, ParameterScale, fit_parameters
 from study.paper.limits import IterationLimits, MeasuredFamilies, find_limits
 from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
@@ -29,7 +30,7 @@ from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
 #: Steps that matter, of parameters for the response as shares of their values, and of the alignment.
-RESPONSE_STEPS = {"kt": 0.01, "kn": 0.05, "mu": 0.05, "damping": 0.05}
+RESPONSE_STEPS = {"kt": 0.003, "kn": 0.05, "mu": 0.05}
 SHIFT_STEP, INCLINATION_STEP = 0.6e-3, np.radians(3.0)
 ALIGNMENT_STEPS = {
     "shift_left": SHIFT_STEP, "shift_right": SHIFT_STEP,
@@ -64,16 +65,16 @@ class NonlinearIteration:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NonlinearCalibration:
-    """All iterations, and the fits between them; without static forces no alignment is fitted."""
+    """All iterations, and the fits between them; without static forces there is none to all data."""
 
     iterations: tuple[NonlinearIteration, ...]
     response: ParameterFit
-    alignment: ParameterFit | None
+    all_data: ParameterFit | None
 
     @property
     def last(self) -> NonlinearIteration:
         """The calibrated one: the third, or the second without static forces."""
-        return self.iterations[1 if self.alignment is None else 2]
+        return self.iterations[1 if self.all_data is None else 2]
 
 
 def calibrate_nonlinear(
@@ -105,12 +106,12 @@ def calibrate_nonlinear(
         response = _fit_response(model, start, measured, run)
         length = model.opened.case.structure.damper.damper().cylinder_length
         result = [first, judged(2, _shifted(response.parameters, first, measured, length))]
-        alignment = _fit_alignment(model, result[-1].parameters, measured, run)
-        if alignment is not None:
-            result.append(judged(3, alignment.parameters))
-        if alignment is not None and plan.rotation is not None:
-            result.append(judged(4, replace(alignment.parameters, gap_angle=plan.rotation)))
-    return NonlinearCalibration(iterations=tuple(result), response=response, alignment=alignment)
+        all_data = _fit_all_data(model, result[-1].parameters, measured, run)
+        if all_data is not None:
+            result.append(judged(3, all_data.parameters))
+        if all_data is not None and plan.rotation is not None:
+            result.append(judged(4, replace(all_data.parameters, gap_angle=plan.rotation)))
+    return NonlinearCalibration(iterations=tuple(result), response=response, all_data=all_data)
 
 
 def judge_iteration(
@@ -124,7 +125,7 @@ def judge_iteration(
 
 
 def make_targets(measured: MeasuredFamilies, count: int) -> tuple[FamilyTarget, FamilyTarget]:
-    """What contact parameters and damping are fitted to, the response, and what the alignment is, static forces.
+    """What iteration 2 is fitted to, the response, and what iteration 3 is, the response and all forces.
 
     Parameters
     ----------
@@ -133,26 +134,27 @@ def make_targets(measured: MeasuredFamilies, count: int) -> tuple[FamilyTarget, 
     count
         Frequencies of the bands of the response [-].
     """
-    static = [family for family in measured.forces if family.harmonic == 0]
-    ends = [
-        (measured.response, choose_frequencies(measured.response, count, count)),
-        (static, np.array(sorted(set(measured.peak.values())))),
-    ]
-    response, alignment = (
-        FamilyTarget(families=families, errors=measured.errors, frequency=frequency, shift=measured.errors.frequency)
-        for families, frequency in ends
+    response = FamilyGroup(measured.response, choose_frequencies(measured.response, count, count))
+    forces = FamilyGroup(measured.forces, np.array(sorted(set(measured.peak.values()))))
+    of_response, of_all = (
+        FamilyTarget(groups=groups, errors=measured.errors, shift=measured.errors.frequency)
+        for groups in ((response,), (response, forces))
     )
-    return response, alignment
+    return of_response, of_all
 
 
 def _fit_response(model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext) -> ParameterFit:
-    """Contact parameters and damping whose bands hold the response of all levels."""
-    scale = {name: share * getattr(start, name) for name, share in RESPONSE_STEPS.items()}
-    step = run.step("iteration 2: contact parameters", expected=200)
+    """Contact parameters whose bands hold the response of all levels."""
+    step = run.step("iteration 2: contact parameters", expected=100)
     target, _ = make_targets(measured, model.effort.loop_frequencies)
+    scale = ParameterScale(start=start, steps=_response_steps(start))
     return step.run(
-        fit_parameters, model.opened.case, start, scale, target, model.effort.evaluations, model, report=step.report
+        fit_parameters, model.opened.case, scale, target, model.effort.evaluations, model, report=step.report
     )
+
+
+def _response_steps(start: RigParameters) -> dict[str, float]:
+    return {name: share * getattr(start, name) for name, share in RESPONSE_STEPS.items()}
 
 
 def _shifted(
@@ -172,16 +174,21 @@ def _shifted(
     return replace(parameters, **moved)
 
 
-def _fit_alignment(
+def _fit_all_data(
     model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
 ) -> ParameterFit | None:
-    """Shifts and inclinations whose bands hold the static forces of all levels, of the sides that were measured."""
-    _, target = make_targets(measured, model.effort.loop_frequencies)
-    sides = {family.sensor.partition("_")[0] for family in target.families}
-    scale = {name: step for name, step in ALIGNMENT_STEPS.items() if name.rpartition("_")[2] in sides}
-    if not scale:
+    """Contact parameters and the alignment of the sides whose static forces were measured, to all data.
+
+    Friction, stiffness and alignment change the same forces: fitted one after the other each takes over what belongs to
+    the next.
+    """
+    sides = {family.sensor.partition("_")[0] for family in measured.forces if family.harmonic == 0}
+    alignment = {name: step for name, step in ALIGNMENT_STEPS.items() if name.rpartition("_")[2] in sides}
+    if not alignment:
         return None
-    step = run.step("iteration 3: alignment", expected=200)
+    step = run.step("iteration 3: contact parameters and alignment", expected=200)
+    _, target = make_targets(measured, model.effort.loop_frequencies)
+    scale = ParameterScale(start=start, steps=_response_steps(start) | alignment)
     return step.run(
-        fit_parameters, model.opened.case, start, scale, target, model.effort.evaluations, model, report=step.report
+        fit_parameters, model.opened.case, scale, target, model.effort.evaluations, model, report=step.report
     )

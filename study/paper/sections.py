@@ -16,9 +16,9 @@ from study.paper.parameters import RigParameters
 STEP = {
     1: "kt and kn of the linear calibration, mu of the first guess; the alignment as the case has it, which is perfect "
     "symmetry in the paper.",
-    2: "kt, kn, mu and damping tuned to the response; dead weights shifted by the ratio of the static normal forces, "
+    2: "kt, kn and mu tuned to the response; dead weights shifted by the ratio of the static normal forces, "
     "where they were measured.",
-    3: "Dead weights shifted and inclined for the static forces of all levels.",
+    3: "All of these and the inclinations of the dead weights fitted together, to the response and all forces.",
     4: "The left damper rotated by 0.35 deg: gaps that grow along its line at the blade.",
 }
 #: Columns of parameters.
@@ -114,13 +114,14 @@ def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = No
         rows.append(row)
     text = [
         "95 % intervals. Parameters that are fitted to families have the interval within which the profile of the "
-        "criterion (minus its log-likelihood, the other parameters of the same fit free) rises by less than 1.92, by a "
-        "quadratic surface through it; what the families do not tell is as wide as the prior of the fit.",
+        "criterion (the other parameters of the same fit free) rises by less than 1.92, as the logarithm of a "
+        "likelihood would, with limits that are linear in the parameters; what the families do not tell is as wide as "
+        "the prior of the fit.",
     ]
     if any(item.source == LEAST_SQUARES for item in hand.intervals):
         text.append(
-            "The density follows from the free resonance by least squares, with the root as it is assumed: an error of "
-            "the root is no part of its interval."
+            "The damping ratio follows from the stuck resonance by least squares, and the density from the free one, "
+            "with the root as it is assumed: an error of the root is no part of its interval."
         )
     if held:
         text.append(f"{sum(held)} of {len(held)} intervals hold the truth.")

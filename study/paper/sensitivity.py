@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family
 from correlation.model import Model
-from diagnosis.fit.family_fit import sampled_bands
+from diagnosis.fit.family_target import sampled_bands
 from pipeline.store import stage
 from study.case.tables import Case
 from study.kind.rig.table import RigTable

@@ -1,0 +1,101 @@
+"""Are the parameters of random systems found again by calibration onto their measured families?
+
+    OMP_NUM_THREADS=1 python -m benchmarks.family_calibration [--systems 2000:4000] [--most 30] [--output FILE]
+
+A specimen has other tangential stiffnesses and another friction coefficient than its model, by factors with a standard
+deviation of 10 and 15 %. It is measured by time integration as in `benchmarks.family_coverage`, and both factors are
+fitted from 1. Friction histories fill nine tenths of the friction limits, or less with --history.
+
+Seeds below 1000 are for development. Of each system the errors of both factors are printed, and at the end their
+medians. A friction coefficient that the levels do not show cannot be found: half of the errors count.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import family_coverage
+from benchmarks.processor_time import TimeUp, limited
+from correlation.family.family import measured_families
+from correlation.family.frequencies import choose_frequencies
+from correlation.family.noise import estimate_repeat_errors
+from correlation.model import Model
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.family_fit import fit_families
+from diagnosis.fit.family_target import FamilyGroup, FamilyTarget
+from geometry.errors import InputError
+from hbsolve.errors import NoSteadyState
+from transient.errors import TransientError
+
+#: Standard deviations of the logarithms of the hidden factors.
+HIDDEN = {"kt": 0.10, "mu": 0.15}
+#: Processor time to measure a specimen and to fit its model [s]; frequencies of the bands in the loop.
+PATIENCE, N_FREQUENCY = 90.0, 10
+
+
+def calibrate(seed: int) -> Mapping[str, Any] | None:
+    """Errors of the factors of one system; None if it is of no use."""
+    model = family_coverage.random_model(seed)
+    parameters = [] if model is None else [each for each in list_calibration_parameters(model) if each.name in HIDDEN]
+    if model is None or len(parameters) < len(HIDDEN):
+        return None
+    start = model
+
+    def compose(values: Any) -> Model:
+        result = start
+        for each, value in zip(parameters, values, strict=True):
+            result = each.apply(result, [float(value)])
+        return result
+
+    random = np.random.default_rng([20261130, seed])
+    hidden = np.array([np.exp(HIDDEN[each.name] * random.standard_normal()) for each in parameters])
+    try:
+        with limited(PATIENCE):
+            campaign = family_coverage.measure(compose(hidden), random, "none", 0.0)
+        families = measured_families(campaign)
+        errors = estimate_repeat_errors(campaign, families)
+        motion = [each for each in families if each.sensor == "near"]
+        group = FamilyGroup(families, choose_frequencies(motion, N_FREQUENCY, N_FREQUENCY))
+        target = FamilyTarget(groups=[group], errors=errors, shift=family_coverage.BUDGET.frequency)
+        begin = time.process_time()
+        with limited(PATIENCE):
+            fit = fit_families(compose, parameters, np.ones(len(parameters)), target)
+    except (TransientError, TimeUp, InputError, NoSteadyState) as error:
+        return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
+    found = {each.name: float(value) for each, value in zip(parameters, fit.values / hidden - 1, strict=True)}
+    return {"seed": seed, **found, "models": fit.n_evaluation, "seconds": time.process_time() - begin}
+
+
+def main() -> None:
+    """Run and summarise."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--systems", default="2000:4000", help="seeds, first:last+1; not all are of use")
+    options.add_argument("--most", type=int, default=30, help="systems at most")
+    options.add_argument("--history", type=float, default=family_coverage.HISTORY, help="share of the friction limits")
+    options.add_argument("--output", type=Path, help="one line of JSON for each system")
+    given = options.parse_args()
+    family_coverage.HISTORY = given.history
+    results: list[Mapping[str, Any]] = []
+    for seed in range(*map(int, given.systems.split(":"))):
+        result = calibrate(seed)
+        if result is None:
+            continue
+        print(json.dumps(result), flush=True)
+        if given.output:
+            with given.output.open("a") as file:
+                file.write(json.dumps(result) + "\n")
+        results += [result] if "error" not in result else []
+        if len(results) == given.most:
+            break
+    for name in (*HIDDEN, "models", "seconds"):
+        size = np.abs([each[name] for each in results])
+        print(f"{name}: median {np.median(size):.3g}, three quarters below {np.quantile(size, 0.75):.3g}")
+
+
+if __name__ == "__main__":
+    main()
