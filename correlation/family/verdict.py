@@ -20,7 +20,6 @@ Statistics 30 (1959), for z. F. E. Satterthwaite, Biometrics Bulletin 2 (1946), 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -97,7 +96,8 @@ class FamilyVerdict:
     tightness
         Median over the points of width of the band over spread of the curves [-]; NaN with one curve alone.
     score
-        Mean interval score over the mean size of the readings [-]; alpha is 1 / (n + 1) for n readings.
+        Mean interval score over the mean size of the readings [-], of the band as far as noise widens it; alpha is
+        1 / (n + 1) for n readings.
     departures
         Readings outside, the surest first.
     critical_deviation
@@ -197,12 +197,12 @@ def judge_family(
     )  # fmt: skip
 
 
-def compute_noise_width(alpha: Values | float) -> Any:
-    """Standard deviations by which noise widens a band that holds the middle share 1 - alpha of readings [-].
+def compute_noise_width(alpha: Values | float) -> Values:
+    """Standard deviations by which normal noise leaves a band on either side in a share alpha of readings [-].
 
-    The quantile is that of a normal distribution: a few degrees of freedom would make a score of the noise alone.
+    A quantile of Student's distribution with a few degrees of freedom would make a score of the noise alone.
     """
-    return -ndtri(np.asarray(alpha) / 2)
+    return np.asarray(-ndtri(np.asarray(alpha) / 2), dtype=np.float64)
 
 
 def _widen(ends: Both, by: Both) -> Both:

@@ -12,8 +12,8 @@ of a second, where the bands of one model take seconds. Parameters are scaled to
 References
 ----------
 J. Nocedal and S. J. Wright, Numerical Optimization (2006), chapter 4, for the trust region.
-T. M. Ragonneau, Model-Based Derivative-Free Optimization Methods and Software (2022), for COBYQA, which minimises
-within it.
+M. J. D. Powell, The Computer Journal 7 (1964), 155-162, and J. A. Nelder and R. Mead, The Computer Journal 7 (1965),
+308-313, for the searches within it.
 """
 
 from collections.abc import Callable, Sequence
@@ -46,10 +46,9 @@ SLOPE_SHARE, MOST_SLOPE, WIDE_SLOPE_SHARE = 0.2, 0.3, 0.6
 #: Least fall of the score, where 1.92 is the end of a 95 % interval [-].
 LEAST_FALL = 0.02
 UNBOUNDED = scipy.optimize.Bounds()
-#: COBYQA ends early at kinks: it starts again from where it ended, with regions that are shares of the trust region, as
-#: long as it gains a share of that fall. Evaluations of one run, and the share of its region to which it goes.
-REGIONS, GAIN_SHARE, MOST_RUNS = (0.5, 0.1), 0.2, 6
-MOST_LINEAR, LAST_SHARE = 400, 0.02
+#: Within it the simplex follows Powell's lines, as long as both gain a share of that fall: they end at kinks, but seldom
+#: at the same ones. First size of the simplex over the radius, and runs and evaluations of one run at most.
+GAIN_SHARE, SIMPLEX_SHARE, MOST_RUNS, MOST_LINEAR = 0.2, 0.1, 8, 2000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -219,22 +218,31 @@ def minimise_linear(
 ) -> Values:
     """Parameters of the least score of linear limits within a radius about a start, all shapes (p,) [steps]."""
     lower, upper = np.maximum(bounds.lb, start - radius), np.minimum(bounds.ub, start + radius)
-    within = list(zip(lower.tolist(), upper.tolist(), strict=True))
-    narrowest = float(np.min(upper - lower, initial=np.inf, where=upper > lower)) / 2
+    free = upper > lower
+    best = np.clip(start, lower, upper)
 
-    def cost(scaled: Values) -> float:
+    def compose(moved: Values) -> Values:
+        whole = best.copy()
+        whole[free] = moved
+        return whole
+
+    def cost(moved: Values) -> float:
+        scaled = compose(moved)
         return linear.score(scaled) + compute_prior(scaled, prior)
 
-    best = np.clip(start, lower, upper)
-    least = cost(best)
+    least = cost(best[free])
+    within = list(zip(lower[free].tolist(), upper[free].tolist(), strict=True))
     for number in range(MOST_RUNS):
-        region = min(REGIONS[number % len(REGIONS)] * radius, narrowest)
-        options: Any = {"maxfev": MOST_LINEAR, "initial_tr_radius": region, "final_tr_radius": LAST_SHARE * region}
-        result = scipy.optimize.minimize(cost, best, method="COBYQA", bounds=within, options=options)
+        options: Any = {"maxfev": MOST_LINEAR}
+        if number % 2:
+            away = np.where(best + SIMPLEX_SHARE * radius < upper, 1.0, -1.0)[free] * SIMPLEX_SHARE * radius
+            options["initial_simplex"] = np.vstack([best[free], best[free] + np.diag(away)])
+        method: Any = ("Powell", "Nelder-Mead")[number % 2]
+        result = scipy.optimize.minimize(cost, best[free], method=method, bounds=within, options=options)
         gain = least - float(result.fun)
         if gain > 0:
-            best, least = np.clip(result.x, lower, upper), float(result.fun)
-        if not gain > GAIN_SHARE * LEAST_FALL and number >= len(REGIONS) - 1:
+            best, least = np.clip(compose(result.x), lower, upper), float(result.fun)
+        if number % 2 and not gain > GAIN_SHARE * LEAST_FALL:
             break
     return np.asarray(best)
 

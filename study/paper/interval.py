@@ -131,7 +131,10 @@ class Profile:
 
     def __init__(self, linear: LinearLimits) -> None:
         self._linear = linear
-        self._best = minimise_linear(linear, PRIOR, linear.at, PRIOR)
+        # The score has kinks, at which a search may end: from beside the calibrated parameters as well.
+        moves = MOVE * np.eye(len(linear.at))
+        starts = [linear.at, *(linear.at + moves), *(linear.at - moves)]
+        self._best = min((minimise_linear(linear, PRIOR, start, PRIOR) for start in starts), key=self._score)
         self._least = self._score(self._best)
 
     def _score(self, scaled: Values) -> float:

@@ -10,7 +10,7 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import LinearLimits
 from study.estimate.resonance import MeasuredResonance
 from study.paper.fit import PRIOR
-from study.paper.interval import LEAST_SQUARES, NEAR, Profile, find_density_interval
+from study.paper.interval import LEAST_SQUARES, NEAR, RISE, Profile, find_damping_interval, find_density_interval
 from study.paper.parameters import RigParameters
 
 HESSIAN = np.array([[4.0, 1.5, 0.0], [1.5, 1.0, 0.1], [0.0, 0.1, 0.3]])
@@ -40,6 +40,35 @@ def test_a_quadratic_score_gives_the_profile_interval_in_closed_form() -> None:
         half = TWO_SIDED_95 * np.sqrt(covariance[number, number])
         # The ends are told to NEAR, and the least of the others to a hundredth of a step.
         np.testing.assert_allclose(ends, [centre[number] - half, centre[number] + half], atol=2 * NEAR)
+
+
+class Kinked(Quadratic):
+    """A score with kinks across coupled parameters."""
+
+    def score(self, scaled: np.ndarray) -> float:
+        return float(np.abs(self.hessian @ (scaled - MINIMUM)).sum())
+
+
+def test_a_score_with_kinks_gives_ends_that_linear_programming_gives() -> None:
+    """With a prior that hardly counts, the profile of a sum of absolute values is RISE at the ends of a polytope."""
+    steep = 4 * HESSIAN
+    nothing: Any = None
+    kinked = Profile(Kinked(target=nothing, at=np.zeros(3), value=nothing, slopes=nothing, hessian=steep))
+    inverse = np.linalg.inv(steep)
+    for number in range(3):
+        # max |e_i^T H^-1 u| over |u|_1 <= RISE is at a corner.
+        half = RISE * np.abs(inverse[number]).max()
+        low, high = kinked.find_ends(number)
+        # The prior narrows the ends by its share of the rise.
+        assert high - low == pytest.approx(2 * half, rel=0.1)
+
+
+def test_the_damping_ratio_has_the_interval_of_the_stuck_resonance() -> None:
+    stuck = MeasuredResonance(
+        free=False, frequency=250.0, frequency_deviation=0.1, damping=2e-3, damping_deviation=1e-5, source="a test"
+    )
+    found = find_damping_interval(2e-3, stuck)
+    assert (found.lower, found.upper) == pytest.approx((2e-3 - TWO_SIDED_95 * 1e-5, 2e-3 + TWO_SIDED_95 * 1e-5))
 
 
 def test_what_the_score_does_not_tell_is_as_wide_as_the_prior() -> None:
