@@ -46,8 +46,8 @@ SLOPE_SHARE, MOST_SLOPE, WIDE_SLOPE_SHARE = 0.2, 0.3, 0.6
 #: Least fall of the score, where 1.92 is the end of a 95 % interval [-].
 LEAST_FALL = 0.02
 UNBOUNDED = scipy.optimize.Bounds()
-#: Within it the simplex follows Powell's lines, as long as both gain a share of that fall: they end at kinks, but seldom
-#: at the same ones. First size of the simplex over the radius, and runs and evaluations of one run at most.
+#: Within it the simplex follows Powell's lines, as long as both gain a share of that fall: they end at kinks, seldom at
+#: the same ones. First size of the simplex over the radius, and runs and evaluations of one run at most.
 GAIN_SHARE, SIMPLEX_SHARE, MOST_RUNS, MOST_LINEAR = 0.2, 0.1, 8, 2000
 
 
