@@ -29,7 +29,7 @@ from jaxtyping import Float, Int
 
 from hbsolve.limits.linear_program import best_step
 from hbsolve.limits.point import STRICT_RATIO, LimitPoint, TrialState
-from hbsolve.linearised import active_rows, small_matrix, solve_if_finite
+from hbsolve.linearised import active_rows, small_matrix
 from reduction.array_type import Real, Whole
 
 #: First and largest radius of the trust region, in lengths of the intervals, and the least one.
@@ -83,7 +83,7 @@ def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
         others = np.minimum(first[at][:, None] + np.arange(law.shape[1]), d - 1)
         right = np.einsum("me,men->mn", law, moved[others, 0])
         matrix = small_matrix(rows, trial.forces.jacobian, first, count, point.condensed.columns, nh)
-        y = solve_if_finite(matrix, right)
+        y = np.linalg.solve(matrix, right)
         gradient = gradient + by_g[at, harmonic] @ y
         force_change = np.zeros_like(moved)
         force_change[at, harmonic] = y
