@@ -65,7 +65,7 @@ def calibrate(seed: int) -> Mapping[str, Any] | None:
         begin = time.process_time()
         with limited(PATIENCE):
             fit = fit_families(compose, parameters, np.ones(len(parameters)), target)
-    except (TransientError, TimeUp, InputError, NoSteadyState) as error:
+    except (TransientError, TimeUp, SystemError, InputError, NoSteadyState) as error:  # time may be up in compiled code
         return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
     found = {each.name: float(value) for each, value in zip(parameters, fit.values / hidden - 1, strict=True)}
     return {"seed": seed, **found, "models": fit.n_evaluation, "seconds": time.process_time() - begin}
