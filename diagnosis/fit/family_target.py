@@ -128,10 +128,11 @@ class FamilyTarget:
             bands = sampled_bands(model, group.families, group.frequency, self.nominal)
             for family in group.families:
                 at = bands[family.sensor, family.harmonic, family.level].at(family.frequency, self.shift)
-                limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)
-                noise = self.errors.noise[family.sensor, family.harmonic].deviation(limit)
-                value.append(limit)
-                deviation.append(np.hypot(family.widen(at.deviation, limit), noise))
+                noise = self.errors.noise[family.sensor, family.harmonic].deviation(family.value)
+                value.append(np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan))
+                # Of the readings themselves: wide limits would have more noise, of which the readings have none.
+                both = np.broadcast_to(family.value, at.value.shape)
+                deviation.append(np.hypot(family.widen(at.deviation, both), noise))
         return FamilyLimits(np.concatenate(value, axis=1), np.concatenate(deviation, axis=1))
 
     def score(self, limits: FamilyLimits) -> float:
