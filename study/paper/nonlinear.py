@@ -4,8 +4,8 @@ The paper tunes by hand, and says what for. The same steps, done by numbers:
 
 1. k_t, k_n, root and density of the linear calibration, mu of section 4.1, perfect symmetry; the damping ratio is that
    of the stuck resonance from here on;
-2. k_t, k_n and mu for the response; dead weights shifted by the ratio of the static normal forces,
-   predicted over measured, of the damper's horizontal length, as the paper shifts them;
+2. dead weights shifted by the ratio of the static normal forces, predicted over measured, of the damper's horizontal
+   length, as the paper shifts them; then k_t, k_n and mu for the response;
 3. all of these, and the inclinations of the dead weights, together for the response and all forces;
 4. the left damper rotated by the printed angle, on the paper's rig alone.
 
@@ -103,10 +103,10 @@ def calibrate_nonlinear(
             return judge_iteration(number, parameters, limits, plan.criteria)
 
         first = judged(1, start)
-        response = _fit_response(model, start, measured, run)
         length = model.opened.case.structure.damper.damper().cylinder_length
-        result = [first, judged(2, _shifted(response.parameters, first, measured, length))]
-        all_data = _fit_all_data(model, result[-1].parameters, measured, run)
+        response = _fit_response(model, _shift_weights(start, first, measured, length), measured, run)
+        result = [first, judged(2, response.parameters)]
+        all_data = _fit_all_data(model, response.parameters, measured, run)
         if all_data is not None:
             result.append(judged(3, all_data.parameters))
         if all_data is not None and plan.rotation is not None:
@@ -157,7 +157,7 @@ def _response_steps(start: RigParameters) -> dict[str, float]:
     return {name: share * getattr(start, name) for name, share in RESPONSE_STEPS.items()}
 
 
-def _shifted(
+def _shift_weights(
     parameters: RigParameters, first: NonlinearIteration, measured: MeasuredFamilies, length: float
 ) -> RigParameters:
     """Dead weights shifted by the rule of the paper, from the static normal forces of the highest level.

@@ -16,8 +16,8 @@ from study.paper.parameters import RigParameters
 STEP = {
     1: "kt and kn of the linear calibration, mu of the first guess; the alignment as the case has it, which is perfect "
     "symmetry in the paper.",
-    2: "kt, kn and mu tuned to the response; dead weights shifted by the ratio of the static normal forces, "
-    "where they were measured.",
+    2: "Dead weights shifted by the ratio of the static normal forces, where they were measured; then kt, kn and mu "
+    "tuned to the response.",
     3: "All of these and the inclinations of the dead weights fitted together, to the response and all forces.",
     4: "The left damper rotated by 0.35 deg: gaps that grow along its line at the blade.",
 }
