@@ -7,7 +7,7 @@ deviation of 10 and 15 %. It is measured by time integration as in `benchmarks.f
 fitted from 1. Friction histories fill nine tenths of the friction limits, or less with --history.
 
 Seeds below 1000 are for development. Of each system the errors of both factors are printed, and at the end their
-medians. A friction coefficient that the levels do not show cannot be found: half of the errors count.
+medians. A friction coefficient that the levels do not show cannot be found, so that medians count.
 """
 
 import argparse
@@ -30,6 +30,7 @@ from diagnosis.fit.family_fit import fit_families
 from diagnosis.fit.family_target import FamilyGroup, FamilyTarget
 from geometry.errors import InputError
 from hbsolve.errors import NoSteadyState
+from study.case.added import apply_all
 from transient.errors import TransientError
 
 #: Standard deviations of the logarithms of the hidden factors.
@@ -44,16 +45,13 @@ def calibrate(seed: int) -> Mapping[str, Any] | None:
     parameters = [] if model is None else [each for each in list_calibration_parameters(model) if each.name in HIDDEN]
     if model is None or len(parameters) < len(HIDDEN):
         return None
-    start = model
+    names = [each.name for each in parameters]
 
     def compose(values: Any) -> Model:
-        result = start
-        for each, value in zip(parameters, values, strict=True):
-            result = each.apply(result, [float(value)])
-        return result
+        return apply_all(model, parameters, dict(zip(names, values.tolist(), strict=True)), ())
 
     random = np.random.default_rng([20261130, seed])
-    hidden = np.array([np.exp(HIDDEN[each.name] * random.standard_normal()) for each in parameters])
+    hidden = np.array([np.exp(HIDDEN[name] * random.standard_normal()) for name in names])
     try:
         with limited(PATIENCE):
             campaign = family_coverage.measure(compose(hidden), random, "none", 0.0)
@@ -67,7 +65,7 @@ def calibrate(seed: int) -> Mapping[str, Any] | None:
             fit = fit_families(compose, parameters, np.ones(len(parameters)), target)
     except (TransientError, TimeUp, SystemError, InputError, NoSteadyState) as error:  # time may be up in compiled code
         return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
-    found = {each.name: float(value) for each, value in zip(parameters, fit.values / hidden - 1, strict=True)}
+    found = dict(zip(names, (fit.values / hidden - 1).tolist(), strict=True))
     return {"seed": seed, **found, "models": fit.n_evaluation, "seconds": time.process_time() - begin}
 
 

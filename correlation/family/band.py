@@ -88,9 +88,7 @@ class PredictedBand:
         offset
             Known error of the frequencies, one for all or shape (n,), relative [-]: limits are those at f (1 + offset).
         """
-        inside = (frequency >= (1 - SAME_FREQUENCY) * self.frequency[0]) & (
-            frequency <= (1 + SAME_FREQUENCY) * self.frequency[-1]
-        )
+        inside = is_covered(self.frequency, frequency)
         frequency = frequency * (1 + offset)
         limits, between = self._limits(frequency)
         looks = (frequency * (1 + sign * LOOK * shift) for sign in ((1, -1) if shift else ()))
@@ -140,6 +138,11 @@ class PredictedBand:
         gap |= ((frequency < f[0]) | (frequency > f[-1])) & ~known[nearest]
         curved, line = (np.where(gap, np.nan, np.where(jumps, outer, each) + beyond) for each in (smooth, straight))
         return curved, line, np.where(jumps | gap, 0.0, BETWEEN * np.abs(smooth - straight))
+
+
+def is_covered(known: Values, frequency: Values) -> Bool[NDArray[np.bool_], " n"]:
+    """Whether frequencies lie between the ends of those of a band, which rise, shape (n,)."""
+    return np.asarray((frequency >= (1 - SAME_FREQUENCY) * known[0]) & (frequency <= (1 + SAME_FREQUENCY) * known[-1]))
 
 
 class _Curve(NamedTuple):

@@ -17,7 +17,7 @@ M. J. D. Powell, The Computer Journal 7 (1964), 155-162, and J. A. Nelder and R.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -46,9 +46,9 @@ SLOPE_SHARE, MOST_SLOPE, WIDE_SLOPE_SHARE = 0.2, 0.3, 0.6
 #: Least fall of the score, where 1.92 is the end of a 95 % interval [-].
 LEAST_FALL = 0.02
 UNBOUNDED = scipy.optimize.Bounds()
-#: Within it the simplex follows Powell's lines, as long as both gain a share of that fall: they end at kinks, seldom at
-#: the same ones. First size of the simplex over the radius, and runs and evaluations of one run at most.
-GAIN_SHARE, SIMPLEX_SHARE, MOST_RUNS, MOST_LINEAR = 0.2, 0.1, 8, 2000
+#: Within it the simplex follows Powell's lines, as long as it gains a share of that fall: both end at kinks, seldom at
+#: the same ones. First size of the simplex over the radius, rounds of both, and evaluations of one of them, at most.
+GAIN_SHARE, SIMPLEX_SHARE, MOST_ROUNDS, MOST_LINEAR = 0.2, 0.1, 4, 2000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -219,10 +219,10 @@ def minimise_linear(
     """Parameters of the least score of linear limits within a radius about a start, all shapes (p,) [steps]."""
     lower, upper = np.maximum(bounds.lb, start - radius), np.minimum(bounds.ub, start + radius)
     free = upper > lower
-    best = np.clip(start, lower, upper)
+    fixed = np.clip(start, lower, upper)
 
     def compose(moved: Values) -> Values:
-        whole = best.copy()
+        whole = fixed.copy()
         whole[free] = moved
         return whole
 
@@ -230,21 +230,23 @@ def minimise_linear(
         scaled = compose(moved)
         return linear.score(scaled) + compute_prior(scaled, prior)
 
-    least = cost(best[free])
     within = list(zip(lower[free].tolist(), upper[free].tolist(), strict=True))
-    for number in range(MOST_RUNS):
-        options: Any = {"maxfev": MOST_LINEAR}
-        if number % 2:
-            away = np.where(best + SIMPLEX_SHARE * radius < upper, 1.0, -1.0)[free] * SIMPLEX_SHARE * radius
-            options["initial_simplex"] = np.vstack([best[free], best[free] + np.diag(away)])
-        method: Any = ("Powell", "Nelder-Mead")[number % 2]
-        result = scipy.optimize.minimize(cost, best[free], method=method, bounds=within, options=options)
-        gain = least - float(result.fun)
-        if gain > 0:
-            best, least = np.clip(compose(result.x), lower, upper), float(result.fun)
-        if number % 2 and not gain > GAIN_SHARE * LEAST_FALL:
+
+    def search(begin: Values, least: float, method: Any, **more: Any) -> tuple[Values, float]:
+        options: Any = {"maxfev": MOST_LINEAR, **more}
+        result = scipy.optimize.minimize(cost, begin, method=method, bounds=within, options=options)
+        found = np.clip(result.x, lower[free], upper[free])
+        return (found, float(result.fun)) if result.fun < least else (begin, least)
+
+    best, size = fixed[free], SIMPLEX_SHARE * radius
+    least = cost(best)
+    for _ in range(MOST_ROUNDS):
+        best, by_lines = search(best, least, "Powell")
+        away = np.where(best + size < upper[free], size, -size)
+        best, least = search(best, by_lines, "Nelder-Mead", initial_simplex=np.vstack([best, best + np.diag(away)]))
+        if not by_lines - least > GAIN_SHARE * LEAST_FALL:
             break
-    return np.asarray(best)
+    return compose(best)
 
 
 def fit_families(
@@ -289,8 +291,7 @@ def fit_families(
     scaled = scipy.optimize.Bounds((lower - centre) / deviation, (upper - centre) / deviation)
     first = np.clip((start - centre) / deviation, scaled.lb, scaled.ub)
     fit = fit_limits(compute, target, 1.0, first, most=most, bounds=scaled, report=report)
-    values = np.clip(centre + deviation * fit.values, lower, upper)
-    return FamilyFit(values=values, before=fit.before, after=fit.after, n_evaluation=fit.n_evaluation)
+    return replace(fit, values=np.clip(centre + deviation * fit.values, lower, upper))
 
 
 def compute_prior(scaled: Values, prior: float) -> float:

@@ -40,7 +40,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
-from correlation.family.band import SAME_FREQUENCY, PredictedBand
+from correlation.family.band import PredictedBand, is_covered
 from correlation.family.family import Family, common_points
 from correlation.family.limit_reading import objective_of
 from correlation.family.noise import RepeatErrors
@@ -66,7 +66,7 @@ class FamilyLimits(NamedTuple):
     """Limits at the n readings of a target, and the standard deviations of what they do not hold, lower then upper."""
 
     value: Both
-    """Shape (2, n) [SI unit of each sensor]; NaN where a reading has no limits."""
+    """Shape (2, n) [SI unit of each sensor]; a reading of which one is NaN has no limits."""
     deviation: Both
 
 
@@ -129,7 +129,7 @@ class FamilyTarget:
             for family in group.families:
                 at = bands[family.sensor, family.harmonic, family.level].at(family.frequency, self.shift)
                 noise = self.errors.noise[family.sensor, family.harmonic].deviation(family.value)
-                value.append(np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan))
+                value.append(at.value)
                 # Of the readings themselves: wide limits would have more noise, of which the readings have none.
                 both = np.broadcast_to(family.value, at.value.shape)
                 deviation.append(np.hypot(family.widen(at.deviation, both), noise))
@@ -148,13 +148,12 @@ class FamilyTarget:
         low, high = np.where(is_known, value, 0.0) + np.array([-noise[0], noise[1]])
         outside = np.where(is_known, np.maximum(low - x, 0.0) + np.maximum(x - high, 0.0), np.abs(x))
         penalty = 2 * (self._n_reading[number] + 1) * outside
-        size, spread, noise_size, width, penalty = (
-            np.bincount(number, each, minlength=n_family)
-            for each in (np.abs(x), self._spread[covered], noise.sum(axis=0), high - low, penalty)
+        size = self._size
+        noise_size, width, penalty = (
+            np.bincount(number, each, minlength=n_family) for each in (noise.sum(axis=0), high - low, penalty)
         )
-        size = np.maximum(size, np.finfo(float).tiny)
         width = np.maximum(width / size, LEAST_WIDTH)
-        filled = np.maximum(np.maximum(spread, noise_size) / size, LEAST_WIDTH)
+        filled = np.maximum(np.maximum(self._spread, noise_size) / size, LEAST_WIDTH)
         powers = WIDTH_POWERS / n_family
         evidence = powers * np.log(width) + np.maximum(self._n_set_up - powers, 0.0) * np.log(filled)
         return float(evidence.sum() + self._n_set_up @ np.log1p(penalty / size / width))
@@ -162,12 +161,9 @@ class FamilyTarget:
     @cached_property
     def _is_covered(self) -> Bool[NDArray[np.bool_], " n"]:
         """Whether the frequency of a reading is one of the bands."""
-        ends = [
-            (group.frequency[0] * (1 - SAME_FREQUENCY), group.frequency[-1] * (1 + SAME_FREQUENCY), family.frequency)
-            for group in self.groups
-            for family in group.families
-        ]
-        return np.concatenate([(first <= frequency) & (frequency <= last) for first, last, frequency in ends])
+        return np.concatenate(
+            [is_covered(group.frequency, family.frequency) for group in self.groups for family in group.families]
+        )
 
     @cached_property
     def _n_reading(self) -> Int[NDArray[np.int64], " families"]:
@@ -188,8 +184,13 @@ class FamilyTarget:
         return np.repeat(np.arange(len(self.families)), [family.n_point for family in self.families])
 
     @cached_property
-    def _spread(self) -> Float[NDArray[np.float64], " n"]:
-        """Of each reading the range of the readings of its family at its point."""
+    def _size(self) -> Float[NDArray[np.float64], " families"]:
+        """Sum of the sizes of the readings of each family."""
+        return np.maximum(self._sum(np.abs(self.value)), np.finfo(float).tiny)
+
+    @cached_property
+    def _spread(self) -> Float[NDArray[np.float64], " families"]:
+        """Sum over the readings of each family of the range of the readings at their point."""
         result = []
         for family in self.families:
             _, point = np.unique(common_points(family.curves), return_inverse=True)
@@ -197,7 +198,13 @@ class FamilyTarget:
             np.maximum.at(highest, point, family.value)
             np.minimum.at(lowest, point, family.value)
             result.append((highest - lowest)[point])
-        return np.concatenate(result)
+        return self._sum(np.concatenate(result))
+
+    def _sum(self, each: Float[NDArray[np.float64], " n"]) -> Float[NDArray[np.float64], " families"]:
+        """Sums over the readings of each family at frequencies of the bands."""
+        covered = self._is_covered
+        sums = np.bincount(self._family_number[covered], each[covered], minlength=len(self._n_set_up))
+        return np.asarray(sums, dtype=np.float64)
 
 
 def sampled_bands(
