@@ -94,9 +94,12 @@ class PredictedBand:
         looks = (frequency * (1 + sign * LOOK * shift) for sign in ((1, -1) if shift else ()))
         moved = [np.nan_to_num(np.abs(self._limits(each)[0] - limits)) for each in looks]
         by_shift = np.max(moved, axis=0) / LOOK if moved else 0.0
-        numerical = np.array([np.interp(frequency, self.frequency, np.nan_to_num(own)) for own in self.deviation])
         value = np.where(inside, limits, np.nan)
-        return BandAt(value, np.sqrt(by_shift**2 + numerical**2 + between**2))
+        return BandAt(value, np.sqrt(by_shift**2 + self.interpolate_error(frequency) ** 2 + between**2))
+
+    def interpolate_error(self, frequency: Values) -> Float[NDArray[np.float64], "2 n"]:
+        """Standard deviations of the limits by the numerical error of the model at other frequencies, shape (2, n)."""
+        return np.array([np.interp(frequency, self.frequency, np.nan_to_num(own)) for own in self.deviation])
 
     @cached_property
     def _curves(self) -> tuple["_Curve", "_Curve"]:

@@ -32,6 +32,7 @@ from geometry.errors import InputError
 from hbsolve.errors import NoSteadyState
 
 Values = Float[NDArray[np.float64], " p"]
+Prior = Values | float
 #: Limits at some parameters; raises `InputError` or `NoSteadyState` where there is no such model.
 ComputeLimits = Callable[[Values], FamilyLimits]
 
@@ -79,8 +80,10 @@ class LinearLimits:
         limits: FamilyLimits,
         step: float,
         bounds: scipy.optimize.Bounds = UNBOUNDED,
+        *,
+        both_sides: bool = False,
     ) -> "LinearLimits":
-        """By one difference in each parameter, to the side where there is a model; without one it has no slope.
+        """By differences in each parameter, to sides where there is a model; without one it has no slope.
 
         Parameters
         ----------
@@ -96,19 +99,23 @@ class LinearLimits:
             Difference of each parameter [steps].
         bounds
             Of the parameters, shapes (p,) [steps].
+        both_sides
+            Central differences in place of one: limits at a resonance are curved, and are to be extrapolated.
         """
         value = _to_linear(target, limits)
         slopes = np.zeros((len(at), *value.shape))
         for number, direction in enumerate(np.eye(len(at))):
+            found: list[Float[NDArray[np.float64], "2 2 n"]] = []
             for signed in (step, -step):
                 moved = at + signed * direction
-                if (moved < bounds.lb).any() or (moved > bounds.ub).any():
+                if (moved < bounds.lb).any() or (moved > bounds.ub).any() or (found and not both_sides):
                     continue
-                found = compute_if_possible(compute, moved)
-                if found is not None:
-                    slope = (_to_linear(target, found) - value) / signed
-                    slopes[number] = np.where(np.isfinite(slope), slope, 0.0)
-                    break
+                limits_there = compute_if_possible(compute, moved)
+                if limits_there is not None:
+                    found.append((_to_linear(target, limits_there) - value) / signed)
+            if found:
+                slope = np.mean(found, axis=0)
+                slopes[number] = np.where(np.isfinite(slope), slope, 0.0)
         return cls(target=target, at=at, value=value, slopes=slopes)
 
     def score(self, scaled: Values) -> float:
@@ -147,7 +154,7 @@ class FamilyFit:
 def fit_limits(
     compute: ComputeLimits,
     target: FamilyTarget,
-    prior: float,
+    prior: Prior,
     start: Values,
     *,
     most: int,
@@ -163,7 +170,7 @@ def fit_limits(
     target
         Readings, and the score of limits.
     prior
-        Standard deviation of each parameter around zero [steps].
+        Standard deviation of each parameter around zero, one for all or shape (p,) [steps].
     start
         Parameters to start from, shape (p,) [steps].
     most
@@ -211,7 +218,7 @@ def fit_limits(
 
 def minimise_linear(
     linear: LinearLimits,
-    prior: float,
+    prior: Prior,
     start: Values,
     radius: float,
     bounds: scipy.optimize.Bounds = UNBOUNDED,
@@ -294,8 +301,8 @@ def fit_families(
     return replace(fit, values=np.clip(centre + deviation * fit.values, lower, upper))
 
 
-def compute_prior(scaled: Values, prior: float) -> float:
-    """What a prior of a standard deviation around zero adds to the score [-]."""
+def compute_prior(scaled: Values, prior: Prior) -> float:
+    """What a prior of these standard deviations around zero adds to the score [-]."""
     return 0.5 * float(np.sum((scaled / prior) ** 2))
 
 

@@ -44,7 +44,7 @@ from correlation.family.band import PredictedBand, is_covered
 from correlation.family.family import Family, common_points
 from correlation.family.limit_reading import objective_of
 from correlation.family.noise import RepeatErrors
-from correlation.family.verdict import compute_noise_width
+from correlation.family.verdict import FamilyVerdict, compute_noise_width
 from correlation.model import DERIVATIVE, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.problem import LimitCurve
@@ -58,6 +58,8 @@ Both = Float[NDArray[np.float64], "2 n"]
 POPULATION, SAMPLES, SEED = 8, 8, 5
 #: Width of a band that is one line, over the mean of the readings [-].
 LEAST_WIDTH = 1e-6
+#: Standard deviations by which an error widens a band that all of its readings share: that of one reading.
+SHARED_WIDTH = float(compute_noise_width(1 / 2))
 #: Powers of a common factor of all widths.
 WIDTH_POWERS = 2.0
 
@@ -92,12 +94,16 @@ class FamilyTarget:
         Standard deviation of the frequency, of set-ups and of the model, relative [-].
     nominal
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
+    numerical
+        Standard deviations of the limits by the numerical error of a model, as those of one like it have them, lower
+        then upper, shape (2, n) [SI unit of each sensor]; 0 by default.
     """
 
     groups: Sequence[FamilyGroup]
     errors: RepeatErrors
     shift: float
     nominal: Float[NDArray[np.float64], " s"] | None = None
+    numerical: Both | float = 0.0
 
     @property
     def families(self) -> list[Family]:
@@ -133,7 +139,8 @@ class FamilyTarget:
                 # Of the readings themselves: wide limits would have more noise, of which the readings have none.
                 both = np.broadcast_to(family.value, at.value.shape)
                 deviation.append(np.hypot(family.widen(at.deviation, both), noise))
-        return FamilyLimits(np.concatenate(value, axis=1), np.concatenate(deviation, axis=1))
+        shared = self.numerical * SHARED_WIDTH / self._noise_width
+        return FamilyLimits(np.concatenate(value, axis=1), np.hypot(np.concatenate(deviation, axis=1), shared))
 
     def score(self, limits: FamilyLimits) -> float:
         """How tightly limits hold the readings, less is better [-].
@@ -205,6 +212,27 @@ class FamilyTarget:
         covered = self._is_covered
         sums = np.bincount(self._family_number[covered], each[covered], minlength=len(self._n_set_up))
         return np.asarray(sums, dtype=np.float64)
+
+
+def list_numerical_errors(families: Sequence[Family], verdicts: Sequence[FamilyVerdict]) -> Both:
+    """Standard deviations of limits by numerical error at the n readings of families, shape (2, n) [unit of each].
+
+    Parameters
+    ----------
+    families
+        Families in the order of their target.
+    verdicts
+        Families over the limits of a model; of a family that is none of them the errors are 0.
+    """
+    bands = {(item.family.sensor, item.family.harmonic, item.family.level): item.band for item in verdicts}
+    return np.concatenate(
+        [
+            np.zeros((2, family.n_point)) if band is None else band.interpolate_error(family.frequency)
+            for family in families
+            for band in [bands.get((family.sensor, family.harmonic, family.level))]
+        ],
+        axis=1,
+    )
 
 
 def sampled_bands(

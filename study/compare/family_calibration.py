@@ -11,9 +11,10 @@ from correlation.campaign.measurement import Campaign
 from correlation.family.family import measured_families
 from correlation.family.frequencies import choose_frequencies
 from correlation.family.noise import estimate_repeat_errors
+from correlation.family.verdict import FamilyVerdict
 from correlation.model import Model
 from diagnosis.fit.family_fit import FamilyFit, fit_families
-from diagnosis.fit.family_target import FamilyGroup, FamilyTarget
+from diagnosis.fit.family_target import FamilyGroup, FamilyTarget, list_numerical_errors
 from pipeline.store import stage
 from study.case.added import apply_all
 from study.case.setup import Setup
@@ -93,7 +94,7 @@ def compare_with_families(
     before = compared(model, request.title, f"{stem}_mean")
     if not before.verdicts:
         return before
-    fit = _fit(setup, request, np.array(factors), run)
+    fit = _fit(setup, request, np.array(factors), before.verdicts, run)
     fitted = compared(_composed(setup, fit.values), f"{request.title} onto families", stem)
     calibration = FamilyCalibration(
         names=tuple(item.name for item in setup.calibration_parameters),
@@ -103,7 +104,10 @@ def compare_with_families(
     return replace(fitted, calibration=calibration, files=(*fitted.files, *before.files))
 
 
-def _fit(setup: Setup, request: FamilyRequest, start: Float[NDArray[np.float64], " p"], run: RunContext) -> FamilyFit:
+def _fit(
+    setup: Setup, request: FamilyRequest, start: Float[NDArray[np.float64], " p"],
+    before: Sequence[FamilyVerdict], run: RunContext,
+) -> FamilyFit:  # fmt: skip
     families = measured_families(request.campaign)
     chosen, _ = select_families(setup.model, request.campaign, families)
     held = request.campaign.held_out
@@ -122,6 +126,7 @@ def _fit(setup: Setup, request: FamilyRequest, start: Float[NDArray[np.float64],
         errors=errors,
         shift=float(np.hypot(errors.frequency, setup.budget.frequency)),
         nominal=None if histories is None else histories(1, 0)[0],
+        numerical=list_numerical_errors(trained, before),
     )
     step = run.step("calibration onto families", expected=120)
     return step.run(family_calibration, setup, target, start, report=step.report)

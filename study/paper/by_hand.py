@@ -3,6 +3,7 @@
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from study.paper.frequency_error import find_frequency_error
 from study.paper.interval import Interval, find_damping_interval, find_density_interval, find_intervals
 from study.paper.limits import MeasuredFamilies, read_families
 from study.paper.linear import LinearCalibration, calibrate_linear
@@ -80,13 +81,19 @@ def _intervals(
     model: PaperModel, linear: LinearCalibration, nonlinear: NonlinearCalibration, measured: MeasuredFamilies,
     run: RunContext,
 ) -> tuple[Interval, ...]:  # fmt: skip
-    response, all_data = make_targets(measured, model.effort.loop_frequencies)
+    last = nonlinear.last
+    before = nonlinear.iterations[last.number - 2].limits
+    response, all_data = make_targets(measured, before, model.effort.loop_frequencies)
     fit, target = (nonlinear.response, response) if nonlinear.all_data is None else (nonlinear.all_data, all_data)
+    numerical = max(item.band.shift for item in last.limits.response)
+    step = run.step("errors of frequencies", expected=5)
+    error = step.run(
+        find_frequency_error, model.opened.case, last.parameters, numerical, linear.free is not None, model
+    )
     step = run.step("intervals", expected=60)
-    result = step.run(find_intervals, model.opened.case, fit, target, model, report=step.report)
-    density = linear.iterations[-1].own.parameters if len(linear.iterations) > 2 else None
-    damping = find_damping_interval(nonlinear.last.parameters.damping, linear.stuck)
-    return (*result, damping, *(find_density_interval(density, linear.free) if density is not None else ()))
+    result = step.run(find_intervals, model.opened.case, fit, target, error, model, report=step.report)
+    damping = find_damping_interval(last.parameters.damping, linear.stuck)
+    return (*result, damping, *find_density_interval(last.parameters, linear.free, error.density))
 
 
 def list_missing(measured: MeasuredFamilies, linear: LinearCalibration) -> list[str]:

@@ -1,7 +1,7 @@
 """What the paper tunes by hand, by numbers: parameters whose bands hold the families tightest.
 
-Minimised is the score of `diagnosis.fit.family_target` over the band that some friction histories reach, with a wide
-prior around the start.
+Minimised is the score of `diagnosis.fit.family_target` over the band that some friction histories reach, with a prior
+around the start.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,8 +21,25 @@ from study.paper.parameters import RigParameters
 
 Values = Float[NDArray[np.float64], " p"]
 
-#: Standard deviation of the prior around the start [steps].
-PRIOR = 5.0
+
+@dataclass(frozen=True, kw_only=True)
+class Tuning:
+    """How a parameter is tuned.
+
+    Parameters
+    ----------
+    step
+        A step that matters [unit of the parameter].
+    deviation
+        Standard deviation of the prior around the start [unit of the parameter].
+    """
+
+    step: float
+    deviation: float
+
+    def scale(self, factor: float) -> "Tuning":
+        """Step and deviation of so many times the unit."""
+        return Tuning(step=factor * self.step, deviation=factor * self.deviation)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,22 +50,29 @@ class ParameterScale:
     ----------
     start
         Parameters to start from, the centre of their prior.
-    steps
-        Tuned parameters by name, each with a step that matters [unit of the parameter].
+    tuned
+        Tuned parameters by name.
     """
 
     start: RigParameters
-    steps: Mapping[str, float]
+    tuned: Mapping[str, Tuning]
+
+    @property
+    def prior(self) -> Values:
+        """Standard deviations of the prior, shape (p,) [steps]."""
+        return np.array([item.deviation / item.step for item in self.tuned.values()])
 
     def compose(self, scaled: Values) -> RigParameters:
         """The parameters that are so many steps off the start, shape (p,) [-]."""
-        moved = zip(self.steps.items(), scaled, strict=True)
-        return replace(self.start, **{name: float(getattr(self.start, name) + step * by) for (name, step), by in moved})
+        moved = zip(self.tuned.items(), scaled, strict=True)
+        return replace(
+            self.start, **{name: float(getattr(self.start, name) + item.step * by) for (name, item), by in moved}
+        )
 
     def to_steps(self, parameters: RigParameters) -> Values:
         """How many steps parameters are off the start, shape (p,) [-]."""
         return np.array(
-            [(getattr(parameters, name) - getattr(self.start, name)) / step for name, step in self.steps.items()]
+            [(getattr(parameters, name) - getattr(self.start, name)) / item.step for name, item in self.tuned.items()]
         )
 
 
@@ -107,5 +131,5 @@ def fit_parameters(
     def compute(scaled: Values) -> FamilyLimits:
         return target.compute_limits(make(scale.compose(scaled)))
 
-    fit = fit_limits(compute, target, PRIOR, np.zeros(len(scale.steps)), most=most, report=report)
+    fit = fit_limits(compute, target, scale.prior, np.zeros(len(scale.tuned)), most=most, report=report)
     return ParameterFit(scale=scale, parameters=scale.compose(fit.values), before=fit.before, after=fit.after)

@@ -3,12 +3,13 @@ r"""Intervals of calibrated parameters.
 Where parameters are fitted to families, the score C of `diagnosis.fit.family_target` takes the place of minus the
 logarithm of a likelihood. At the ends of the 95 % interval of a parameter the profile of C and prior,
 
-.. math:: P_i(t) = \min_{s,\ s_i = t} \left[C(s) + \frac{|s|^2}{2 \sigma^2}\right],
+.. math:: P_i(t) = \min_{s,\ s_i = t} \left[C(s) + \sum_j \frac{s_j^2}{2 \sigma_j^2}\right],
 
-s being the parameters in their steps and sigma the standard deviation of their prior, has risen by 1.92. The limits in
-C are linear about the calibrated parameters, by differences of 0.3 steps, and extrapolated as far as the interval goes.
-What the families do not tell is as wide as the prior. Density and damping ratio follow from the resonances of the
-lowest level, so that their intervals are those of least squares.
+s being the parameters in their steps and sigma the standard deviations of their prior, has risen by 1.92. The limits in
+C are linear about the calibrated parameters, by central differences of 0.3 steps, and extrapolated as far as the
+interval goes. What the families do not tell is as wide as the prior. Density and damping ratio follow from the
+resonances of the lowest level, so that their intervals are those of least squares. What errors of the model's
+frequencies do to k_t and to the density (`study.paper.frequency_error`) is independent, and adds by squares.
 
 References
 ----------
@@ -17,6 +18,7 @@ D. A. Sprott, Statistical Inference in Science (2000), on profile likelihood.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 import scipy.optimize
@@ -25,13 +27,14 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from correlation.uncertainty.interval import TWO_SIDED_95
-from diagnosis.fit.family_fit import MOST_SLOPE, LinearLimits, compute_prior, minimise_linear
+from diagnosis.fit.family_fit import MOST_RADIUS, MOST_SLOPE, LinearLimits, compute_prior, minimise_linear
 from diagnosis.fit.family_target import FamilyLimits, FamilyTarget
 from pipeline.store import stage
 from study.case.tables import Case
 from study.estimate.resonance import MeasuredResonance
 from study.kind.rig.table import RigTable
-from study.paper.fit import PRIOR, ParameterFit
+from study.paper.fit import ParameterFit
+from study.paper.frequency_error import FrequencyError
 from study.paper.parameters import RigParameters
 
 Values = Float[NDArray[np.float64], " p"]
@@ -73,6 +76,7 @@ def find_intervals(
     case: Case[RigTable],  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     fit: ParameterFit,
     target: FamilyTarget,
+    frequency_error: FrequencyError,
     make: Callable[[RigParameters], Model],
     report: Callable[[float, float], None] | None = None,
 ) -> tuple[Interval, ...]:
@@ -86,6 +90,8 @@ def find_intervals(
         Fit.
     target
         Families that it was made to.
+    frequency_error
+        What errors of the model's frequencies do to the parameters.
     make
         Makes the model of some parameters.
     report
@@ -96,49 +102,51 @@ def find_intervals(
     InputError, NoSteadyState
         The calibrated model has no steady state.
     """
-    scale, n_done, n_step = fit.scale, 0, len(fit.scale.steps)
+    scale, n_done, most = fit.scale, 0, 3 * len(fit.scale.tuned) + 1
 
     def advance() -> None:
         nonlocal n_done
         n_done += 1
         if report is not None:
-            report(min(n_done, 2 * n_step + 1), 2 * n_step + 1)
+            report(min(n_done, most), most)
 
     def compute(scaled: Values) -> FamilyLimits:
         advance()
         return target.compute_limits(make(scale.compose(scaled)))
 
     at = scale.to_steps(fit.parameters)
-    profile = Profile(LinearLimits.differentiate(target, compute, at, compute(at), MOST_SLOPE))
+    linear = LinearLimits.differentiate(target, compute, at, compute(at), MOST_SLOPE, both_sides=True)
+    profile = Profile(linear, scale.prior)
     result = []
-    for number, name in enumerate(scale.steps):
-        result.append(_read_interval(fit, name, *profile.find_ends(number)))
+    for number, name in enumerate(scale.tuned):
+        error = frequency_error.kt * fit.parameters.kt if name == "kt" else 0.0
+        result.append(_read_interval(fit, name, *profile.find_ends(number), error))
         advance()
     return tuple(result)
 
 
-def _read_interval(fit: ParameterFit, name: str, low: float, high: float) -> Interval:
-    start, step = getattr(fit.scale.start, name), fit.scale.steps[name]
-    value = getattr(fit.parameters, name)
+def _read_interval(fit: ParameterFit, name: str, low: float, high: float, error: float) -> Interval:
+    start, step = getattr(fit.scale.start, name), fit.scale.tuned[name].step
+    value, more = getattr(fit.parameters, name), TWO_SIDED_95 * error
     return Interval(
-        name=name, value=value, lower=min(start + step * low, value), upper=max(start + step * high, value),
-        source=PROFILE,
+        name=name, value=value, lower=value - hypot(max(value - start - step * low, 0.0), more),
+        upper=value + hypot(max(start + step * high - value, 0.0), more), source=PROFILE,
     )  # fmt: skip
 
 
 class Profile:
     """Profiles of the score of linear limits and the prior, whose least is found first; ends in steps off the start."""
 
-    def __init__(self, linear: LinearLimits) -> None:
-        self._linear = linear
+    def __init__(self, linear: LinearLimits, prior: Values) -> None:
+        self._linear, self._prior = linear, prior
         # The score has kinks, at which a search may end: from beside the calibrated parameters as well.
         moves = MOVE * np.eye(len(linear.at))
         starts = [linear.at, *(linear.at + moves), *(linear.at - moves)]
-        self._best = min((minimise_linear(linear, PRIOR, start, PRIOR) for start in starts), key=self._score)
+        self._best = min((minimise_linear(linear, prior, start, MOST_RADIUS) for start in starts), key=self._score)
         self._least = self._score(self._best)
 
     def _score(self, scaled: Values) -> float:
-        return self._linear.score(scaled) + compute_prior(scaled, PRIOR)
+        return self._linear.score(scaled) + compute_prior(scaled, self._prior)
 
     def find_ends(self, number: int) -> tuple[float, float]:
         """Where the profile of a parameter, by its number, has risen by that of a 95 % interval, below and above."""
@@ -167,7 +175,7 @@ class Profile:
         fixed = np.full(len(start), np.inf)
         lower, upper = -fixed, fixed.copy()
         lower[number] = upper[number] = value
-        return minimise_linear(self._linear, PRIOR, start, FOLLOW, scipy.optimize.Bounds(lower, upper))
+        return minimise_linear(self._linear, self._prior, start, FOLLOW, scipy.optimize.Bounds(lower, upper))
 
 
 def find_damping_interval(damping: float, stuck: MeasuredResonance) -> Interval:
@@ -178,10 +186,23 @@ def find_damping_interval(damping: float, stuck: MeasuredResonance) -> Interval:
     )  # fmt: skip
 
 
-def find_density_interval(parameters: RigParameters, free: MeasuredResonance | None) -> Iterator[Interval]:
-    """The density by the measured free resonance, the root being right: one density scales all frequencies alike."""
+def find_density_interval(
+    parameters: RigParameters, free: MeasuredResonance | None, error: float
+) -> Iterator[Interval]:
+    """The density by the measured free resonance, as far as the model has its frequency right.
+
+    Parameters
+    ----------
+    parameters
+        With a density if it was calibrated.
+    free
+        Measured resonance.
+    error
+        Relative standard deviation of the density by errors of the model's frequencies [-].
+    """
     if free is not None and parameters.density is not None:
-        half = 2 * TWO_SIDED_95 * free.frequency_deviation / free.frequency * parameters.density
+        # One density scales all frequencies alike.
+        half = TWO_SIDED_95 * hypot(2 * free.frequency_deviation / free.frequency, error) * parameters.density
         yield Interval(
             name="density", value=parameters.density, lower=parameters.density - half,
             upper=parameters.density + half, source=LEAST_SQUARES,

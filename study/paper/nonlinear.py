@@ -17,24 +17,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from correlation.family.frequencies import choose_frequencies
-from diagnosis.fit.family_target import FamilyGroup, FamilyTarget
+from diagnosis.fit.family_target import FamilyGroup, FamilyTarget, list_numerical_errors
 from geometry.rig import SIDES
 from pipeline.parallel import process_pool
 from study.paper.case import CriteriaTable
 from study.paper.criteria import Criterion, judge_forces, judge_response, static_deviation
-from study.paper.fit import ParameterFit, ParameterScale, fit_parameters
+from study.paper.fit import ParameterFit, ParameterScale, Tuning, fit_parameters
 from study.paper.limits import IterationLimits, MeasuredFamilies, find_limits
 from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
 from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
-#: Steps that matter, of parameters for the response as shares of their values, and of the alignment.
-RESPONSE_STEPS = {"kt": 0.003, "kn": 0.05, "mu": 0.05}
-SHIFT_STEP, INCLINATION_STEP = 0.6e-3, np.radians(3.0)
-ALIGNMENT_STEPS = {
-    "shift_left": SHIFT_STEP, "shift_right": SHIFT_STEP,
-    "inclination_left": INCLINATION_STEP, "inclination_right": INCLINATION_STEP,
+#: Tuning of contact parameters, as shares of their values: first guesses are off by tens of per cent.
+CONTACT = {
+    "kt": Tuning(step=0.003, deviation=0.25), "kn": Tuning(step=0.05, deviation=0.25),
+    "mu": Tuning(step=0.05, deviation=0.25),
+}  # fmt: skip
+#: Tuning of the alignment: a quarter of the damper's length, and an angle that the eye would still see in a wire.
+SHIFT = Tuning(step=0.6e-3, deviation=3e-3)
+INCLINATION = Tuning(step=1.0, deviation=5.0).scale(np.pi / 180)
+ALIGNMENT = {
+    "shift_left": SHIFT, "shift_right": SHIFT, "inclination_left": INCLINATION, "inclination_right": INCLINATION,
 }  # fmt: skip
 #: Normal forces by which the paper shifts the dead weight of their side.
 SHIFTED = tuple(f"{side}_decoupler_N" for side in SIDES)
@@ -104,9 +108,9 @@ def calibrate_nonlinear(
 
         first = judged(1, start)
         length = model.opened.case.structure.damper.damper().cylinder_length
-        response = _fit_response(model, _shift_weights(start, first, measured, length), measured, run)
-        result = [first, judged(2, response.parameters)]
-        all_data = _fit_all_data(model, response.parameters, measured, run)
+        response = _fit_response(model, _shift_weights(start, first, measured, length), measured, first.limits, run)
+        result = [first, second := judged(2, response.parameters)]
+        all_data = _fit_all_data(model, response.parameters, measured, second.limits, run)
         if all_data is not None:
             result.append(judged(3, all_data.parameters))
         if all_data is not None and plan.rotation is not None:
@@ -124,37 +128,45 @@ def judge_iteration(
     )  # fmt: skip
 
 
-def make_targets(measured: MeasuredFamilies, count: int) -> tuple[FamilyTarget, FamilyTarget]:
+def make_targets(measured: MeasuredFamilies, limits: IterationLimits, count: int) -> tuple[FamilyTarget, FamilyTarget]:
     """What iteration 2 is fitted to, the response, and what iteration 3 is, the response and all forces.
 
     Parameters
     ----------
     measured
         Families.
+    limits
+        Limits of the iteration before, for the numerical error of limits.
     count
         Frequencies of the bands of the response [-].
     """
     response = FamilyGroup(measured.response, choose_frequencies(measured.response, count, count))
     forces = FamilyGroup(measured.forces, np.array(sorted(set(measured.peak.values()))))
     of_response, of_all = (
-        FamilyTarget(groups=groups, errors=measured.errors, shift=measured.errors.frequency)
+        FamilyTarget(
+            groups=groups, errors=measured.errors, shift=measured.errors.frequency,
+            # That of forces at one frequency is mostly an error of the frequency, for which kt makes up.
+            numerical=list_numerical_errors([family for group in groups for family in group.families], limits.response),
+        )
         for groups in ((response,), (response, forces))
-    )
+    )  # fmt: skip
     return of_response, of_all
 
 
-def _fit_response(model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext) -> ParameterFit:
+def _fit_response(
+    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, run: RunContext
+) -> ParameterFit:
     """Contact parameters whose bands hold the response of all levels."""
     step = run.step("iteration 2: contact parameters", expected=100)
-    target, _ = make_targets(measured, model.effort.loop_frequencies)
-    scale = ParameterScale(start=start, steps=_response_steps(start))
+    target, _ = make_targets(measured, before, model.effort.loop_frequencies)
+    scale = ParameterScale(start=start, tuned=_tune_contact(start))
     return step.run(
         fit_parameters, model.opened.case, scale, target, model.effort.evaluations, model, report=step.report
     )
 
 
-def _response_steps(start: RigParameters) -> dict[str, float]:
-    return {name: share * getattr(start, name) for name, share in RESPONSE_STEPS.items()}
+def _tune_contact(start: RigParameters) -> dict[str, Tuning]:
+    return {name: item.scale(getattr(start, name)) for name, item in CONTACT.items()}
 
 
 def _shift_weights(
@@ -175,7 +187,7 @@ def _shift_weights(
 
 
 def _fit_all_data(
-    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
+    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, run: RunContext
 ) -> ParameterFit | None:
     """Contact parameters and the alignment of the sides whose static forces were measured, to all data.
 
@@ -183,12 +195,12 @@ def _fit_all_data(
     the next.
     """
     sides = {family.sensor.partition("_")[0] for family in measured.forces if family.harmonic == 0}
-    alignment = {name: step for name, step in ALIGNMENT_STEPS.items() if name.rpartition("_")[2] in sides}
+    alignment = {name: item for name, item in ALIGNMENT.items() if name.rpartition("_")[2] in sides}
     if not alignment:
         return None
     step = run.step("iteration 3: contact parameters and alignment", expected=200)
-    _, target = make_targets(measured, model.effort.loop_frequencies)
-    scale = ParameterScale(start=start, steps=_response_steps(start) | alignment)
+    _, target = make_targets(measured, before, model.effort.loop_frequencies)
+    scale = ParameterScale(start=start, tuned=_tune_contact(start) | alignment)
     return step.run(
         fit_parameters, model.opened.case, scale, target, model.effort.evaluations, model, report=step.report
     )

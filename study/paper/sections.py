@@ -8,6 +8,7 @@ from study.page.table import Table
 from study.paper.by_hand import ByHand
 from study.paper.case import LinearTable, NonlinearTable
 from study.paper.criteria import COVERAGE, DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, Criterion
+from study.paper.frequency_error import ROOT_DEVIATION
 from study.paper.interval import LEAST_SQUARES
 from study.paper.nonlinear import NonlinearIteration
 from study.paper.parameters import RigParameters
@@ -120,8 +121,9 @@ def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = No
     ]
     if any(item.source == LEAST_SQUARES for item in hand.intervals):
         text.append(
-            "The damping ratio follows from the stuck resonance by least squares, and the density from the free one, "
-            "with the root as it is assumed: an error of the root is no part of its interval."
+            "The damping ratio follows from the stuck resonance by least squares, and the density from the free one. "
+            "kt and the density are as sure as the frequencies of the model: numerical error, and "
+            f"{ROOT_DEVIATION:.0%} of assumed springs of the root, widen their intervals."
         )
     if held:
         text.append(f"{sum(held)} of {len(held)} intervals hold the truth.")

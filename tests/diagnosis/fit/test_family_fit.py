@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 import scipy.optimize
 
+from correlation.family.band import PredictedBand
 from correlation.family.family import Family, FamilyCurve
 from correlation.family.noise import ReadingNoise, RepeatErrors
+from correlation.family.verdict import FamilyVerdict
 from correlation.model import Model, Sensor
 from correlation.prediction import Points, Predictor
 from diagnosis.candidate.effect import EffectError, EffectParameter
@@ -23,7 +25,13 @@ from diagnosis.fit.family_fit import (
     fit_families,
     fit_limits,
 )
-from diagnosis.fit.family_target import FamilyGroup, FamilyLimits, FamilyTarget, sampled_bands
+from diagnosis.fit.family_target import (
+    FamilyGroup,
+    FamilyLimits,
+    FamilyTarget,
+    list_numerical_errors,
+    sampled_bands,
+)
 from geometry.errors import InputError
 from reduction.jointed_system import FrictionContact, JointedSystem
 
@@ -174,6 +182,44 @@ def test_linear_limits_are_exact_where_limits_are_linear_and_amplitudes_exponent
     linear = LinearLimits.differentiate(target, limits, at, limits(at), 0.1)
     moved = at + random.standard_normal(3)
     assert linear.score(moved) == pytest.approx(target.score(limits(moved)), rel=1e-10)
+
+
+def test_central_differences_cancel_what_is_curved() -> None:
+    target = band_target(np.full(4, 5.0))
+
+    def limits(scaled: np.ndarray) -> FamilyLimits:
+        middle = 5.0 + 2.0 * scaled[0] + 3.0 * scaled[0] ** 2
+        return flat(middle - 1.0, middle + 1.0)
+
+    at = np.array([0.5])
+    one, both = (
+        LinearLimits.differentiate(target, limits, at, limits(at), 0.1, both_sides=sides).slopes[0, 0, 0, 0]
+        for sides in (False, True)
+    )
+    assert one == pytest.approx(2.0 + 6.0 * 0.5 + 3.0 * 0.1, rel=1e-12)
+    assert both == pytest.approx(2.0 + 6.0 * 0.5, rel=1e-12)
+
+
+def test_numerical_error_widens_the_limits_of_its_own_family() -> None:
+    families = measured()
+    band = PredictedBand(
+        frequency=FREQUENCY[[0, -1]], value=np.ones((2, 2)), deviation=np.array([[0.0, 2.0], [1.0, 3.0]]),
+        jump=np.zeros((2, 2), dtype=bool),
+    )  # fmt: skip
+    nothing: Any = None
+    verdict = FamilyVerdict(
+        family=families[1], band=band, limit=nothing, deviation=nothing, coverage=1.0, tightness=1.0, score=1.0,
+        departures=(), critical_deviation=3.0, outside=nothing, critical_count=1,
+    )  # fmt: skip
+    numerical = list_numerical_errors(families, [verdict])
+    count = families[0].n_point
+    assert (numerical[:, :count] == 0.0).all()
+    along = np.tile(np.linspace(0.0, 2.0, len(FREQUENCY)), 6)
+    np.testing.assert_allclose(numerical[:, count:], [along, along + 1.0], atol=1e-12)
+    plain = target().compute_limits(drawn())
+    wide = replace(target(), numerical=numerical).compute_limits(drawn())
+    np.testing.assert_array_equal(wide.value, plain.value)
+    np.testing.assert_allclose(wide.deviation**2, plain.deviation**2 + numerical**2, rtol=1e-12)
 
 
 def band_target(value: np.ndarray, repeats: int = 3) -> FamilyTarget:

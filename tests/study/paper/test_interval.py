@@ -9,12 +9,12 @@ import pytest
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import LinearLimits
 from study.estimate.resonance import MeasuredResonance
-from study.paper.fit import PRIOR
 from study.paper.interval import LEAST_SQUARES, NEAR, RISE, Profile, find_damping_interval, find_density_interval
 from study.paper.parameters import RigParameters
 
 HESSIAN = np.array([[4.0, 1.5, 0.0], [1.5, 1.0, 0.1], [0.0, 0.1, 0.3]])
 MINIMUM = np.array([0.4, -0.3, 1.0])
+PRIOR = np.array([5.0, 2.0, 8.0])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,11 +30,11 @@ class Quadratic(LinearLimits):
 
 def profile(hessian: np.ndarray) -> Profile:
     nothing: Any = None
-    return Profile(Quadratic(target=nothing, at=np.zeros(3), value=nothing, slopes=nothing, hessian=hessian))
+    return Profile(Quadratic(target=nothing, at=np.zeros(3), value=nothing, slopes=nothing, hessian=hessian), PRIOR)
 
 
 def test_a_quadratic_score_gives_the_profile_interval_in_closed_form() -> None:
-    whole = HESSIAN + np.eye(3) / PRIOR**2
+    whole = HESSIAN + np.diag(PRIOR**-2)
     centre, covariance = np.linalg.solve(whole, HESSIAN @ MINIMUM), np.linalg.inv(whole)
     for number, ends in enumerate(profile(HESSIAN).find_ends(number) for number in range(3)):
         half = TWO_SIDED_95 * np.sqrt(covariance[number, number])
@@ -53,7 +53,7 @@ def test_a_score_with_kinks_gives_ends_that_linear_programming_gives() -> None:
     """With a prior that hardly counts, the profile of a sum of absolute values is RISE at the ends of a polytope."""
     steep = 4 * HESSIAN
     nothing: Any = None
-    kinked = Profile(Kinked(target=nothing, at=np.zeros(3), value=nothing, slopes=nothing, hessian=steep))
+    kinked = Profile(Kinked(target=nothing, at=np.zeros(3), value=nothing, slopes=nothing, hessian=steep), PRIOR)
     inverse = np.linalg.inv(steep)
     for number in range(3):
         # max |e_i^T H^-1 u| over |u|_1 <= RISE is at a corner.
@@ -73,7 +73,16 @@ def test_the_damping_ratio_has_the_interval_of_the_stuck_resonance() -> None:
 
 def test_what_the_score_does_not_tell_is_as_wide_as_the_prior() -> None:
     low, high = profile(np.diag([4.0, 1.0, 0.0])).find_ends(2)
-    assert high - low == pytest.approx(2 * TWO_SIDED_95 * PRIOR, abs=4 * NEAR)
+    assert high - low == pytest.approx(2 * TWO_SIDED_95 * PRIOR[2], abs=4 * NEAR)
+
+
+def test_an_error_of_the_density_by_the_model_adds_by_squares() -> None:
+    free = MeasuredResonance(
+        free=True, frequency=120.0, frequency_deviation=0.12, damping=2e-3, damping_deviation=1e-4, source="a test"
+    )
+    parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)
+    (found,) = find_density_interval(parameters, free, 1.5e-3)
+    assert found.upper - found.value == pytest.approx(TWO_SIDED_95 * 2.5e-3 * 7800.0, rel=1e-9)
 
 
 def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> None:
@@ -81,7 +90,7 @@ def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> 
         free=True, frequency=120.0, frequency_deviation=0.12, damping=2e-3, damping_deviation=1e-4, source="a test"
     )
     parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)
-    (found,) = find_density_interval(parameters, free)
+    (found,) = find_density_interval(parameters, free, 0.0)
     assert found.source == LEAST_SQUARES
     assert found.upper - found.value == pytest.approx(TWO_SIDED_95 * 2 * 1e-3 * 7800.0, rel=1e-9)
-    assert list(find_density_interval(parameters, None)) == []
+    assert list(find_density_interval(parameters, None, 0.0)) == []
