@@ -17,7 +17,8 @@ evenly distributed, and W the width of a band, many readings away from its ends 
 A common factor of all widths is therefore told by two powers, however many families and readings there are; to take the
 mean over families for this factor is a choice. The other powers are those of what the readings do fill, or of the noise
 where that is wider: a model that makes its own noise wide, by steep flanks whose frequency is not sure, gains nothing.
-A reading outside counts in each set-up; its curves up and down share one history. The score does not depend on the size
+A reading outside counts in each set-up; its curves up and down share one history. An error that all readings of a
+family share, as that of the model's limits, widens the band as the noise of one reading does. The score does not depend on the size
 of a family, so that a static force near zero counts as much as a resonance: bands hold all readings, and are hardly
 wider than that takes.
 
@@ -96,7 +97,7 @@ class FamilyTarget:
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
     numerical
         Standard deviations of the limits by the numerical error of a model, as those of one like it have them, lower
-        then upper, shape (2, n) [SI unit of each sensor]; 0 by default.
+        then upper, shape (2, n) [SI unit of each sensor]; 0 by default. The readings of a family share such an error.
     """
 
     groups: Sequence[FamilyGroup]

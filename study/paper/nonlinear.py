@@ -20,6 +20,7 @@ from correlation.family.frequencies import choose_frequencies
 from diagnosis.fit.family_target import FamilyGroup, FamilyTarget, list_numerical_errors
 from geometry.rig import SIDES
 from pipeline.parallel import process_pool
+from pipeline.progress import ShownStep
 from study.paper.case import CriteriaTable
 from study.paper.criteria import Criterion, judge_forces, judge_response, static_deviation
 from study.paper.fit import ParameterFit, ParameterScale, Tuning, fit_parameters
@@ -157,9 +158,12 @@ def _fit_response(
     model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, run: RunContext
 ) -> ParameterFit:
     """Contact parameters whose bands hold the response of all levels."""
-    step = run.step("iteration 2: contact parameters", expected=100)
     target, _ = make_targets(measured, before, model.effort.loop_frequencies)
-    scale = ParameterScale(start=start, tuned=_tune_contact(start))
+    step = run.step("iteration 2: contact parameters", expected=100)
+    return _fit(model, ParameterScale(start=start, tuned=_tune_contact(start)), target, step)
+
+
+def _fit(model: PaperModel, scale: ParameterScale, target: FamilyTarget, step: ShownStep) -> ParameterFit:
     return step.run(
         fit_parameters, model.opened.case, scale, target, model.effort.evaluations, model, report=step.report
     )
@@ -198,9 +202,6 @@ def _fit_all_data(
     alignment = {name: item for name, item in ALIGNMENT.items() if name.rpartition("_")[2] in sides}
     if not alignment:
         return None
-    step = run.step("iteration 3: contact parameters and alignment", expected=200)
     _, target = make_targets(measured, before, model.effort.loop_frequencies)
-    scale = ParameterScale(start=start, tuned=_tune_contact(start) | alignment)
-    return step.run(
-        fit_parameters, model.opened.case, scale, target, model.effort.evaluations, model, report=step.report
-    )
+    step = run.step("iteration 3: contact parameters and alignment", expected=200)
+    return _fit(model, ParameterScale(start=start, tuned=_tune_contact(start) | alignment), target, step)
