@@ -18,9 +18,9 @@ A common factor of all widths is therefore told by two powers, however many fami
 mean over families for this factor is a choice. The other powers are those of what the readings do fill, or of the noise
 where that is wider: a model that makes its own noise wide, by steep flanks whose frequency is not sure, gains nothing.
 A reading outside counts in each set-up; its curves up and down share one history. An error that all readings of a
-family share, as that of the model's limits, widens the band as the noise of one reading does. The score does not depend on the size
-of a family, so that a static force near zero counts as much as a resonance: bands hold all readings, and are hardly
-wider than that takes.
+family share, as that of the model's limits, widens the band as the noise of one reading does. The score does not
+depend on the size of a family, so that a static force near zero counts as much as a resonance: bands hold all
+readings, and are hardly wider than that takes.
 
 A search for limits is too slow for a fit: the band in the loop is what a population of slider states and random
 histories reach, the same ones in every iteration, so that the score changes with the parameters alone. The limits
