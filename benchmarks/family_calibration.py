@@ -42,10 +42,10 @@ PATIENCE, N_FREQUENCY = 90.0, 10
 def calibrate(seed: int) -> Mapping[str, Any] | None:
     """Errors of the factors of one system; None if it is of no use."""
     model = family_coverage.random_model(seed)
-    parameters = [] if model is None else [each for each in list_calibration_parameters(model) if each.name in HIDDEN]
+    parameters = [] if model is None else [item for item in list_calibration_parameters(model) if item.name in HIDDEN]
     if model is None or len(parameters) < len(HIDDEN):
         return None
-    names = [each.name for each in parameters]
+    names = [item.name for item in parameters]
 
     def compose(values: Any) -> Model:
         return apply_all(model, parameters, dict(zip(names, values.tolist(), strict=True)), ())
@@ -57,7 +57,7 @@ def calibrate(seed: int) -> Mapping[str, Any] | None:
             campaign = family_coverage.measure(compose(hidden), random, "none", 0.0)
         families = measured_families(campaign)
         errors = estimate_repeat_errors(campaign, families)
-        motion = [each for each in families if each.sensor == "near"]
+        motion = [item for item in families if item.sensor == "near"]
         group = FamilyGroup(families, choose_frequencies(motion, N_FREQUENCY, N_FREQUENCY))
         target = FamilyTarget(groups=[group], errors=errors, shift=family_coverage.BUDGET.frequency)
         begin = time.process_time()
@@ -91,7 +91,7 @@ def main() -> None:
         if len(results) == given.most:
             break
     for name in (*HIDDEN, "models", "seconds"):
-        size = np.abs([each[name] for each in results])
+        size = np.abs([item[name] for item in results])
         print(f"{name}: median {np.median(size):.3g}, three quarters below {np.quantile(size, 0.75):.3g}")
 
 

@@ -399,7 +399,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print("| fault | " + " | ".join(names) + " |\n|---" + "|---" * len(names) + "|")
     for what in kinds:
         cells = (
-            f"{table[name, what, 'right']}/{sum(table[name, what, each] for each in ('right', 'wrong'))}"
+            f"{table[name, what, 'right']}/{sum(table[name, what, item] for item in ('right', 'wrong'))}"
             for name in names
         )
         print(f"| {what} | " + " | ".join(cells) + " |")

@@ -121,7 +121,7 @@ def _where(error: Exception) -> str:
 
 def excluded_kinds(effect: str, groups: Groups) -> tuple[str, ...]:
     """Kinds to leave out so that neither an effect nor any of its group is known; none for what never is."""
-    return tuple(sorted({kind_of(each) for each in (effect, *groups.of(effect))})) if effect else ()
+    return tuple(sorted({kind_of(item) for item in (effect, *groups.of(effect))})) if effect else ()
 
 
 def kind_of(effect: str) -> str:
@@ -145,7 +145,7 @@ def _record(
     case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, seconds: tuple[float, float]
 ) -> Record:
     verdict, before = found.verdict, found.baseline
-    place = next((each for each in (verdict.place, *found.places) if isinstance(each, UnknownForcePlace)), None)
+    place = next((item for item in (verdict.place, *found.places) if isinstance(item, UnknownForcePlace)), None)
     floor, noise_floor = floors(found.arrangement)
     return Record(
         row=case.row,
@@ -154,8 +154,8 @@ def _record(
         without=without,
         finding=verdict.finding.value,
         sentence=verdict.sentence,
-        named=tuple(_fitted(each) for each in verdict.effects if each.effect is not None),
-        ranking=tuple(_fitted(each) for each in found.refits if each.effect is not None),
+        named=tuple(_fitted(item) for item in verdict.effects if item.effect is not None),
+        ranking=tuple(_fitted(item) for item in found.refits if item.effect is not None),
         scores={score.effect.name: round(float(score.gain), 2) for score in found.scores[:MOST_SCORES]},
         error=float(before.error),
         held_error=float(before.held_out_error),

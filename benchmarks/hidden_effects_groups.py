@@ -47,7 +47,7 @@ class Groups:
             f"same = {self.same}",
             f"unseen = [{', '.join(_quoted(name) for name in self.unseen)}]",
         ]
-        for pair, cosine in sorted(self.pairs.items(), key=lambda each: (-each[1], sorted(each[0]))):
+        for pair, cosine in sorted(self.pairs.items(), key=lambda item: (-item[1], sorted(item[0]))):
             effects = ", ".join(_quoted(name) for name in sorted(pair))
             lines.append(f"\n[[pair]]\neffects = [{effects}]\ncosine = {cosine:.3f}")
         return "\n".join(lines) + "\n"
@@ -66,7 +66,7 @@ def read_groups(file: Path = FILE) -> Groups:
     table = tomllib.loads(file.read_text(encoding="utf-8"))
     return Groups(
         same=float(table["same"]),
-        pairs={frozenset(each["effects"]): float(each["cosine"]) for each in table.get("pair", ())},
+        pairs={frozenset(item["effects"]): float(item["cosine"]) for item in table.get("pair", ())},
         unseen=tuple(table.get("unseen", ())),
     )
 

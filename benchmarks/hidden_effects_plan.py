@@ -69,7 +69,7 @@ def cases(n_seed: int, n_nothing: int, first_seed: int, only: Collection[str] = 
         if not only or row in only:
             first = first_seed + APART * number
             listed += [((i + 0.5) / n, number, Case(row=row, seed=first + i)) for i in range(n)]
-    return [case for *_, case in sorted(listed, key=lambda each: each[:2])]
+    return [case for *_, case in sorted(listed, key=lambda item: item[:2])]
 
 
 def effect_name(truth: HiddenEffectRecord, base: Model) -> str:

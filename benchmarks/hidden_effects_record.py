@@ -105,7 +105,7 @@ class Record:
     @property
     def names(self) -> tuple[str, ...]:
         """Effects that the verdict names."""
-        return tuple(each.effect for each in self.named)
+        return tuple(item.effect for item in self.named)
 
     @property
     def line(self) -> str:
@@ -121,8 +121,8 @@ class Record:
             **_numbers(read),
             "planted": Planted(**_numbers(read["planted"])),
             "without": tuple(read["without"]),
-            "named": tuple(Fitted(**_numbers(each)) for each in read["named"]),
-            "ranking": tuple(Fitted(**_numbers(each)) for each in read["ranking"]),
+            "named": tuple(Fitted(**_numbers(item)) for item in read["named"]),
+            "ranking": tuple(Fitted(**_numbers(item)) for item in read["ranking"]),
             "place": Found(**_numbers(place)) if place is not None else None,
         }
         return cls(**fields)
@@ -159,9 +159,9 @@ def of_rows(records: Iterable[Record], rows: Iterable[str]) -> list[Record]:
 
 def _finite(value: Any) -> Any:
     if isinstance(value, dict):
-        return {name: _finite(each) for name, each in value.items()}
+        return {name: _finite(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
+        return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -46,7 +46,7 @@ def told(share: Share) -> str:
     """A share with its interval in percent."""
     if not share.of:
         return "-"
-    low, high = (100 * each for each in share.interval)
+    low, high = (100 * item for item in share.interval)
     return f"{share.count} of {share.of}, {100 * share.value:.0f} % ({low:.0f} to {high:.0f})"
 
 

@@ -190,7 +190,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     files = sorted({str(file.relative_to(ROOT)) for pattern in patterns for file in ROOT.glob(pattern)})
     lines = given.table.read_text(encoding="utf-8").splitlines() if given.table and given.table.exists() else []
     known = [Judged(**json.loads(line)) for line in lines]
-    done = {(each.file, each.line, each.change): each for each in known}
+    done = {(item.file, item.line, item.change): item for item in known}
     result = []
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
@@ -204,7 +204,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                         stream.write(json.dumps(asdict(judged)) + "\n")
             result.append(judged)
             print(f"{judged.file}:{judged.line}  {judged.change}  {judged.noticed or 'SURVIVED'}", flush=True)
-    n_noticed = sum(bool(each.noticed) for each in result)
+    n_noticed = sum(bool(item.noticed) for item in result)
     print(f"{n_noticed} of {len(result)} mutants were noticed ({100 * n_noticed / max(len(result), 1):.0f} %)")
     return 0
 

@@ -69,10 +69,10 @@ def random_joint(
     rows: dict[str, Vector] = dict(zip(law.places, place, strict=False))
     length = log_uniform(rng, 0.1, 3.0) * np.abs(place[: len(rows)] @ motion).max() / law.typical_displacement
     stiffness = log_uniform(rng, 0.05, 20.0) * spring / STIFFNESS
-    options = {each.name: each.choices[int(rng.integers(len(each.choices)))] for each in law.options}
+    options = {item.name: item.choices[int(rng.integers(len(item.choices)))] for item in law.options}
     while True:
-        numbers = {each.name: random_number(rng, each, stiffness * length, length, OMEGA / resonance)
-                   for each in law.parameters}  # fmt: skip
+        numbers = {item.name: random_number(rng, item, stiffness * length, length, OMEGA / resonance)
+                   for item in law.parameters}  # fmt: skip
         try:
             return law.build(name, rows, numbers | options)
         except JointError:

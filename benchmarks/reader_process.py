@@ -68,7 +68,7 @@ def _with_other_numbers(sound: bytes, rng: np.random.Generator) -> bytes:
         if places:
             place = places.pop(int(rng.integers(len(places))))
             sound = sound[: place.start()] + NUMBERS[int(rng.integers(len(NUMBERS)))] + sound[place.end() :]
-            places = [each for each in places if each.end() <= place.start()]
+            places = [item for item in places if item.end() <= place.start()]
     return sound
 
 
@@ -137,7 +137,7 @@ def judge(sample: Sample, path: Path, sound: str, *, done: str) -> tuple[str, st
             return "sentence", message
         except BaseException as error:
             return "wrong", f"{type(error).__name__}: {error}"
-    if noise := [str(each.message) for each in caught if not issubclass(each.category, InputWarning)]:
+    if noise := [str(item.message) for item in caught if not issubclass(item.category, InputWarning)]:
         return "wrong", f"warning of Python: {noise[0]}"
     must_be_whole = (sample.has_checksum and done != "forged") or (sample.announces and done == "cut")
     if must_be_whole and digest(found) != sound:

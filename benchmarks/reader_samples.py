@@ -90,7 +90,7 @@ def _cases() -> dict[str, Sample]:
         "case of limits": ("wedge_damper.toml", read, ("wedge_damper.toml", "wedge_damper.npz")),
     }  # fmt: skip
     found = {
-        name: Sample(file=file, write=_copy(*(f"study/cases/{each}" for each in names)), read=reader)
+        name: Sample(file=file, write=_copy(*(f"study/cases/{item}" for item in names)), read=reader)
         for name, (file, reader, names) in cases.items()
     }
     return {
@@ -257,7 +257,7 @@ def _meshes() -> dict[str, Sample]:
     def read_with_material(path: Path) -> object:
         from fe.file.mesh import MESH_FORMATS
 
-        (format_,) = (each for each in MESH_FORMATS if path.suffix in each.suffixes)
+        (format_,) = (item for item in MESH_FORMATS if path.suffix in item.suffixes)
         if format_.materials is not None:
             format_.materials(path)
         return read_mesh(path)

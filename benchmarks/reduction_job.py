@@ -210,7 +210,7 @@ def with_eigsh(shape: str, mesh: Mesh, backend: Backend | None) -> dict[str, Any
     """ARPACK on a factor, by default the one that stickslip takes; the time of the factor and of the modes apart."""
     system = unsupported(mesh)
     interior = np.setdiff1d(np.arange(system.n_dof), system.rows(boundary_nodes(mesh, shape)))
-    mass, stiffness = (part(each, interior).tocsr() for each in (system.mass, system.stiffness))
+    mass, stiffness = (part(item, interior).tocsr() for item in (system.mass, system.stiffness))
     del system
     start = clock()
     factor = factorise(stiffness, backend=backend, n_column=COLUMNS_PER_MODE * N_MODE)

@@ -119,7 +119,7 @@ def draw_scatter(seed: int, n_repeat: int, shape: str, order: str) -> Campaign:
 
 def judge(campaign: Campaign) -> str:
     """ "trend", "open" or "none": what the repeats of a campaign are told to have."""
-    return next(("open" if each.remark else "trend" for each in find_trend_suspicions(campaign)), "none")
+    return next(("open" if item.remark else "trend" for item in find_trend_suspicions(campaign)), "none")
 
 
 def count(n: int, **traits: float | str) -> list[str]:
@@ -137,8 +137,8 @@ def main() -> None:
     print(f"trends / open ones in {many} linear campaigns without a trend, of {listed} repeats")
     for shape in SHAPES:
         for order in ORDERS:
-            told = [[judge(draw_scatter(seed, each, shape, order)) for seed in range(many)] for each in REPEATS]
-            cells = [f"{each.count('trend')} / {each.count('open')}" for each in told]
+            told = [[judge(draw_scatter(seed, item, shape, order)) for seed in range(many)] for item in REPEATS]
+            cells = [f"{item.count('trend')} / {item.count('open')}" for item in told]
             print(f"{shape}, by {order}: ", *cells, sep="  ", flush=True)
     print(f"trends / open ones in {n} campaigns of oscillators, of {listed} repeats")
     for preload in PRELOADS:

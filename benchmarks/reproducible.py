@@ -93,7 +93,7 @@ def difference(first: bytes, second: bytes) -> float:
     rows = [[*csv.reader(content.decode().splitlines())] for content in (first, second)]
     if [len(row) for row in rows[0]] != [len(row) for row in rows[1]]:
         return float("inf")
-    columns = [[*zip(*each, strict=True)] for each in rows]
+    columns = [[*zip(*item, strict=True)] for item in rows]
     return max((_column_difference(*pair) for pair in zip(*columns, strict=True)), default=0.0)
 
 
@@ -123,9 +123,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     result = [compare(variant, first, runs[variant.name]) for variant in variants[1:]]
     print(f"{case.name} beside {variants[0].name}")
     print("| run | files with other bytes | largest difference of a table |\n|---|---|---|")
-    for each in result:
-        print(f"| {each.variant.name} | {', '.join(each.other_bytes) or 'none'} | {each.difference:.1e} |")
-    return int(not all(each.is_right for each in result))
+    for item in result:
+        print(f"| {item.variant.name} | {', '.join(item.other_bytes) or 'none'} | {item.difference:.1e} |")
+    return int(not all(item.is_right for item in result))
 
 
 if __name__ == "__main__":

@@ -118,7 +118,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
     )
     young, bodies = factors["youngs_modulus"] - 1, preloaded.joined.bodies
     # The bench knows a line by the first word of its contacts' names.
-    joints = [replace(each, name=each.name.replace(".", " ")) for each in system.joints]
+    joints = [replace(item, name=item.name.replace(".", " ")) for item in system.joints]
     jointed = replace(system, stiffness=system.stiffness + young * bodies, joints=joints)
     free = replace(
         system,
@@ -151,7 +151,7 @@ def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: n
             ("free", free, points.free_frequencies, shift_free, (FREE_LEVEL,)),
         ):
             bench = VirtualSweepTest(system, sensors)
-            up = [float(each * factor) for each in frequencies]
+            up = [float(item * factor) for item in frequencies]
             count = sum(isinstance(joint, FrictionContact) for joint in system.joints)
             for level in levels:
                 share = random.uniform(-HISTORY, HISTORY, count) if count else None
@@ -173,7 +173,7 @@ def make_rig_campaign(folder: Path, case: Case[RigTable], *, seed: int, effect: 
     effect
         What is hidden.
     """
-    streams = [np.random.default_rng(each) for each in np.random.SeedSequence(seed).spawn(3)]
+    streams = [np.random.default_rng(item) for item in np.random.SeedSequence(seed).spawn(3)]
     made = specimen(case, streams[0])
     points = rig_points(made, effect)
     measured = [
@@ -205,4 +205,4 @@ def _resonance(system: JointedSystem, tip: Row, force: Row) -> float:
 
 
 def _near(frequency: float, grid: Sequence[float]) -> tuple[float, ...]:
-    return tuple(round(frequency * each, 2) for each in grid)
+    return tuple(round(frequency * item, 2) for item in grid)

@@ -112,9 +112,9 @@ def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
     rows = zip(found.frequency, found.frequency_error, found.mac, strict=True)
     for number, (frequency, error, mac) in enumerate(rows, start=1):
         print(f"| {number} | {frequency:.4f} | {error:.1e} | {1 - mac:.1e} |")
-    print("\n| frequency [Hz] | " + " | ".join(f"{each:g}" for each in found.receptance_frequency) + " |")
+    print("\n| frequency [Hz] | " + " | ".join(f"{item:g}" for item in found.receptance_frequency) + " |")
     print("|---" * (len(found.receptance_frequency) + 1) + "|")
-    print("| error of the receptance | " + " | ".join(f"{each:.0e}" for each in found.receptance_error) + " |")
+    print("| error of the receptance | " + " | ".join(f"{item:.0e}" for item in found.receptance_error) + " |")
 
 
 def main() -> None:

@@ -81,13 +81,13 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
     campaign = read_campaign(where)
     setup = read_case(case, campaign, stored_run()).setup
     found = diagnose(campaign, setup.model, setup.calibration_parameters, setup.budget)
-    best = next((each for each in found.verdict.effects if each.effect is not None), None)
+    best = next((item for item in found.verdict.effects if item.effect is not None), None)
     row = {
         "planted": hidden.name,
         "seed": seed,
         "finding": found.verdict.finding.value,
-        "named": [each.effect.name for each in found.verdict.effects if each.effect is not None],
-        "ranking": [each.effect.name for each in found.refits if each.effect is not None],
+        "named": [item.effect.name for item in found.verdict.effects if item.effect is not None],
+        "ranking": [item.effect.name for item in found.refits if item.effect is not None],
         "true": hidden.value,
         "found": None if best is None else best.strength,
         "deviation": None if best is None else best.deviation,

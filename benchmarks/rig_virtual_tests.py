@@ -93,7 +93,7 @@ def main() -> None:
     search = make_limit_search(rig.case, LimitsTable(), rig.case.sweep, rig.model)
     problem = search.problem()
     # The bench knows a line by the first word of its contacts' names.
-    joints = [replace(each, name=each.name.replace(".", " ")) for each in rig.model.system.joints]
+    joints = [replace(item, name=item.name.replace(".", " ")) for item in rig.model.system.joints]
     places = measured_places(rig.preloaded.reduction)
     began = time.process_time()
     tests = []

@@ -68,8 +68,8 @@ def overhead(n_task: int) -> None:
             there.append(seconds(made.scheduler_address, n_task))
     ideal = n_task / N_WORKER
     print(f"{n_task} tasks of 1 s on {N_WORKER} workers, {ideal:.0f} s at least; median and range of 3 rounds")
-    for name, each in (("this machine", here), ("dask", there)):
-        print(f"| {name} | {median(each):.2f} s | {min(each):.2f} to {max(each):.2f} s |")
+    for name, item in (("this machine", here), ("dask", there)):
+        print(f"| {name} | {median(item):.2f} s | {min(item):.2f} to {max(item):.2f} s |")
     print(f"dask against this machine: {100 * (median(there) / median(here) - 1):+.1f} %")
 
 

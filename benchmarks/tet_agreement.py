@@ -140,7 +140,7 @@ def main(size: float) -> None:
         print(f"\n| {title} | " + " | ".join(f"{kind} [Hz] | apart" for kind in found) + " |")
         print("|---" * (1 + 2 * len(found)) + "|")
         for number, expected in enumerate(found["hex20"]):
-            row = " | ".join(f"{each[number]:.3f} | {each[number] / expected - 1:+.2e}" for each in found.values())
+            row = " | ".join(f"{item[number]:.3f} | {item[number] / expected - 1:+.2e}" for item in found.values())
             print(f"| {number + 1} | {row} |", flush=True)
     first = stuck["hex20"][1]
     apart = stuck["tet10 by fTetWild"][0][first] / stuck["hex20"][0][first] - 1

@@ -75,7 +75,7 @@ def write_two_masses(
     file = folder / "chain.toml"
     file.write_text(case, encoding="utf-8")
     setup = read_case(file).setup
-    zeta = next(each for each in setup.calibration_parameters if each.name == "zeta")
+    zeta = next(item for item in setup.calibration_parameters if item.name == "zeta")
     model = zeta.apply(setup.model, [1.1])
     known = case_catalogue(model, setup.effect_files, level=max(LEVELS), configurations=["jointed"])
     for name, strength in effects.items():

@@ -107,7 +107,7 @@ def noise_variance(measured: Sequence[Sweep], n_repeat: int) -> Vector:
             reading[..., 1:] / (4 * n_repeat),
         ]
         doubled = [spread[0], spread[0], spread[1], spread[1], spread[2], spread[3], spread[3]]
-        parts.append(np.concatenate([each.ravel() for each in doubled]))
+        parts.append(np.concatenate([item.ravel() for item in doubled]))
     return np.concatenate(parts)
 
 
@@ -181,7 +181,7 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
 
         def change(p: Vector) -> Vector:
             pairs = zip(REFITTED.items(), p, strict=True)
-            return whitened({name: 1 + sigma * float(each) for (name, sigma), each in pairs}, effect)
+            return whitened({name: 1 + sigma * float(item) for (name, sigma), item in pairs}, effect)
 
         size = refitted(change, matrix)
         report(f"{kind} {place} {strength:.4g}: {size:.2f}")

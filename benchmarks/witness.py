@@ -87,7 +87,7 @@ def main() -> None:
         if case.histories:
             outcomes.append(show(histories(name, case)))
         if arguments.output:
-            arguments.output.write_text(json.dumps([asdict(each) for each in outcomes], indent=1), encoding="utf-8")
+            arguments.output.write_text(json.dumps([asdict(item) for item in outcomes], indent=1), encoding="utf-8")
 
 
 def curve(name: str, case: Any) -> Outcome:
@@ -184,9 +184,9 @@ def compare(
         # How far the slider history alone moves the answer.
         point["moved_by_sliders"] = abs(state.coefficients[1] @ case.row / (start.coefficients[1] @ case.row) - 1)
     outcome.points.append(point)
-    errors = np.array([each["error"] for each in outcome.points])
+    errors = np.array([item["error"] for item in outcome.points])
     outcome.n_point, outcome.worst, outcome.median = len(errors), float(errors.max()), float(np.median(errors))
-    outcome.worst_complex = max(each["complex_error"] for each in outcome.points)
+    outcome.worst_complex = max(item["complex_error"] for item in outcome.points)
     outcome.harmonics = max(outcome.harmonics, harmonics)
     return float(abs(mine)), float(abs(witness))
 

@@ -26,7 +26,7 @@ class NumberWithUnit(NamedTuple):
             return self.number
         (factor, root), (wanted_factor, wanted) = root_units(self.unit), root_units(unit)
         if root != wanted:
-            mine, other = (f'in "{each}"' if each else "a bare number" for each in (self.unit, unit))
+            mine, other = (f'in "{item}"' if item else "a bare number" for item in (self.unit, unit))
             raise ValueError(f"{self.number:g} is {mine}, but the other values are {other}: give all in one unit")
         number = float(Decimal(str(self.number)) * factor / wanted_factor)
         if not math.isfinite(number):

@@ -102,8 +102,8 @@ class LinearStructure:
         if not self.balance.is_dense:
             self._condensed.update(zip(new, self.balance.at_each(omega), strict=True))
             return
-        for frequency, each in zip(new, omega, strict=True):
-            self._condensed[frequency], self._recovery[frequency] = self.balance.at_with_recovery(each)
+        for frequency, item in zip(new, omega, strict=True):
+            self._condensed[frequency], self._recovery[frequency] = self.balance.at_with_recovery(item)
 
     def stacked(self, frequencies: tuple[float, ...]) -> Stack:
         """The structure at several frequencies."""
@@ -190,7 +190,7 @@ class LinearStructure:
             return self.base.reciprocal
         balance, system = self.balance, self.balance.system
         loss = system.structural_damping
-        if all(each is None or is_symmetric(each, ROUND_OFF) for each in (system.damping, loss)):
+        if all(item is None or is_symmetric(item, ROUND_OFF) for item in (system.damping, loss)):
             return self
         transposed = replace(system, damping=system.damping.T, structural_damping=None if loss is None else loss.T)
         turned = HarmonicBalance(system=transposed, n_harmonic=balance.n_harmonic, n_sample=balance.n_sample)

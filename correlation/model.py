@@ -167,17 +167,17 @@ class Model:
         if len(self.dofs) != r:
             raise ModelDefinitionError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
-        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if not isinstance(each, LineSensor)}
-        rows |= {f'load cell "{name}"': each.row for name, each in self.load_cells.items()}
+        rows |= {f'sensor "{item.name}"': item.row for item in self.sensors if not isinstance(item, LineSensor)}
+        rows |= {f'load cell "{name}"': item.row for name, item in self.load_cells.items()}
         rows |= {} if self.base_acceleration is None else {"base_acceleration": self.base_acceleration[1]}
-        rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
+        rows |= {f'dead weight "{name}"': item.row for name, item in self.dead_weights.items()}
         for what, row in rows.items():
             if row.shape != (r,):
                 raise ModelDefinitionError(f"{what} has a row of shape {row.shape}: give ({r},), one number per DOF")
         for part in self.parts:
             if part.mass.shape != (r, r) or part.stiffness.shape != (r, r):
                 raise ModelDefinitionError(f'part "{part.name}" has matrices of another size than ({r}, {r})')
-        names = [each.name for each in self.sensors]
+        names = [item.name for item in self.sensors]
         for name in names:
             if names.count(name) > 1:
                 raise ModelDefinitionError(f'two sensors are called "{name}": give each a name of its own')
@@ -200,10 +200,10 @@ class Model:
                     )
             if name in self.lines:
                 raise ModelDefinitionError(f'a dead weight and a line are both called "{name}": rename one')
-        for each in self.sensors:
-            if isinstance(each, LineSensor) and each.line not in self.lines:
+        for item in self.sensors:
+            if isinstance(item, LineSensor) and item.line not in self.lines:
                 raise ModelDefinitionError(
-                    f'sensor "{each.name}" reads line "{each.line}", which the model does not have'
+                    f'sensor "{item.name}" reads line "{item.line}", which the model does not have'
                 )
         together = [name for group in self.linked_preloads for name in group]
         if not all(self.linked_preloads):
@@ -239,9 +239,9 @@ class Model:
         """
         if name in self.dead_weights:
             return self.dead_weights[name].row, {}
-        members = [self.contact(each) for each in self.lines.get(name, ())]
-        static = np.sum([each.preload * each.normal for each in members] or [np.zeros(self.system.n_dof)], axis=0)
-        return static, {each.name: each.preload for each in members}
+        members = [self.contact(item) for item in self.lines.get(name, ())]
+        static = np.sum([item.preload * item.normal for item in members] or [np.zeros(self.system.n_dof)], axis=0)
+        return static, {item.name: item.preload for item in members}
 
     def with_preload_ratio(self, name: str, ratio: float) -> "Model":
         """The model with one of `preloads` times a ratio.
@@ -257,7 +257,7 @@ class Model:
             )
         static, preloads = self.preload_slope(name)
         changed = self.with_joints(
-            {each: {"preload": self.contact(each).preload + (ratio - 1) * slope} for each, slope in preloads.items()}
+            {item: {"preload": self.contact(item).preload + (ratio - 1) * slope} for item, slope in preloads.items()}
         )
         weights = dict(self.dead_weights)
         if name in weights:
@@ -278,7 +278,7 @@ class Model:
             return self
         weight = self.dead_weights.get(name)
         if weight is None or weight.wire is None:
-            known = [each for each, weight in self.dead_weights.items() if weight.wire is not None]
+            known = [item for item, weight in self.dead_weights.items() if weight.wire is not None]
             raise ModelDefinitionError(
                 f'"{name}" is no dead weight on a wire of the model: there are {", ".join(known) or "none"}'
             )
@@ -298,7 +298,7 @@ class Model:
         """The same structure without the contacts of its lines and the static load that balances them, suspended."""
         members = {name for line in self.lines.values() for name in line}
         joints = [joint for joint in self.system.joints if joint.name not in members]
-        sensors = tuple(each for each in self.sensors if isinstance(each, Sensor))
+        sensors = tuple(item for item in self.sensors if isinstance(item, Sensor))
         stiffness = self.system.stiffness if self.suspension is None else self.system.stiffness + self.suspension
         system = replace(self.system, joints=joints, stiffness=stiffness, static_load=np.zeros(self.system.n_dof))
         return replace(
@@ -339,7 +339,7 @@ class Model:
 
     def with_sensor(self, name: str, **changes: Any) -> "Model":
         """The model with one sensor replaced."""
-        sensors = tuple(replace(each, **changes) if each.name == name else each for each in self.sensors)
+        sensors = tuple(replace(item, **changes) if item.name == name else item for item in self.sensors)
         return replace(self, sensors=sensors)
 
     def contact(self, name: str) -> FrictionContact:

@@ -154,7 +154,7 @@ class ModelSolver:
         condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
         sliders = make_initial_sliders(balance, slider)
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
-        motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
+        motions = [item.motion if isinstance(item, SteadyState) else item for item in guesses if item is not None]
         starts = [motion for motion in motions if motion.shape == shape]
         if starts:
             track = follow_one(balance, condensed, slider, starts[0], MAX_ITERATION)
@@ -215,12 +215,12 @@ class ModelSolver:
         guess, earlier_state, firsts = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
         known = [None if state is None else state.displacement for state in guesses]
         own = [
-            number for number, each in enumerate(known) if each is not None and each.shape == (balance.n_harmonic, d)
+            number for number, item in enumerate(known) if item is not None and item.shape == (balance.n_harmonic, d)
         ]
         guess[own] = real_from_complex(
             np.array([known[number] for number in own]).reshape(len(own), balance.n_harmonic, d)
         )
-        first = np.array([firsts.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
+        first = np.array([firsts.setdefault(item, number) for number, item in enumerate(frequencies)], dtype=np.int64)
         # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
         again = np.flatnonzero(
             (first < np.arange(n)) & (_are_on_one_branch(guess[first], guess) if from_guess else True)
@@ -319,8 +319,8 @@ class ModelSolver:
         if self.balance.is_dense:
             levels = [self._at_level(self.forced(level, frequency)) for frequency in frequencies]
             recoveries = [self.linear.recovery(frequency) for frequency in frequencies]
-            each = zip(levels, condensed, joint_force, recoveries, strict=True)
-            return [balance.respond(item, force, recovery) for balance, item, force, recovery in each]
+            entry = zip(levels, condensed, joint_force, recoveries, strict=True)
+            return [balance.respond(item, force, recovery) for balance, item, force, recovery in entry]
         load = structure.static + self._forced_all(level, frequencies) * structure.dynamic
         responses = structure.displacements_at_own_frequency(condensed, load - joint_force @ structure.directions)
         responses[:, 0] = responses[:, 0].real
@@ -360,7 +360,7 @@ class ModelSolver:
         base = self.model.base_acceleration
         if base is None:
             return np.zeros((2, len(self.model.sensors)), dtype=np.complex128)
-        absolute = [isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
+        absolute = [isinstance(item, Sensor) and not item.relative for item in self.model.sensors]
         return np.where(absolute, base @ self.rows[0].T, 0.0)
 
     def read(
@@ -384,13 +384,13 @@ class ModelSolver:
     def rates(self, tangents: Sequence[Tangent]) -> Rates:
         """Rates of parameters as this configuration has them, for `slopes` of many states."""
         sensors = self.model.sensors
-        gain = [[each.gain.get(sensor.name, 0.0) / (sensor.gain or 1.0) for each in tangents] for sensor in sensors]
-        delay = [[each.delay.get(sensor.name, 0.0) for each in tangents] for sensor in sensors]
+        gain = [[item.gain.get(sensor.name, 0.0) / (sensor.gain or 1.0) for item in tangents] for sensor in sensors]
+        delay = [[item.delay.get(sensor.name, 0.0) for item in tangents] for sensor in sensors]
         return Rates(
-            ModelRates.of(self.balance, [each.free if self.free else each.jointed for each in tangents]),
+            ModelRates.of(self.balance, [item.free if self.free else item.jointed for item in tangents]),
             np.array(gain).reshape(-1, len(tangents)),
             np.array(delay).reshape(-1, len(tangents)),
-            np.array([each.frequency_shift.get(self.configuration, 0.0) for each in tangents]),
+            np.array([item.frequency_shift.get(self.configuration, 0.0) for item in tangents]),
         )
 
     def slopes(
@@ -423,10 +423,10 @@ class ModelSolver:
         reciprocal = self.linear.reciprocal
         if frequency not in self.by_load:
             along = np.repeat(motion.astype(np.complex128)[:, None, :], self.balance.n_harmonic, axis=1)
-            new = [each for each in self.linear.frequencies if each not in self.by_load]
-            condensed = [reciprocal.at(each) for each in new]
+            new = [entry for entry in self.linear.frequencies if entry not in self.by_load]
+            condensed = [reciprocal.at(entry) for entry in new]
             by_row = reciprocal.balance.structure.displacements_at_each(condensed, along)
-            self.by_load.update((each, np.moveaxis(item, 0, 2)) for each, item in zip(new, by_row, strict=True))
+            self.by_load.update((entry, np.moveaxis(item, 0, 2)) for entry, item in zip(new, by_row, strict=True))
         [(_, contact)] = self.linear.recover_rows([frequency], motion)
         times = 1j * harmonics * self.at(frequency).angular_frequency
         turned, late = times ** order[numbers], np.exp(-times * self.delay[numbers])[:, None]
@@ -467,7 +467,7 @@ class ModelSolver:
     def at_rest(self) -> NDArray[np.float64]:
         """Reading of each sensor at rest, from where displacements are reckoned, shape (s,)."""
         return np.array(
-            [each.gain * each.at_rest if isinstance(each, LoadCell) else 0.0 for each in self.model.sensors]
+            [item.gain * item.at_rest if isinstance(item, LoadCell) else 0.0 for item in self.model.sensors]
         )
 
     @cached_property
@@ -503,5 +503,5 @@ class ModelSolver:
 
 def _are_on_one_branch(one: NDArray[np.float64], other: NDArray[np.float64]) -> Bool[NDArray[np.bool_], " n"]:
     """Whether two motions, shape (n, d, nh) each, are known to be of one branch."""
-    apart, size = (np.abs(each).max(axis=(1, 2), initial=0.0) for each in (one - other, one))
+    apart, size = (np.abs(item).max(axis=(1, 2), initial=0.0) for item in (one - other, one))
     return np.asarray(apart <= ONE_BRANCH * size)  # not where a number is missing

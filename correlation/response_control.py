@@ -133,7 +133,7 @@ class ControlledPredictor:
         """
         value, guesses = np.full(len(self.points), np.nan, dtype=np.complex128), {} if before is None else before.motion
         free = {group.curve[0] for group in self._groups} | {fold.free for fold in self.folds}
-        solvers = {each: ModelSolver.from_model(model, each, None) for each in free}
+        solvers = {item: ModelSolver.from_model(model, item, None) for item in free}
         motion = {}
         for group in self._groups:
             solver = solvers[group.curve[0]]
@@ -171,8 +171,8 @@ class ControlledPredictor:
             own = np.flatnonzero((key == (free, level, sweep)).all(axis=1))
             frequencies = np.unique(points.frequency[own[there[own]]])
             rows = [own[points.frequency[own] == frequency] for frequency in frequencies]
-            held = [each[there[each]] for each in rows]
-            largest = [each[np.argmax(np.abs(self.measured[each]))] for each in held]
+            held = [item[there[item]] for item in rows]
+            largest = [item[np.argmax(np.abs(self.measured[item]))] for item in held]
             yield _Group((bool(free), float(level), int(sweep)), frequencies.tolist(), np.array(largest), rows)
 
 

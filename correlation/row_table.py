@@ -18,7 +18,7 @@ class RowTable:
 
     def where(self, rows: Bool[NDArray[Any], " k"] | Int[NDArray[Any], " k"]) -> Self:
         """Table of some of the rows, by a mask or by their numbers."""
-        columns = {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]
+        columns = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
         taken = {
             name: column.where(rows) if isinstance(column, RowTable) else column[rows]
             for name, column in columns.items()

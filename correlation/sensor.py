@@ -83,7 +83,7 @@ class Sensor:
     @classmethod
     def laser(cls, name: str, heads: Mapping[str, Head]) -> "Sensor":
         """A laser of some heads, whose readings add up."""
-        return cls(name=name, row=np.sum([each.along for each in heads.values()], axis=0), heads=heads)
+        return cls(name=name, row=np.sum([item.along for item in heads.values()], axis=0), heads=heads)
 
     def leaning(self, head: str, angle: float) -> "Sensor":
         """The sensor with one of its heads turned by an angle more [rad]."""

@@ -158,7 +158,7 @@ class SweepPath:
         step = 0.5 if expected is None else max(expected - LEAST_STEP, LEAST_STEP)
         while True:
             to = min(share + step, 1.0)
-            ends = [frequency + each * (target - frequency) if each < 1 else target for each in (share, to)]
+            ends = [frequency + item * (target - frequency) if item < 1 else target for item in (share, to)]
             track = self.solver.follow_near(self.level, ends[1], self._sliders, motion)
             following = complex_from_real(track.motion[0]) if np.isfinite(track.norm[0]) else None
             wide = following is None or self._may_jump(motion, ends[0], following, ends[1])

@@ -199,7 +199,7 @@ def screen_and_refit(
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
     listed = shortlist(ranked, problem.selection, is_poor=is_poor_fit(problem))
-    fits, chosen = [], [by_name[each.effect.name] for each in listed]
+    fits, chosen = [], [by_name[item.effect.name] for item in listed]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
@@ -251,9 +251,9 @@ def calibrate_model(
     """Calibrate a model, the first part of a diagnosis; parameters as of `diagnose`."""
     base = _with_basis(base)
     # What is fitted already is no candidate: an added effect, or a parameter of a joint that the case accepts.
-    names = {each.effect.name for each in added} | {each.name for each in calibration}
+    names = {item.effect.name for item in added} | {item.name for item in calibration}
     catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
-    catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
+    catalogue = replace(catalogue, candidates=tuple(item for item in catalogue.candidates if item.name not in names))
     report("calibration", 0.0)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
     arrangement = run_step(
@@ -364,7 +364,7 @@ def _judge(
 ) -> tuple[list[Score], list[Finalist], Verdict]:
     """Scores, finalists and verdict; with effects where no place is, if no single one at the places explains enough."""
     ranked, verdict = judge(without_effect, finalists, places, by, run_step)
-    leaves_much = any(each.reduced_chi2_by_noise > UNEXPLAINED_CHI2 for each in verdict.effects[:1])
+    leaves_much = any(item.reduced_chi2_by_noise > UNEXPLAINED_CHI2 for item in verdict.effects[:1])
     if verdict.pair is None and verdict.finding is not Finding.UNKNOWN and not leaves_much:
         return [*by.scores], ranked, verdict
     effects = run_step("effects elsewhere", list_elsewhere)
@@ -395,16 +395,16 @@ def _widen(
     listed = [without_effect, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
     # Those that the verdict names are of fits with both effects, if there are two.
     first = 0 if pair is None else n_alone + 1
-    best = {each.name: each for each in listed[first:]}[(*verdict.effects, without_effect.refit)[0].name]
-    name = f"intervals beside {best.refit.label} of {', '.join(each.refit.label for each in listed)}"
+    best = {item.name: item for item in listed[first:]}[(*verdict.effects, without_effect.refit)[0].name]
+    name = f"intervals beside {best.refit.label} of {', '.join(item.refit.label for item in listed)}"
     fits = run_step(name, partial(widen_intervals, campaign, best, listed))
     if pair is not None:
         second, one, *alternatives = (
-            replace(each, refit=fit) for each, fit in zip(listed[n_alone:], fits[n_alone:], strict=True)
+            replace(item, refit=fit) for item, fit in zip(listed[n_alone:], fits[n_alone:], strict=True)
         )
         pair = replace(pair, second=second, first=one, alternatives=tuple(alternatives))
-    by_name = {each.name: each for each in fits[first:]}
-    effects = [by_name[each.name] for each in verdict.effects]
+    by_name = {item.name: item for item in fits[first:]}
+    effects = [by_name[item.name] for item in verdict.effects]
     return fits[0], fits[1:n_alone], verdict.with_fits(fits[0], effects, pair)
 
 

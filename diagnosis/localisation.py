@@ -116,7 +116,7 @@ def localise(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -
     """
     fit, points = arrangement.fit, arrangement.train.features.points
     rows, frees = fit.model.places, (False, True)
-    tangents = [each for row in rows.values() for free in frees for each in _make_tangents(fit.model, row, free)]
+    tangents = [item for row in rows.values() for free in frees for item in _make_tangents(fit.model, row, free)]
     # Each state is linearised once for all of them.
     of_all = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
     by_place = of_all.reshape(len(points), len(rows), 2, 4)
@@ -147,13 +147,13 @@ def _fit_place(
         return None
     motion = _compute_motion(arrangement, row, free)
     largest = [_find_largest(arrangement, row, free, float(level)) for level in levels]
-    amplitude = np.array([each for each, _ in largest])
+    amplitude = np.array([item for item, _ in largest])
     with_third = bool((points.harmonic[points.free == free] == 3).any())
     found = []
     for exponent in EXPONENTS:
         changes = _compute_changes(arrangement, free, levels, largest, slopes, motion, exponent)
         chosen = changes if with_third else changes[:, : 2 * len(levels)]
-        found.append(_choose_weights([_fit_force(name, free, levels, amplitude, chosen, each) for each in weights]))
+        found.append(_choose_weights([_fit_force(name, free, levels, amplitude, chosen, item) for item in weights]))
     place = replace(_combine_exponents(found), units=choose_units(fit.model, row))
     # Amplitudes alone tell a phase of the force by the scale of the responses, which model error has as well.
     return place if arrangement.train.observed.phased.any() else replace(place, phase=None)

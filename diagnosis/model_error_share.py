@@ -51,12 +51,12 @@ def list_covariances(arrangement: Arrangement) -> list[ProjectedCovariance]:
         listed += [resize_model_error(train, train.model_error.size.scaled(share)) for share in LESS_ERROR]
     weights: list[ProjectedCovariance] = []
     costs = []
-    for each in listed:
-        basis = make_basis(np.concatenate([each.whitening(jacobian), prior]) * fit.unknowns.size)
-        residual = np.concatenate([np.where(there, each.whitening(difference), NOT_FOUND), fit.residual[m:]])
+    for item in listed:
+        basis = make_basis(np.concatenate([item.whitening(jacobian), prior]) * fit.unknowns.size)
+        residual = np.concatenate([np.where(there, item.whitening(difference), NOT_FOUND), fit.residual[m:]])
         across = project_out(basis, residual)
-        costs.append(float(across @ across) + each.log_weight)
-        weights.append(ProjectedCovariance(each.whitening, basis, across, costs[-1] - costs[0]))
+        costs.append(float(across @ across) + item.log_weight)
+        weights.append(ProjectedCovariance(item.whitening, basis, across, costs[-1] - costs[0]))
     return weights
 
 
@@ -87,8 +87,8 @@ def _compute_gains(
     gains = np.zeros((len(weights), len(effects)))
     for number, (effect, slope) in enumerate(zip(effects, slopes, strict=True)):
         change = arrangement.train.whitening.unwhiten(slope[:m, None])
-        for each, row in zip(weights, gains, strict=True):
+        for item, row in zip(weights, gains, strict=True):
             row[number] = (
-                minimise_along_change(effect, each.across(change)[:, 0], each.residual).gain - each.cost_difference
+                minimise_along_change(effect, item.across(change)[:, 0], item.residual).gain - item.cost_difference
             )
     return gains

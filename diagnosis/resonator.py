@@ -76,7 +76,7 @@ class Resonator:
     @property
     def sentence(self) -> str:
         """Natural frequency, and size by place, in words."""
-        where = " or ".join(f"{each.size} at {each.name}" for each in (self, *self.alike))
+        where = " or ".join(f"{item.size} at {item.name}" for item in (self, *self.alike))
         return (
             f"something small that swings by itself at {self.frequency:.4g} Hz, such as a cable or a loose part, of "
             f"about {where} (to first order), in the {self.configuration} structure"
@@ -101,14 +101,14 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovaria
     """
     train, fit = arrangement.train, arrangement.fit
     points, places, found = train.features.points, list(fit.model.places.items()), list[Resonator]()
-    tangents = [each for _, row in places for each in _tangents(row)]
+    tangents = [item for _, row in places for item in _tangents(row)]
     slopes = train.predictor.derivatives(fit.model, fit.prediction, tangents).reshape(len(points), len(places), 2, 2)
     for configuration, there in (("jointed", ~points.free), ("free", points.free)):
         tunings = list_tunings(points.frequency[there]) if there.any() else []
         for number, (name, row) in enumerate(places if tunings else ()):
             own = np.where(there[:, None], slopes[:, number, int(configuration == "free")], 0.0)
             changes = _changes(arrangement, own, tunings)
-            fits = [_fit(each, changes) for each in weights]
+            fits = [_fit(item, changes) for item in weights]
             gain, mass, deviation, tuning = max(fits)
             if gain > 0:
                 frequency, damping = tunings[tuning]
@@ -118,22 +118,22 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovaria
                         frequency=frequency, damping=damping, unit=choose_units(fit.model, row).inertia,
                     )
                 )  # fmt: skip
-    return [replace(each, alike=_list_alike(each, found)) for each in sorted(found, key=lambda each: -each.gain)]
+    return [replace(item, alike=_list_alike(item, found)) for item in sorted(found, key=lambda item: -item.gain)]
 
 
 def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[Resonator, ...]:
     """Those at other places of the same configuration that gain as much, but for odds of one in twenty."""
-    near = sorted((each for each in found if abs(each.gain - resonator.gain) < SAME_GAIN), key=lambda each: -each.gain)
-    return tuple(each for each in near if each.configuration == resonator.configuration and each.name != resonator.name)
+    near = sorted((item for item in found if abs(item.gain - resonator.gain) < SAME_GAIN), key=lambda item: -item.gain)
+    return tuple(item for item in near if item.configuration == resonator.configuration and item.name != resonator.name)
 
 
 def list_tunings(frequency: Float[NDArray[np.float64], " k"]) -> list[tuple[float, float]]:
     """Natural frequencies [Hz] and damping ratios [-] that are tried for tests at some frequencies [Hz]."""
     low, high = np.log(frequency.min() * (1 - BAND_MARGIN)), np.log(frequency.max() * (1 + BAND_MARGIN))
     return [
-        (float(np.exp(each)), damping)
+        (float(np.exp(item)), damping)
         for damping in DAMPING
-        for each in np.linspace(low, high, 2 + int((high - low) / damping))
+        for item in np.linspace(low, high, 2 + int((high - low) / damping))
     ]
 
 
@@ -141,7 +141,7 @@ def _tangents(row: Float[NDArray[np.float64], " r"]) -> list[Tangent]:
     """A mass and a dashpot at a row, each in the jointed and in the free structure."""
     outer = np.outer(row, row)
     kinds = [MatrixParameter(mass=outer), MatrixParameter(damping=outer)]
-    rates = [ModelParameter(matrices=each) for each in kinds]
+    rates = [ModelParameter(matrices=item) for item in kinds]
     return [
         *(Tangent(jointed=rate, free=NOTHING, gain={}) for rate in rates),
         *(Tangent(jointed=NOTHING, free=rate, gain={}) for rate in rates),

@@ -126,7 +126,7 @@ def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vec
     """Whitened derivative with respect to each effect's strength at its vanishing value, shape (m + p,) each."""
     fit = problem.fit
     # All effects are applied at once at their vanishing values: the states are those of the fit.
-    for group in [effects] if problem.selection.slopes_at_once else [[each] for each in effects]:
+    for group in [effects] if problem.selection.slopes_at_once else [[item] for item in effects]:
         unknowns = problem.unknowns(group)
         values = np.array([*fit.values, *unknowns.vanishing[len(fit.values) :]])
         model = unknowns.compose(values)

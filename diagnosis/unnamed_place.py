@@ -57,8 +57,8 @@ def list_effects_elsewhere(
     # Beside the places of the case, so that no effect is listed that is one at these under another name.
     model = replace(arrangement.base, places={**arrangement.base.places, **{name: unnamed[name] for name in places}})
     listed = list_campaign_effects(campaign, model, without=without, extra=extra).candidates
-    added = {each.name for each in arrangement.added}
-    return [each for each in listed if each.name not in added and each.name.endswith(tuple(f" at {p}" for p in places))]
+    added = {item.name for item in arrangement.added}
+    return [item for item in listed if item.name not in added and item.name.endswith(tuple(f" at {p}" for p in places))]
 
 
 def find_better_elsewhere(
@@ -94,12 +94,12 @@ def find_better_elsewhere(
     name = f"effects elsewhere beyond {by.thresholds.gain:.6g}"
     fitted = run_step(name, lambda: _refit_best(screening, effects, by.thresholds.gain))
     own = partial(by.refit_by_own_covariance, screening.train)
-    found = refit_each_by_own_covariance(screening, [each for _, each in fitted], own, run_step)
+    found = refit_each_by_own_covariance(screening, [item for _, item in fitted], own, run_step)
     least = _compute_known_density(baseline, finalists, verdict, by) + DECISIVE + 2 * np.log(len(effects))
-    passed = [each for each in found if passes(each.refit, by.thresholds)]
-    better = [each for each in passed if compute_log_density(each.refit) > least]
-    names = {each.name for each in better}
-    return [score for score, each in fitted if each.name in names], better
+    passed = [item for item in found if passes(item.refit, by.thresholds)]
+    better = [item for item in passed if compute_log_density(item.refit) > least]
+    names = {item.name for item in better}
+    return [score for score, item in fitted if item.name in names], better
 
 
 def _refit_best(problem: Arrangement, effects: Sequence[Effect], threshold: float) -> list[tuple[Score, Refit]]:
@@ -114,7 +114,7 @@ def _refit_best(problem: Arrangement, effects: Sequence[Effect], threshold: floa
 def _compute_known_density(baseline: Finalist, finalists: Sequence[Finalist], verdict: Verdict, by: Criteria) -> float:
     """Largest 2 ln of the density of all data by what is known: nothing, effects that pass, two effects, or a law."""
     densities = [-(baseline.arrangement.cost + baseline.refit.held_out_cost)]
-    densities += [compute_log_density(each.refit) for each in finalists if passes(each.refit, by.thresholds)]
+    densities += [compute_log_density(item.refit) for item in finalists if passes(item.refit, by.thresholds)]
     if verdict.pair is not None:
         densities.append(compute_log_density(verdict.pair.first.refit))
     if verdict.nearest is not None:

@@ -130,9 +130,9 @@ def docstring(package: Path) -> str:
 def folders(package: Path) -> Iterator[Path]:
     """A package and those within it, each before what it holds."""
     yield package
-    for each in sorted(package.iterdir()):
-        if (each / "__init__.py").is_file():
-            yield from folders(each)
+    for item in sorted(package.iterdir()):
+        if (item / "__init__.py").is_file():
+            yield from folders(item)
 
 
 def tree() -> str:
@@ -171,9 +171,9 @@ def imports(module: str) -> tuple[str, ...]:
                 if keyword.arg == "package" and isinstance(value, str):
                     head = f"{value}."
                     found |= dict.fromkeys(
-                        each for each in module_files() if each.startswith(head) and "." not in each[len(head) :]
+                        item for item in module_files() if item.startswith(head) and "." not in item[len(head) :]
                     )
-    return tuple(each for each in found if each in module_files() and each != module)
+    return tuple(item for item in found if item in module_files() and item != module)
 
 
 def chain(start: str, stop: str) -> list[str]:
@@ -193,10 +193,10 @@ def chain(start: str, stop: str) -> list[str]:
             while came_from[found[-1]]:
                 found.append(came_from[found[-1]])
             return found[::-1]
-        for each in imports(module):
-            if each not in came_from:
-                came_from[each] = module
-                waiting.append(each)
+        for item in imports(module):
+            if item not in came_from:
+                came_from[item] = module
+                waiting.append(item)
     raise LookupError(f"no imports lead from {start} to {stop}: name another stop in docs/draw_architecture.py")
 
 

@@ -115,7 +115,7 @@ def _summed(
     # The entry of (a, i) and (b, j) is that of (b, j) and (a, i), which the six kept blocks have the other way round.
     whole = [blocks[NUMBER[i, j]] if i <= j else blocks[NUMBER[j, i]].swapaxes(1, 2) for i, j in DIRECTION_PAIRS]
     sums = [
-        np.asarray(np.bincount(place, each.ravel()[upper], len(present)), dtype=np.float64) for each in (*whole, mass)
+        np.asarray(np.bincount(place, item.ravel()[upper], len(present)), dtype=np.float64) for item in (*whole, mass)
     ]
     return used[row] * n_node + used[column], sums
 

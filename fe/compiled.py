@@ -203,7 +203,7 @@ def _folder(package: str) -> _Folder:
     from platformdirs import user_cache_path
 
     digest = hashlib.sha256(FORMAT)
-    for file in sorted(file for each in (package, *CALLS.get(package, ())) for file in (ROOT / each).rglob("*.py")):
+    for file in sorted(file for item in (package, *CALLS.get(package, ())) for file in (ROOT / item).rglob("*.py")):
         code = file.read_bytes()
         if any(mark in code for mark in MARKS):
             digest.update(code)

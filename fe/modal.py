@@ -107,8 +107,8 @@ def lowest_eigenpairs(
     stiffness: Symmetric, mass: Symmetric, n_mode: int, factor: Factor | None = None
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "n m"]]:
     """Lowest eigenvalues [rad^2/s^2], ascending, and mass-normalised eigenvectors; arguments as in `modes`."""
-    for each in (stiffness, mass):
-        check_symmetric(each)
+    for item in (stiffness, mass):
+        check_symmetric(item)
     n = stiffness.shape[0]
     product: Symmetric | BlockProduct = mass
     if not 1 <= n_mode <= n:

@@ -44,9 +44,9 @@ def use_band_axis(axes: Axes, curves: Sequence[Frequency]) -> None:
         ticks.append(found[(found >= band[0]) & (found <= band[-1])])
     axes.xaxis.set_major_locator(FixedLocator(np.concatenate(ticks).tolist()))
     axes.xaxis.set_major_formatter(ScalarFormatter(useOffset=False))
-    for each in axes.get_shared_x_axes().get_siblings(axes):
+    for item in axes.get_shared_x_axes().get_siblings(axes):
         for low, high in zip(ends[1:-1:2], ends[2:-1:2], strict=True):
-            each.axvspan(low, high, facecolor=GRID, linewidth=0, zorder=0.6)
+            item.axvspan(low, high, facecolor=GRID, linewidth=0, zorder=0.6)
 
 
 def join_bands(curves: Sequence[Frequency]) -> list[Frequency]:
@@ -58,7 +58,7 @@ def join_bands(curves: Sequence[Frequency]) -> list[Frequency]:
         piece for curve in map(np.unique, curves) for piece in np.split(curve, find_gaps(curve) + 1) if len(piece)
     ]
     bands = list[Frequency]()
-    for piece in sorted(pieces, key=lambda each: float(each[0])):
+    for piece in sorted(pieces, key=lambda item: float(item[0])):
         if bands and piece[0] <= bands[-1][-1]:
             bands[-1] = np.union1d(bands[-1], piece)
         else:

@@ -188,7 +188,7 @@ def arm(decoupler: Decoupler) -> Arm:
         along=(cos(angle), sin(angle)),
         across=(-sin(angle), cos(angle)),
         centre=decoupler.arms_reach * sin(angle),
-        stations=tuple(float(each) for each in stations),
+        stations=tuple(float(item) for item in stations),
     )
 
 
@@ -252,7 +252,7 @@ def named_points(decoupler: Decoupler) -> dict[str, Point]:
     the damper, on the side of +x [m].
     """
     one = arm(decoupler)
-    y, z = (float(each) for each in one.point(np.array(one.stations[-1]), np.array(0.0)))
+    y, z = (float(item) for item in one.point(np.array(one.stations[-1]), np.array(0.0)))
     found = {
         f"cell_{name}": np.array([0.0, decoupler.plate_back + y, decoupler.middle + side * z])
         for name, side in (("upper", 1.0), ("lower", -1.0))

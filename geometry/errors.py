@@ -51,7 +51,7 @@ class InputError(ValueError):
     """
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*(printable(each) if isinstance(each, str) else each for each in arguments))
+        super().__init__(*(printable(item) if isinstance(item, str) else item for item in arguments))
 
 
 class InputWarning(UserWarning):

@@ -53,7 +53,7 @@ class FaceSelector:
     area: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if all(getattr(self, each.name) is None for each in fields(self)):
+        if all(getattr(self, item.name) is None for item in fields(self)):
             raise InputError("a face is asked for by nothing: give its name, colour, at, normal or area")
         if self.colour is not None and not re.fullmatch(r"#[0-9A-Fa-f]{6}", self.colour):
             raise InputError(f'colour = "{self.colour}" is no colour: write it as "#RRGGBB", such as "#FF0000"')
@@ -63,7 +63,7 @@ class FaceSelector:
             raise InputError(f"area = {self.area} m^2 must be the least and the greatest area, in this order")
 
     def __str__(self) -> str:
-        given = {each.name: getattr(self, each.name) for each in fields(self)}
+        given = {item.name: getattr(self, item.name) for item in fields(self)}
         for name, power in (("at", 1), ("area", 2)):
             if given[name] is not None:
                 values = ", ".join(f"{value * MILLIMETRES_PER_METRE**power:.6g}" for value in given[name])
@@ -99,7 +99,7 @@ class KnownFace:
         if selector.colour is not None and self.colour.upper() != selector.colour.upper():
             yield QUITE, f"its colour is {self.colour}" if self.colour else "it has no colour"
         area = self.shape.Area()
-        low, high = (each * MILLIMETRES_PER_METRE**2 for each in selector.area or (0.0, np.inf))
+        low, high = (item * MILLIMETRES_PER_METRE**2 for item in selector.area or (0.0, np.inf))
         if not low <= area <= high:
             yield max(low - area, area - high) / max(low, area), f"its area is {area:.6g} mm^2"
         if selector.normal is not None:

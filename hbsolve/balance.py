@@ -269,7 +269,7 @@ class HarmonicBalance:
 
     def at_each(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
         """The linear structure at several frequencies, in less time than by `at`."""
-        return self.structure.at_each([checked_frequency(each) for each in angular_frequencies])
+        return self.structure.at_each([checked_frequency(item) for item in angular_frequencies])
 
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, Recovery]:
         """As `at`, with what gives full responses, of a structure that takes dense solves."""

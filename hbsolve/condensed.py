@@ -261,7 +261,7 @@ class CondensedStructure:
         along = np.repeat(self.directions[:, None, :], len(omega), axis=1)
         moved = (self._free or self.stuck).response(omega, np.concatenate([along, force[None]]))
         rows = self._of_stuck_structure(condensed, moved[-1], np.moveaxis(moved[:-1], 0, 2))
-        return [Recovery(self.static_motion, *_with_mean(*each, self._rest[0])) for each in rows]
+        return [Recovery(self.static_motion, *_with_mean(*entry, self._rest[0])) for entry in rows]
 
     def recover_rows(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
@@ -286,7 +286,7 @@ class CondensedStructure:
         assert modal is not None
         contact, dynamic = modal.condense_to_rows(omega, rows, self.directions, force)
         mean = rows @ self._rest[0]
-        return [_with_mean(*each, mean) for each in self._of_stuck_structure(condensed, dynamic, contact)]
+        return [_with_mean(*entry, mean) for entry in self._of_stuck_structure(condensed, dynamic, contact)]
 
     def _of_stuck_structure(
         self, condensed: Sequence[Condensed], dynamic: Complex[Array, "F n"], contact: Complex[Array, "F n d"]
@@ -334,9 +334,9 @@ class CondensedStructure:
         """
         mean, chunks = self._mean(forces), _chunks(condensed, 16 * forces.size)
         return [
-            np.concatenate([mean, each], axis=1)
+            np.concatenate([mean, item], axis=1)
             for chunk in chunks
-            for each in np.split(self._moved(chunk, np.tile(forces[:, 1:], (1, len(chunk), 1))), len(chunk), axis=1)
+            for item in np.split(self._moved(chunk, np.tile(forces[:, 1:], (1, len(chunk), 1))), len(chunk), axis=1)
         ]
 
     def displacements_at_own_frequency(

@@ -157,8 +157,8 @@ class ModalCoordinates:
         if not self.strength.size:
             receptance = 1 / self._diagonal(omega)
             (value, x), (rate, dx) = (
-                (_scale_and_project(projected, each), _multiply(each * modal_force, projected.T))
-                for each in (receptance, -slope[:, 0] * receptance**2)
+                (_scale_and_project(projected, item), _multiply(item * modal_force, projected.T))
+                for item in (receptance, -slope[:, 0] * receptance**2)
             )
             return value, rate, x, dx
         # The matrix is symmetric, and so is its inverse: alpha (dZ / domega) alpha needs no further solution.

@@ -49,7 +49,7 @@ def _count_analyses(folder: Path) -> int:
     except (OSError, ValueError):
         return 0
     entries = [manifest.get(kind.table) for kind in DATA_TYPES if kind.check is not None]
-    return sum(len(each) for each in entries if isinstance(each, list))
+    return sum(len(item) for item in entries if isinstance(item, list))
 
 
 def keep_analyses(store: Store) -> Analyse:

@@ -102,5 +102,5 @@ def name_wrong_places(suspicions: "Sequence[Suspicion]") -> str:
 
     What a headline says in words of its own is not named by its place.
     """
-    wrong = [each for each in suspicions if not each.remark and not each.headline]
-    return join_first_names(list(dict.fromkeys(place for each in wrong for place in (each.where, *each.alike))), "; ")
+    wrong = [item for item in suspicions if not item.remark and not item.headline]
+    return join_first_names(list(dict.fromkeys(place for item in wrong for place in (item.where, *item.alike))), "; ")

@@ -97,7 +97,7 @@ def digest(path: Path) -> str:
     """SHA-256 of a file, or of all files of a folder with their names; empty where they cannot be read."""
     total = hashlib.sha256()
     try:
-        for file in [path] if path.is_file() else sorted(each for each in path.rglob("*") if each.is_file()):
+        for file in [path] if path.is_file() else sorted(item for item in path.rglob("*") if item.is_file()):
             total.update(f"{file.relative_to(path)}\0".encode())
             with file.open("rb") as stream:
                 total.update(hashlib.file_digest(stream, "sha256").digest())

@@ -153,7 +153,7 @@ def find_records(stored: Path, below: Path) -> list[RunRecord]:
         # One that is damaged says nothing, and the next run of the same command replaces it.
         with suppress(OSError, ValueError, KeyError, TypeError):
             document = json.loads(path.read_text(encoding="utf-8"))
-            names = [each.name for each in fields(RunRecord) if each.name != "path"]
+            names = [item.name for item in fields(RunRecord) if item.name != "path"]
             record = RunRecord(path=path, **{name: document[name] for name in names})
             if Path(record.output).is_dir() and Path(record.output).is_relative_to(below.resolve()):
                 found.append(record)
@@ -168,7 +168,7 @@ def newest_record(stored: Path, output: Path) -> RunRecord:
     InputError
         There is none.
     """
-    records = [each for each in find_records(stored, output) if Path(each.output) == output.resolve()]
+    records = [item for item in find_records(stored, output) if Path(item.output) == output.resolve()]
     if not records:
         raise InputError(f"no run is known that wrote into {output}: `stickslip runs` lists the output folders")
     return records[-1]

@@ -44,7 +44,7 @@ def test_every_folder_that_the_document_names_exists() -> None:
     table = text.split("Where a new member goes:")[1].split("##")[0]
     folders = re.findall(r"`([\w/]+)`", table)
     assert len(folders) >= 9
-    assert [each for each in folders if not (ROOT / each).is_dir()] == []
+    assert [item for item in folders if not (ROOT / item).is_dir()] == []
 
 
 def test_a_case_and_a_campaign_pass_through_few_files_and_never_back_up(script: ModuleType) -> None:

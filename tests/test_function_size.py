@@ -15,7 +15,7 @@ COMPILED = {"compiled", "compiled_template", "njit", "jit", "vectorize", "guvect
 
 def is_compiled(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     """Whether numba compiles a function."""
-    heads = [each.func if isinstance(each, ast.Call) else each for each in function.decorator_list]
+    heads = [item.func if isinstance(item, ast.Call) else item for item in function.decorator_list]
     return any(
         (head.attr if isinstance(head, ast.Attribute) else getattr(head, "id", "")) in COMPILED for head in heads
     )
@@ -26,9 +26,9 @@ def too_large(source: str) -> Iterator[str]:
     for function in ast.walk(ast.parse(source)):
         if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef) and not is_compiled(function):
             given = function.args
-            names = [each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+            names = [item.arg for item in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
             count = len([name for name in names if name not in {"self", "cls"}]) + len(
-                [each for each in (given.vararg, given.kwarg) if each]
+                [item for item in (given.vararg, given.kwarg) if item]
             )
             lines = (function.end_lineno or 0) - function.lineno + 1
             if lines > MOST_LINES or count > MOST_ARGUMENTS:

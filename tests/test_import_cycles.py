@@ -46,15 +46,15 @@ def cycles(graph: dict[str, set[str]]) -> set[frozenset[str]]:
                 found.add(name)
                 waiting.append(name)
         reach[start] = found
-    return {frozenset(each for each in reach[name] if name in reach[each]) for name in graph if name in reach[name]}
+    return {frozenset(item for item in reach[name] if name in reach[item]) for name in graph if name in reach[name]}
 
 
 def test_no_cycle_of_imports_in_the_product() -> None:
     graph = {name: set(imported(file.read_text(encoding="utf-8"), set(MODULES))) for name, file in MODULES.items()}
     found = cycles(graph)
     new = found - EXCEPTIONS
-    assert not new, f"modules import each other in a circle: {[sorted(each) for each in new]}"
-    assert not EXCEPTIONS - found, f"cut by now, take off the list: {[sorted(each) for each in EXCEPTIONS - found]}"
+    assert not new, f"modules import each other in a circle: {[sorted(item) for item in new]}"
+    assert not EXCEPTIONS - found, f"cut by now, take off the list: {[sorted(item) for item in EXCEPTIONS - found]}"
 
 
 def test_a_cycle_by_way_of_a_function_and_a_package_is_seen() -> None:

@@ -61,7 +61,7 @@ class Trial:
 
 def make(seed: int) -> Trial:
     """The campaign of a seed."""
-    streams = [np.random.default_rng(each) for each in np.random.SeedSequence([ENTROPY, seed]).spawn(4)]
+    streams = [np.random.default_rng(item) for item in np.random.SeedSequence([ENTROPY, seed]).spawn(4)]
     structure, random = draw_structure(streams[0]), streams[1]
     model, names = structure.model, list(structure.model.places)
     levels = np.geomspace(structure.force / random.uniform(5, 12), structure.force, int(random.integers(4, 6)))
@@ -105,7 +105,7 @@ def _measured(
     model, names = structure.model, list(structure.model.places)
     bench = Bench(specimen.system, {name: specimen.places[name] for name in names}, STEPS)
     swept = [bench.sweep(frequencies.tolist(), float(level)) for level in levels]
-    motion = np.array([each.motion for each in swept])
+    motion = np.array([item.motion for item in swept])
     seen = random.permutation(len(names))[: int(random.integers(1, len(names) + 1))]
     harmonics = HARMONICS[int(random.integers(len(HARMONICS)))]
     noise = float(random.uniform(0.002, 0.01))
@@ -136,7 +136,7 @@ def _measured(
     own = motion[:, :, names.index(hidden.place)]
     top = np.abs(own[:, :, 1]).argmax(axis=1)
     coefficients = own[np.arange(len(levels)), top]
-    kept = tuple(each for each in model.sensors if each.name in {sensor.name for sensor in sensors})
+    kept = tuple(item for item in model.sensors if item.name in {sensor.name for sensor in sensors})
     return Trial(
         model=replace(model, sensors=kept), campaign=campaign, hidden=hidden, coefficients=coefficients,
         angular_frequency=2 * np.pi * frequencies[top], n_contact=len(model.system.joints), harmonics=harmonics,

@@ -18,7 +18,7 @@ def main() -> None:
     words.add_argument("--output", type=Path, help="file of records, one JSON object a line; those in it are kept")
     given = words.parse_args()
     text = str(given.seeds)
-    seeds = [int(each) for each in text.split(",")] if ":" not in text else [*range(*map(int, text.split(":")))]
+    seeds = [int(item) for item in text.split(",")] if ":" not in text else [*range(*map(int, text.split(":")))]
     if max(seeds) >= DEVELOPMENT and not given.sealed:
         words.error(f"seeds {text}: take those below {DEVELOPMENT}, or say --sealed")
     from benchmarks.next_test.trial import run

@@ -15,13 +15,13 @@ def is_decided(found: Record) -> bool:
 
 def is_right(found: Record, record: Record) -> bool:
     """Whether the effect that is named first is a hidden one, or one that the data cannot tell from it."""
-    same = {each["name"] for each in record["effects"]}.union(*found.get("alike", {}).values())
+    same = {item["name"] for item in record["effects"]}.union(*found.get("alike", {}).values())
     return bool(found.get("named")) and found["named"][0]["name"] in same
 
 
 def summarise(record: Record) -> str:
     """One line."""
-    names = ", ".join(each["name"] for each in record.get("effects", [])) or "nothing"
+    names = ", ".join(item["name"] for item in record.get("effects", [])) or "nothing"
     head = f"{record['seed']:6d}  {names}"
     if "advised" not in record:
         return f"{head}: {record.get('failure') or record.get('reason') or record['first']['finding']}"

@@ -19,9 +19,9 @@ ENTROPY = 20270302
 def simulate(stranger: Stranger, test: NextTest, seed: int) -> Campaign:
     """A campaign of one further test."""
     layout, specimen, floor = stranger.layout, stranger.specimen, dict(stranger.floor)
-    sensors = [each for each in layout.sensors if each.name in test.sensors]
+    sensors = [item for item in layout.sensors if item.name in test.sensors]
     if test.place is not None:
-        first = next(each for each in layout.sensors if each.line is None)
+        first = next(item for item in layout.sensors if item.line is None)
         name = f"{FURTHER}{test.place}"
         direction = stranger.plan.places[test.place].direction
         sensors.append(
@@ -29,14 +29,14 @@ def simulate(stranger: Stranger, test: NextTest, seed: int) -> Campaign:
                 name=name, quantity=first.quantity, direction=direction, place=test.place, has_phase=first.has_phase
             )
         )
-        floor[name] = max(floor[each.name] for each in layout.sensors if each.line is None)
+        floor[name] = max(floor[item.name] for item in layout.sensors if item.line is None)
         specimen = _with_sensor(specimen, name, test.place, first.quantity)
     grid = Grid(
         name="further", configuration=test.configuration, levels=test.levels, frequencies=test.frequencies,
     )  # fmt: skip
     planned = replace(
         layout, grids=(grid,), sensors=tuple(sensors), ways=test.sweeps or layout.ways, n_repeat=test.n_repeat,
-        harmonics=tuple(each for each in test.harmonics if each in (1, 3)), droop=0.0, held_out=HeldOut(),
+        harmonics=tuple(item for item in test.harmonics if item in (1, 3)), droop=0.0, held_out=HeldOut(),
     )  # fmt: skip
     random = np.random.default_rng(np.random.SeedSequence([ENTROPY, seed]))
     droop = {grid.name: np.ones(len(test.frequencies))}

@@ -42,10 +42,10 @@ def run(seed: int) -> Mapping[str, Any]:
             if first.diagnosis.verdict.finding is not Finding.AMBIGUOUS or advice is None:
                 return {**record, "reason": first.next_step.reason}
             record |= {"candidates": [*advice.names], "probabilities": [*advice.probabilities]}
-            able = [each for each in advice.ranked if each.test.fits_campaign]
+            able = [item for item in advice.ranked if item.test.fits_campaign]
             best = choose_test(able)
             random = np.random.default_rng(np.random.SeedSequence([ENTROPY, seed, 1]))
-            others = [each for each in able if each is not best and each.test.minutes <= best.test.minutes]
+            others = [item for item in able if item is not best and item.test.minutes <= best.test.minutes]
             chosen = {"advised": best}
             if others:
                 chosen["random"] = others[int(random.integers(len(others)))]

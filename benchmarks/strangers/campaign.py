@@ -52,7 +52,7 @@ def make(seed: int, folder: Path) -> Stranger:
     Streams of random numbers are of their own, so that a change of one part leaves the others as they were.
     """
     begin = time.process_time()
-    streams = [np.random.default_rng(each) for each in np.random.SeedSequence([ENTROPY, seed]).spawn(6)]
+    streams = [np.random.default_rng(item) for item in np.random.SeedSequence([ENTROPY, seed]).spawn(6)]
     plan = draw_structure(streams[0])
     finer = write_case(plan, folder, "finer", plan.finer)
     refined = ["finer.toml"] if plan.finer > 1 and streams[0].uniform() < REFINED else []
@@ -62,7 +62,7 @@ def make(seed: int, folder: Path) -> Stranger:
     layout = draw_layout(plan, bare, streams[1])
     sensors = _planned(layout)
     model = with_sensors(bare, sensors)
-    stated = replace(setup.budget, refined=[with_sensors(each, sensors) for each in setup.budget.refined])
+    stated = replace(setup.budget, refined=[with_sensors(item, sensors) for item in setup.budget.refined])
     droop = {
         grid.name: 1 - layout.droop * _shape(plan, bare, grid.levels[-1], grid.frequencies, grid.configuration)
         for grid in layout.grids
@@ -85,13 +85,13 @@ def make(seed: int, folder: Path) -> Stranger:
         "layout": {
             "levels": [grid.levels for grid in layout.grids], "frequencies": len(layout.grids[0].frequencies),
             "tests": [grid.name for grid in layout.grids], "repeats": layout.n_repeat, "ways": layout.ways,
-            "sensors": [each.name for each in layout.sensors], "quantity": layout.sensors[0].quantity,
+            "sensors": [item.name for item in layout.sensors], "quantity": layout.sensors[0].quantity,
             "phase": layout.sensors[0].has_phase, "harmonics": layout.harmonics, "droop": layout.droop,
             "noise": layout.noise, "stated": layout.stated,
         },
         "effects": [
-            {"name": each.name, "strength": each.strength, "vanishes": each.vanishes, "known": each.known, "z": z}
-            for each, z in hidden
+            {"name": item.name, "strength": item.strength, "vanishes": item.vanishes, "known": item.known, "z": z}
+            for item, z in hidden
         ],
         "specimen": {**specimen.factors, "modes": specimen.mode_deviation, **asdict(sweeps)},
         "plan_seconds": planned - begin,
@@ -117,6 +117,6 @@ def _planned(layout: Layout) -> Campaign:
         harmonic=one * max(layout.harmonics), value=one,
     )  # fmt: skip
     return Campaign(
-        title="", folder=Path(), sensors=tuple(replace(each) for each in layout.sensors),
+        title="", folder=Path(), sensors=tuple(replace(item) for item in layout.sensors),
         tests=(Test(name="planned"),), measurement=row, held_out=HeldOut(),
     )  # fmt: skip

@@ -43,11 +43,11 @@ def write_case(plan: Blueprint, folder: Path, name: str, refine: int = 1, refine
         arrays[f"{line}_tangent"] = np.array([skeleton.row(contact.tangent) for contact in contacts])
         text.append(
             f'[[line]]\nname = "{line}"\nnormal = {{ row = "{line}_normal" }}\ntangent = {{ row = "{line}_tangent" }}\n'
-            f"normal_stiffness = {_list([each.normal_stiffness for each in contacts], 'N/m')}\n"
-            f"tangential_stiffness = {_list([each.tangential_stiffness for each in contacts], 'N/m')}\n"
-            f"friction_coefficient = {[each.friction_coefficient for each in contacts]}\n"
-            f"preload = {_list([each.preload for each in contacts], 'N')}\n"
-            f"gap = {_list([each.gap for each in contacts], 'm')}\nbalanced_preload = true\n"
+            f"normal_stiffness = {_list([item.normal_stiffness for item in contacts], 'N/m')}\n"
+            f"tangential_stiffness = {_list([item.tangential_stiffness for item in contacts], 'N/m')}\n"
+            f"friction_coefficient = {[item.friction_coefficient for item in contacts]}\n"
+            f"preload = {_list([item.preload for item in contacts], 'N')}\n"
+            f"gap = {_list([item.gap for item in contacts], 'm')}\nbalanced_preload = true\n"
         )
     for joint, jenkins in plan.jenkins.items():
         arrays[joint] = skeleton.row(jenkins.motion)
@@ -72,7 +72,7 @@ def write_case(plan: Blueprint, folder: Path, name: str, refine: int = 1, refine
 def _study_mesh(plan: Blueprint) -> float:
     """Root mean square change of the first natural frequencies by a finer mesh, and at least `FREQUENCY` [-]."""
     meshes = [plan.mesh.build(refine) for refine in (1, plan.finer)]
-    squared = [scipy.linalg.eigh(each.stiffness, each.mass, eigvals_only=True)[:STUDIED] for each in meshes]
+    squared = [scipy.linalg.eigh(item.stiffness, item.mass, eigvals_only=True)[:STUDIED] for item in meshes]
     number = min(map(len, squared))
     change = np.sqrt(squared[1][:number] / squared[0][:number]) - 1
     return max(FREQUENCY, float(np.sqrt(np.mean(change**2))))

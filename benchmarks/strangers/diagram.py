@@ -31,9 +31,9 @@ def list_bins(records: Sequence[Record]) -> list[Bin]:
     Right is the hidden one itself: what is the same has a share of its own.
     """
     told = [
-        (probability, each["name"] in {effect["name"] for effect in record["effects"]})
+        (probability, item["name"] in {effect["name"] for effect in record["effects"]})
         for record in records
-        for each, probability in zip(named(record), record["rounds"][0].get("probabilities", ()), strict=False)
+        for item, probability in zip(named(record), record["rounds"][0].get("probabilities", ()), strict=False)
     ]
     bins = []
     for low, high in pairwise(BOUNDS):
@@ -49,12 +49,12 @@ def draw_reliability(records: Sequence[Record], file: Path) -> None:
     figure = new_figure(5.5, 5.0)
     axes = figure.subplots()
     axes.plot([0, 1], [0, 1], color=PALE, lw=1, ls="--")
-    for each in list_bins(records):
-        low, high = each.right.interval
-        axes.plot([each.probability] * 2, [low, high], color=LIMITS[0], lw=2)
-        axes.plot([each.probability], [each.right.value], "o", color=LIMITS[0])
-        words = f"{each.right.count} of {each.right.of}"
-        axes.annotate(words, (each.probability, each.right.value), (8, 0), textcoords="offset points", color=INK)
+    for item in list_bins(records):
+        low, high = item.right.interval
+        axes.plot([item.probability] * 2, [low, high], color=LIMITS[0], lw=2)
+        axes.plot([item.probability], [item.right.value], "o", color=LIMITS[0])
+        words = f"{item.right.count} of {item.right.of}"
+        axes.annotate(words, (item.probability, item.right.value), (8, 0), textcoords="offset points", color=INK)
     axes.set(xlim=(0, 1.15), ylim=(0, 1.02), xlabel="probability that is told [-]", ylabel="share that is right [-]")
     open_box(axes)
     add_title(figure, "Are the probabilities right? (95 % intervals)")
@@ -65,12 +65,12 @@ def draw_confusion(records: Sequence[Record], file: Path) -> None:
     """Kinds that were hidden by what was told first."""
     counts: dict[str, Counter[tuple[str, bool]]] = {}
     for record in records:
-        hidden = " + ".join(sorted(kind_of(each["name"]) for each in record["effects"])) or NOTHING
+        hidden = " + ".join(sorted(kind_of(item["name"]) for item in record["effects"])) or NOTHING
         finding = record["rounds"][0]["finding"]
         told = kind_of(named(record)[0]["name"]) if finding in CLEAR else finding
         counts.setdefault(hidden, Counter())[told, _is_right(record)] += 1
     rows = sorted(counts, key=lambda row: (row != NOTHING, row))
-    columns = sorted({told for row in counts.values() for told, _ in row}, key=lambda each: (each == NOTHING, each))
+    columns = sorted({told for row in counts.values() for told, _ in row}, key=lambda item: (item == NOTHING, item))
     count = np.array([[sum(counts[row][told, right] for right in (True, False)) for told in columns] for row in rows])
     right = np.array([[counts[row][told, True] >= counts[row][told, False] for told in columns] for row in rows])
     result = ConfusionMatrix(

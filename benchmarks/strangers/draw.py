@@ -39,7 +39,7 @@ def draw_hidden(
         aim = float(log_uniform(random, *AIM))
         for _ in range(DRAWS):
             effect = draft()
-            if effect.name in {each.name for each, _ in found}:
+            if effect.name in {item.name for item, _ in found}:
                 continue
             scaled, z = _scaled(effect, aim, signature)
             if z >= LEAST:
@@ -111,7 +111,7 @@ def _strangers(plan: Blueprint, layout: Layout, model: Model, random: np.random.
         # The stiffness that holds the place in the tested resonance, and the mass that moves there.
         stiffness = highest / (motion * 2 * plan.ratio)
         if kind == "sensor delay":
-            sensor = str(random.choice([each.name for each in layout.sensors]))
+            sensor = str(random.choice([item.name for item in layout.sensors]))
             return Stranger(kind=kind, place=sensor, strength=0.0, typical=0.02 / plan.stuck, known=True)
         if kind == "tuned mass":
             natural = plan.stuck * random.uniform(0.92, 1.08)

@@ -66,7 +66,7 @@ class Known:
     def bound(self, model: Model) -> Callable[[Model], Model]:
         """See `Hidden`."""
         effect = list_effects(model, level=max(self.tested.values()), configurations=self.tested).effect(self.name)
-        values = [self.strength, *(each.vanishes for each in effect.parameters[1:])]
+        values = [self.strength, *(item.vanishes for item in effect.parameters[1:])]
         return lambda other: effect.apply(other, values)
 
     def delay(self, sensor: str) -> float:
@@ -175,7 +175,7 @@ def _with_absorber(model: Model, row: Any, mass: float, natural: float) -> Model
         harmonic_force=longer(system.dynamic),
     )  # fmt: skip
     sensors = tuple(
-        each if isinstance(each, LineSensor) else replace(each, row=longer(each.row)) for each in model.sensors
+        item if isinstance(item, LineSensor) else replace(item, row=longer(item.row)) for item in model.sensors
     )
     return replace(
         model, system=changed, sensors=sensors, parts=(), dofs=(*model.dofs, Dof()),

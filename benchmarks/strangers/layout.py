@@ -95,7 +95,7 @@ def draw_layout(plan: Blueprint, model: Model, random: np.random.Generator) -> L
 
 
 def _sensors(plan: Blueprint, *, has_phase: bool, random: np.random.Generator) -> tuple[MeasuredSensor, ...]:
-    places = [str(each) for each in random.permutation(list(plan.places))]
+    places = [str(item) for item in random.permutation(list(plan.places))]
     quantity = str(random.choice(["displacement", "velocity", "acceleration"]))
     motions = [
         MeasuredSensor(
@@ -153,4 +153,4 @@ def _turning(
         length += np.cumsum(steps) / max(steps.sum(), 1e-300)
     length = length / length[-1] + np.linspace(0, 0.7, len(fine))
     chosen = np.interp(np.linspace(0, length[-1], count), length, fine)
-    return tuple(float(f"{each:.7g}") for each in chosen)
+    return tuple(float(f"{item:.7g}") for item in chosen)

@@ -93,7 +93,7 @@ def _read(
 ) -> list[tuple[int, int, complex]]:
     """Number of the sensor, harmonic and reading without noise at a point."""
     model = specimen.free if grid.configuration == "free" else specimen.jointed
-    gain, motions = {each.name: each.gain for each in model.sensors}, _motions(model)
+    gain, motions = {item.name: item.gain for item in model.sensors}, _motions(model)
     rows = []
     for number, sensor in enumerate(layout.sensors):
         if sensor.line is None:
@@ -110,7 +110,7 @@ def _read(
 
 def _motions(model: Model) -> list[str]:
     """Names of the motion sensors, in the order of the bench."""
-    return [each.name for each in model.sensors if hasattr(each, "row")]
+    return [item.name for item in model.sensors if hasattr(item, "row")]
 
 
 def _campaign(
@@ -119,9 +119,9 @@ def _campaign(
 ) -> Campaign:  # fmt: skip
     """Readings with derivative, delay, noise, and a phase or none."""
     test, repeat, sweep, level, frequency, force, sensor, harmonic = table.T
-    names = [each.name for each in layout.sensors]
+    names = [item.name for item in layout.sensors]
     number = sensor.astype(int)
-    order = np.array([DERIVATIVE.get(each.quantity, 0) for each in layout.sensors])[number]
+    order = np.array([DERIVATIVE.get(item.quantity, 0) for item in layout.sensors])[number]
     values = values * frequency**order
     late = np.array([sum(effect.delay(name) for effect in hidden) for name in names])[number]
     values = values * np.exp(-2j * np.pi * harmonic * frequency * late)
@@ -137,7 +137,7 @@ def _campaign(
         _, first, inverse = np.unique(table[:, :5], axis=0, return_index=True, return_inverse=True)
         force = force[first][inverse.ravel()]
     return Campaign(
-        title="stranger", folder=Path(), sensors=tuple(_stated(layout, each, floor) for each in layout.sensors),
+        title="stranger", folder=Path(), sensors=tuple(_stated(layout, item, floor) for item in layout.sensors),
         tests=tuple(Test(name=grid.name, configuration=grid.configuration) for grid in layout.grids),
         measurement=Measurement(
             test=test, order=np.arange(len(values)), repeat=repeat, sweep=sweep, level=level, frequency=frequency,

@@ -33,7 +33,7 @@ def draw(stranger: Stranger, file: Path) -> str:
             frequency = np.unique(table.frequency[own])
             at = np.searchsorted(frequency, table.frequency[own])
             force = np.bincount(at, table.force[own]) / np.bincount(at)
-            points = points_of([(False, level, each, sensor.name, 1) for each in frequency.tolist()])
+            points = points_of([(False, level, item, sensor.name, 1) for item in frequency.tolist()])
             points = replace(points, force=force)
             value = predict(model, points).value * np.exp(-2j * np.pi * frequency * late)
             value = value if sensor.has_phase else np.abs(value)
@@ -45,7 +45,7 @@ def draw(stranger: Stranger, file: Path) -> str:
         axis.set_xlabel("frequency [Hz]")
         axis.set_yscale("log")
     axes[0].set_ylabel(f"{sensor.name}, {sensor.quantity} per force [SI]")
-    figure.suptitle(" + ".join(f"{each.name} {each.strength:.3g}" for each in stranger.hidden) or "nothing", fontsize=9)
+    figure.suptitle(" + ".join(f"{item.name} {item.strength:.3g}" for item in stranger.hidden) or "nothing", fontsize=9)
     figure.savefig(file, dpi=90)
     apart = np.concatenate(errors)
     return (

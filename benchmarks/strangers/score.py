@@ -70,7 +70,7 @@ def same(record: Record, number: int = 0) -> set[str]:
 def groups(record: Record, number: int = 0) -> list[set[str]]:
     """Each hidden effect with what a round could not tell from it."""
     alike = record["rounds"][number].get("alike", {})
-    return [{each["name"], *alike.get(each["name"], ())} for each in record["effects"]]
+    return [{item["name"], *alike.get(item["name"], ())} for item in record["effects"]]
 
 
 def is_first(record: Record) -> bool:
@@ -86,7 +86,7 @@ def is_seen(record: Record) -> bool:
 
 def is_among(record: Record) -> bool:
     """See `among`."""
-    return any(each["name"] in same(record) for each in named(record))
+    return any(item["name"] in same(record) for item in named(record))
 
 
 def is_kind(record: Record) -> bool:
@@ -129,7 +129,7 @@ def n_found(record: Record) -> int:
     """Hidden effects that the rounds name, or what is the same."""
     found: set[int] = set()
     for number in range(len(record["rounds"])):
-        names = {each["name"] for each in named(record, number)[:1]}
+        names = {item["name"] for item in named(record, number)[:1]}
         further = record["rounds"][number].get("further")
         names |= {further["name"]} if further and names else set()
         found |= {place for place, group in enumerate(groups(record, number)) if names & group}
@@ -148,30 +148,30 @@ def table(records: Sequence[Record]) -> str:
         f"{len(records)} strangers, {len(records) - len(made)} could not be made; "
         + ", ".join(f"{name} {len(of)}" for name, of in by.items()),
         _line("one: right effect or group first", by["one"], is_first),
-        _line(f"the same, seen above {SEEN:.0f}", [each for each in by["one"] if is_seen(each)], is_first),
+        _line(f"the same, seen above {SEEN:.0f}", [item for item in by["one"] if is_seen(item)], is_first),
         _line("one: among those named", by["one"], is_among),
         _line("one: right kind first", by["one"], is_kind),
         _line("one: right kind and place first", by["one"], is_itself),
         _line("strength within 20 % or interval", itself, is_strong),
         _line("95 % interval holds the strength", itself, is_covered),
-        _line("nothing: false alarm", by["nothing"], lambda each: not finding(each, *NO_ALARM)),
+        _line("nothing: false alarm", by["nothing"], lambda item: not finding(item, *NO_ALARM)),
         _line("confident wrong name, all classes", made, is_wrong),
         _line("stranger: told unknown", by["stranger"], _is_unknown),
-        _line(f"the same, seen above {SEEN:.0f}", [each for each in by["stranger"] if is_seen(each)], _is_unknown),
+        _line(f"the same, seen above {SEEN:.0f}", [item for item in by["stranger"] if is_seen(item)], _is_unknown),
         _line("stranger: told unknown, and its place", by["stranger"], _is_placed),
         _line("two: both found", by["two"], _are_found),
-        _line(f"the same, seen above {SEEN:.0f}", [each for each in by["two"] if is_seen(each)], _are_found),
-        _line("two: at least one found", by["two"], lambda each: n_found(each) >= 1),
+        _line(f"the same, seen above {SEEN:.0f}", [item for item in by["two"] if is_seen(item)], _are_found),
+        _line("two: at least one found", by["two"], lambda item: n_found(item) >= 1),
         _line(
-            "hidden, but told nothing", by["one"] + by["two"] + by["stranger"], lambda each: finding(each, *NO_ALARM)
+            "hidden, but told nothing", by["one"] + by["two"] + by["stranger"], lambda item: finding(item, *NO_ALARM)
         ),
-        _line("failed", made, lambda each: finding(each, "failed")),
-        _cost("processor time of a diagnosis", [each["rounds"][0]["seconds"] for each in made]),
-        _cost("to plan a campaign", [each["plan_seconds"] for each in made]),
-        _cost("to measure it", [each["measure_seconds"] for each in made]),
+        _line("failed", made, lambda item: finding(item, "failed")),
+        _cost("processor time of a diagnosis", [item["rounds"][0]["seconds"] for item in made]),
+        _cost("to plan a campaign", [item["plan_seconds"] for item in made]),
+        _cost("to measure it", [item["measure_seconds"] for item in made]),
         *_confusion(made),
-        *[f"  seed {each['seed']}: {each['failure']}" for each in records if not each["made"]],
-        *[f"  seed {each['seed']}: {each['rounds'][0]['failure']}" for each in made if finding(each, "failed")],
+        *[f"  seed {item['seed']}: {item['failure']}" for item in records if not item["made"]],
+        *[f"  seed {item['seed']}: {item['rounds'][0]['failure']}" for item in made if finding(item, "failed")],
     ]
     return "\n".join(lines)
 
@@ -180,9 +180,9 @@ def summary(record: Record) -> str:
     """One line."""
     if not record["made"]:
         return f"seed {record['seed']}: not made: {record['failure']}"
-    hidden = " + ".join(f"{each['name']} (z {each['z']:.0f})" for each in record["effects"]) or "nothing"
+    hidden = " + ".join(f"{item['name']} (z {item['z']:.0f})" for item in record["effects"]) or "nothing"
     told = "; ".join(
-        " or ".join(each["name"] for each in named(record, number)) or done["finding"]
+        " or ".join(item["name"] for item in named(record, number)) or done["finding"]
         for number, done in enumerate(record["rounds"])
     )
     structure = record["structure"]
@@ -224,7 +224,7 @@ def _confusion(records: Sequence[Record]) -> list[str]:
     """Kind that is hidden, and what was told of it."""
     counts: dict[str, Counter[str]] = {}
     for record in records:
-        kinds = " + ".join(sorted(kind_of(each["name"]) for each in record["effects"])) or "nothing"
+        kinds = " + ".join(sorted(kind_of(item["name"]) for item in record["effects"])) or "nothing"
         told = kind_of(named(record)[0]["name"]) if named(record) else record["rounds"][0]["finding"]
         told += "" if len(named(record)) < 2 else " or another"
         counts.setdefault(kinds, Counter())[told] += 1

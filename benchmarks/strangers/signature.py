@@ -103,13 +103,13 @@ class Signature:
         observed = Observation(points=self.points, repeat=value, motion=motion, taken=np.isfinite(value), phased=phased)
         measured = Measured(observed=observed, features=self.features, predictor=self.predictor)
         sharp = list_mode_corrections(measured, model, budget)
-        set_by_fits = [each.number for each in sharp if isinstance(each, ModeCorrection)]
+        set_by_fits = [item.number for item in sharp if isinstance(item, ModeCorrection)]
         self.whitening = self._covariance(replace(budget, fitted=set_by_fits), int(random.integers(2**31)))
-        accepted = [(each, each.deviation) for each in (*list_calibration_parameters(model), *sharp)]
+        accepted = [(item, item.deviation) for item in (*list_calibration_parameters(model), *sharp)]
         self.unknowns = Unknowns.from_effects(model, accepted, [])
         known = {symbol: factors[name] for symbol, name in zip(SYMBOLS, DEVIATION, strict=True)}
         unknowns = self.unknowns
-        values = [known.get(*each) for each in zip(unknowns.names, unknowns.vanishing.tolist(), strict=True)]
+        values = [known.get(*item) for item in zip(unknowns.names, unknowns.vanishing.tolist(), strict=True)]
         self.true = (np.array(values) - unknowns.vanishing) / unknowns.prior
         self.specimen = unknowns.compose(np.array(values))
 

@@ -46,9 +46,9 @@ class Skeleton:
 
     def number(self, spot: Spot) -> int:
         """Degree of freedom of a spot."""
-        for number, each in enumerate(self.spots):
-            if (each.body, each.direction) == (spot.body, spot.direction) and np.allclose(
-                each.point, spot.point, rtol=0, atol=SAME_POINT
+        for number, item in enumerate(self.spots):
+            if (item.body, item.direction) == (spot.body, spot.direction) and np.allclose(
+                item.point, spot.point, rtol=0, atol=SAME_POINT
             ):
                 return number
         raise LookupError(f"no degree of freedom at {spot}")
@@ -178,10 +178,10 @@ class _Assembly:
         """An element on nodes at points."""
         numbers: list[int] = []
         for point in points:
-            key = (body, *(round(float(each), 9) for each in point))
+            key = (body, *(round(float(item), 9) for item in point))
             if key not in self.nodes:
                 self.nodes[key] = len(self.spots)
-                x, y, z = (float(each) for each in point)
+                x, y, z = (float(item) for item in point)
                 self.spots += [Spot(body, (x, y, z), direction) for direction in self.directions]
             first = self.nodes[key]
             numbers += range(first, first + len(self.directions))
@@ -197,8 +197,8 @@ class _Assembly:
         whole = Skeleton(mass=mass, stiffness=stiffness, spots=tuple(self.spots))
         for spot, spring in springs.items():
             stiffness[whole.number(spot), whole.number(spot)] += spring
-        held = {(each.body, each.point) for each in fixed if each.direction == "*"}
-        alone = {each for each in fixed if each.direction != "*"}
+        held = {(item.body, item.point) for item in fixed if item.direction == "*"}
+        alone = {item for item in fixed if item.direction != "*"}
         moving = [
             number
             for number, spot in enumerate(self.spots)

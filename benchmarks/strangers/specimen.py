@@ -52,7 +52,7 @@ class Specimen:
         # The bench knows the line of a contact by the first word of its name.
         named = [replace(joint, name=joint.name.replace(".", " ")) for joint in contacts]
         others = [joint for joint in model.system.joints if not isinstance(joint, FrictionContact)]
-        rows = {each.name: each.row for each in model.sensors if isinstance(each, Sensor)}
+        rows = {item.name: item.row for item in model.sensors if isinstance(item, Sensor)}
         return reduced(replace(model.system, joints=[*named, *others]), rows)
 
 

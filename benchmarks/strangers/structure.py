@@ -88,7 +88,7 @@ def _mesh(kind: str, random: np.random.Generator) -> tuple[Mesh, int]:
             pairs[one, other] = float(log_uniform(random, 2e5, 5e6))
         held = {0, *random.choice(n, max(n // 6, 1), replace=False).tolist()}
         return Chain(
-            masses=masses, springs=pairs, grounded={each: float(log_uniform(random, 3e5, 3e6)) for each in held}
+            masses=masses, springs=pairs, grounded={item: float(log_uniform(random, 3e5, 3e6)) for item in held}
         ), 1
     steel, density = 2.1e11, 7800.0
     if kind == "plate":
@@ -142,7 +142,7 @@ def _with_places(plan: Blueprint, skeleton: Skeleton, shape: Row, random: np.ran
     chosen: list[Spot] = []
     for number in random.permutation(moving).tolist():
         spot = skeleton.spots[number]
-        if all((spot.body, spot.point) != (each.body, each.point) for each in chosen):
+        if all((spot.body, spot.point) != (item.body, item.point) for item in chosen):
             chosen.append(spot)
     chosen = chosen[: int(random.integers(3, 7))]
     places = {f"{spot.body} {letter}": spot for letter, spot in zip("ABCDEF", chosen, strict=False)}
@@ -160,7 +160,7 @@ def _with_joints(
     plan: Blueprint, skeleton: Skeleton, squared: float, shape: Row, random: np.random.Generator
 ) -> Blueprint:
     """Contacts, a cubic spring and dashpots, as stiff and as pressed as the tested mode wants them."""
-    groups = [] if random.uniform() < 0.1 else [str(each) for each in random.choice(GROUPS, int(random.integers(1, 5)))]
+    groups = [] if random.uniform() < 0.1 else [str(item) for item in random.choice(GROUPS, int(random.integers(1, 5)))]
     share = random.uniform(0.05, 0.35) / max(len(groups), 1)
     drafts = [_draft(kind, skeleton, shape, squared * share, random) for kind in groups]
     stuck = skeleton.stiffness.copy()
@@ -182,20 +182,20 @@ def _with_joints(
     for number, (kind, draft) in enumerate(zip(groups, drafts, strict=True), start=1):
         slip, name = random.uniform(1.5, 5.0), f"{kind}{number}"
         seen = [_moved(skeleton.row(contact.tangent), shapes[:, mode], motion) for contact in draft]
-        force = [contact.tangential_stiffness * each / slip for contact, each in zip(draft, seen, strict=True)]
+        force = [contact.tangential_stiffness * item / slip for contact, item in zip(draft, seen, strict=True)]
         if kind == "jenkins":
             jenkins |= {
-                f"{name} {place}": Jenkins(motion=each.tangent, stiffness=each.tangential_stiffness, limit=limit)
-                for place, (each, limit) in enumerate(zip(draft, force, strict=True), start=1)
+                f"{name} {place}": Jenkins(motion=item.tangent, stiffness=item.tangential_stiffness, limit=limit)
+                for place, (item, limit) in enumerate(zip(draft, force, strict=True), start=1)
             }
         elif kind == "open":
             lines[name] = [
-                replace(each, gap=random.uniform(0.3, 0.8) * _moved(skeleton.row(each.normal), shapes[:, mode], motion))
-                for each in draft
+                replace(item, gap=random.uniform(0.3, 0.8) * _moved(skeleton.row(item.normal), shapes[:, mode], motion))
+                for item in draft
             ]
         else:
             pairs = zip(draft, force, strict=True)
-            lines[name] = [replace(each, preload=limit / each.friction_coefficient) for each, limit in pairs]
+            lines[name] = [replace(item, preload=limit / item.friction_coefficient) for item, limit in pairs]
     return replace(
         plan, lines=lines, jenkins=jenkins, cubic=_cubic(plan, skeleton, motion, natural, shapes[:, mode], random),
         dashpots=_dashpots(plan, skeleton, natural, shapes[:, mode], random), free=float(np.sqrt(squared)),
@@ -216,15 +216,15 @@ def _draft(kind: str, skeleton: Skeleton, shape: Row, modal: float, random: np.r
     friction, count = random.uniform(0.2, 0.7), int(random.integers(1, 4))
     motions: list[Motion] = []
     for spot in moving:
-        others = [each for each in moving if each.direction == spot.direction and each != spot]
-        bodies = [each for each in others if each.body != spot.body]
+        others = [item for item in moving if item.direction == spot.direction and item != spot]
+        bodies = [item for item in others if item.body != spot.body]
         if kind == "between" and (bodies or others):
             other = (bodies or others)[0]
             motions.append(((spot, 1.0), (other, -1.0)))
         else:
             motions.append(((spot, 1.0),))
     felt = [abs(skeleton.row(motion) @ shape) for motion in motions]
-    able = [motion for motion, each in zip(motions, felt, strict=True) if each > 0.3 * max(felt)][:count]
+    able = [motion for motion, item in zip(motions, felt, strict=True) if item > 0.3 * max(felt)][:count]
     if kind == "jenkins":
         angle = 0.0
     steep = np.pi / 2 - angle if kind == "open" else angle

@@ -51,7 +51,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
         except Exception as error:
             return {"seed": seed, "made": False, "failure": _told(error)}
         record: dict[str, Any] = {**stranger.truth, "made": True, "rounds": []}
-        names = [each.name for each in stranger.hidden]
+        names = [item.name for item in stranger.hidden]
         for _ in range(ROUNDS if len(names) > 1 else 1):
             begin, done = time.process_time(), {}
             try:
@@ -75,22 +75,22 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
 
 def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> dict[str, Any]:
     """What one diagnosis says, how clearly it sees the hidden effects, and which ones it could not tell from them."""
-    verdict, before, hidden = diagnosis.verdict, diagnosis.baseline, [each.name for each in effects]
+    verdict, before, hidden = diagnosis.verdict, diagnosis.baseline, [item.name for item in effects]
     detectable = {score.effect.name: score.detectable for score in diagnosis.scores}
     directions = {score.effect.name: score.direction for score in diagnosis.scores}
     return {
         "finding": verdict.finding.value,
         "sentence": verdict.sentence,
-        "named": [_fitted(each) for each in verdict.effects if each.effect is not None],
+        "named": [_fitted(item) for item in verdict.effects if item.effect is not None],
         "further": None if verdict.further is None else _fitted(verdict.further),
         "probabilities": [*verdict.probabilities],
-        "ranking": [_fitted(each) for each in diagnosis.refits if each.effect is not None],
+        "ranking": [_fitted(item) for item in diagnosis.refits if item.effect is not None],
         "scores": {score.effect.name: float(score.gain) for score in diagnosis.scores[:MOST]},
         "seen": {
-            each.name: abs(each.strength - each.vanishes) / detectable[each.name]
-            if each.name in detectable
-            else _measure_change(diagnosis.arrangement, each)
-            for each in effects
+            item.name: abs(item.strength - item.vanishes) / detectable[item.name]
+            if item.name in detectable
+            else _measure_change(diagnosis.arrangement, item)
+            for item in effects
         },
         "alike": {
             name: [
@@ -103,7 +103,7 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> di
         },
         "place": None if verdict.place is None else verdict.place.name,
         "threshold": verdict.threshold,
-        "misfit": max((compute_excess_gain(each) for each in diagnosis.places), default=0.0),
+        "misfit": max((compute_excess_gain(item) for item in diagnosis.places), default=0.0),
         "misfit_threshold": diagnosis.thresholds.misfit,
         "before": _judged(before),
     }

@@ -32,19 +32,19 @@ def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
             f"{further.folder}: drive = {further.drive.quantity} in {further.drive.unit} is another one than that of "
             f"{campaign.folder}: join tests under the same drive"
         )
-    own = {each.name: each for each in campaign.sensors}
-    for each in further.sensors:
-        there = own.get(each.name)
+    own = {item.name: item for item in campaign.sensors}
+    for item in further.sensors:
+        there = own.get(item.name)
         if there is not None and (there.quantity, there.place, there.line, there.component) != (
-            each.quantity, each.place, each.line, each.component,
+            item.quantity, item.place, item.line, item.component,
         ):  # fmt: skip
             raise CampaignError(
-                f'{further.folder}: sensor "{each.name}" is not that of {campaign.folder}: give it another name'
+                f'{further.folder}: sensor "{item.name}" is not that of {campaign.folder}: give it another name'
             )
-    sensors = (*campaign.sensors, *(each for each in further.sensors if each.name not in own))
-    number = {each.name: place for place, each in enumerate(sensors)}
-    names = {each.name for each in campaign.tests}
-    tests = tuple(_rename(each, names) for each in further.tests)
+    sensors = (*campaign.sensors, *(item for item in further.sensors if item.name not in own))
+    number = {item.name: place for place, item in enumerate(sensors)}
+    names = {item.name for item in campaign.tests}
+    tests = tuple(_rename(item, names) for item in further.tests)
     first, second = campaign.measurement, further.measurement
     last = int(first.repeat.max(initial=0))
     held_out = replace(
@@ -56,11 +56,11 @@ def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
         test=second.test + len(campaign.tests),
         order=second.order + first.order.max(initial=-1) + 1,
         repeat=second.repeat + last,
-        sensor=np.array([number[further.sensors[each].name] for each in second.sensor.tolist()], dtype=np.int64),
+        sensor=np.array([number[further.sensors[item].name] for item in second.sensor.tolist()], dtype=np.int64),
     )
     columns: dict[str, Any] = {
-        each.name: np.concatenate([getattr(first, each.name), getattr(moved, each.name)])
-        for each in fields(Measurement)
+        item.name: np.concatenate([getattr(first, item.name), getattr(moved, item.name)])
+        for item in fields(Measurement)
     }
     return replace(
         campaign, sensors=sensors, tests=(*campaign.tests, *tests), measurement=Measurement(**columns),

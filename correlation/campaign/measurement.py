@@ -309,7 +309,7 @@ class Campaign:
     @property
     def structure_sensors(self) -> list[int]:
         """Numbers of the sensors of the structure itself: all but those of contact forces."""
-        return [number for number, each in enumerate(self.sensors) if each.quantity != CONTACT_FORCE]
+        return [number for number, item in enumerate(self.sensors) if item.quantity != CONTACT_FORCE]
 
     @property
     def is_free(self) -> Mask:

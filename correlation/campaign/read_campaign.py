@@ -36,9 +36,9 @@ def read_campaign(path: Path, analyse: Analyse = analyse_uncached) -> Campaign:
         One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
     """
     path = Path(path)
-    found = [each for each in FORMATS if each.recognise(path)]
+    found = [item for item in FORMATS if item.recognise(path)]
     if len(found) > 1:
-        names = " and ".join(f'"{each.name}"' for each in found)
+        names = " and ".join(f'"{item.name}"' for item in found)
         raise CampaignError(f'"{path}" is a campaign in the formats {names}: leave one of them out')
     if not found:
         return _others(path, analyse)
@@ -67,7 +67,7 @@ def check_campaign(files: MeasuredFiles, analyse: Analyse = analyse_uncached) ->
 
 def _others(path: Path, analyse: Analyse) -> Campaign:
     """A path that no format knows: what is missing in a folder says the folder's reader."""
-    others = [each.holds for each in FORMATS if each.read is not read_folder]
+    others = [item.holds for item in FORMATS if item.read is not read_folder]
     try:
         return read_folder(path, analyse)
     except CampaignError as error:
@@ -99,10 +99,10 @@ def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
 def _wrong(campaign: Campaign) -> str | None:
     """Content that no comparison can use, with the remedy."""
     table = campaign.measurement
-    for called in ([each.name for each in campaign.sensors], [each.name for each in campaign.tests]):
+    for called in ([item.name for item in campaign.sensors], [item.name for item in campaign.tests]):
         if len(set(called)) < len(called):
             return f"two of whose sensors or tests are called alike ({', '.join(called)}): give each a name of its own"
-    lengths = {each.name: np.shape(getattr(table, each.name)) for each in fields(table)}
+    lengths = {item.name: np.shape(getattr(table, item.name)) for item in fields(table)}
     if len(set(lengths.values())) > 1:
         return f"whose columns have the shapes {lengths}: give each one value per row"
     if not len(table) and not campaign.records:

@@ -73,7 +73,7 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
         ("imag", is_too_large(value.imag)),
     ):
         _refuse(table, name, wrong, REMEDY)
-    amplitude = np.array([not each.has_phase for each in manifest.sensors])[sensor]
+    amplitude = np.array([not item.has_phase for item in manifest.sensors])[sensor]
     _refuse(
         table, "imag", amplitude & (value.imag != 0), "its sensor has phase = false: give amplitudes, with imag = 0"
     )
@@ -176,8 +176,8 @@ def _refuse(table: CsvTable, name: str, wrong: Bool[NDArray[np.bool_], " k"], te
 def _refuse_contact_when_free(
     table: CsvTable, manifest: Manifest, test: Int[NDArray[np.int64], " k"], sensor: Int[NDArray[np.int64], " k"]
 ) -> None:
-    free = np.array([each.configuration == "free" for each in manifest.tests])
-    contact = np.array([each.quantity == CONTACT_FORCE for each in manifest.sensors])
+    free = np.array([item.configuration == "free" for item in manifest.tests])
+    contact = np.array([item.quantity == CONTACT_FORCE for item in manifest.sensors])
     wrong = free[test] & contact[sensor]
     _refuse(table, "sensor", wrong, "measures a contact, but the test is of the structure free of contacts: remove it")
 

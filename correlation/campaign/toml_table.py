@@ -87,10 +87,10 @@ class TomlTable:
         """Text that is one of some words."""
         if key not in self.values:
             self.known.add(key)
-            raise self._missing(key, " or ".join(f'"{each}"' for each in choices) or "...")
+            raise self._missing(key, " or ".join(f'"{item}"' for item in choices) or "...")
         value: str = self.take(key, str)
         if value not in choices:
-            listed = ", ".join(f'"{each}"' for each in choices)
+            listed = ", ".join(f'"{item}"' for item in choices)
             close = difflib.get_close_matches(value, choices, 1)
             raise self.problem(key, f"must be one of {listed}" + (f'; did you mean "{close[0]}"?' if close else ""))
         return value
@@ -132,11 +132,11 @@ class TomlTable:
     def tables(self, key: str, *, required: bool = True) -> tuple["TomlTable", ...]:
         """An array of tables, whose paths count from 1."""
         values = self.take(key, list, _REQUIRED if required else [])
-        if not all(isinstance(each, dict) for each in values) or (required and not values):
+        if not all(isinstance(item, dict) for item in values) or (required and not values):
             raise self.problem(key, f"must be tables; write [[{key}]] above the keys of each", show=False)
         return tuple(
-            TomlTable(file=self.file, path=f"{key}[{number + 1}]", values=each, at=(key, number), lines=self.lines)
-            for number, each in enumerate(values)
+            TomlTable(file=self.file, path=f"{key}[{number + 1}]", values=item, at=(key, number), lines=self.lines)
+            for number, item in enumerate(values)
         )
 
     def finish(self) -> None:

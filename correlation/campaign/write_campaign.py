@@ -38,7 +38,7 @@ def write_campaign(campaign: Campaign, folder: Path) -> None:
             raise CampaignError(f"test {_text(test.name)} has no rows: leave it out of the campaign to be written")
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    tests, records = (_file_names(each) for each in (campaign.tests, campaign.records))
+    tests, records = (_file_names(item) for item in (campaign.tests, campaign.records))
     (folder / MANIFEST).write_text("\n".join(_manifest(campaign, tests, records)) + "\n", encoding="utf-8")
     for number, file in enumerate(tests):
         (folder / f"test_{file}.csv").write_text("\n".join(_table(campaign, number)) + "\n", encoding="utf-8")
@@ -135,8 +135,8 @@ def _file_names(named: Sequence[object]) -> list[str]:
     """Names that every file system takes: numbers first, so that no two are alike."""
     return [
         f"{number:02d}_"
-        + "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in _name(each))[:40]
-        for number, each in enumerate(named, start=1)
+        + "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in _name(item))[:40]
+        for number, item in enumerate(named, start=1)
     ]
 
 

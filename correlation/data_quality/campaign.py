@@ -42,7 +42,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """
     dead = find_dead_rows(campaign)
     found = [
-        each
+        item
         for check in (
             _phases,
             _constant_harmonics,
@@ -57,17 +57,17 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
             _sweeps,
             find_zero_readings,
         )
-        for each in check(campaign)
+        for item in check(campaign)
     ]
     levels = list(find_missing_levels(campaign))
     # A test that holds several levels does not drift, nor do the gains of sensors that are swapped.
     others, tests = [*levels, *find_sensors_swapped_in_a_repeat(campaign)], [test.name for test in campaign.tests]
-    spoiled = [where for where in map('test "{}"'.format, tests) if any(each.lies_in(where) for each in others)]
-    drifts = [each for each in find_drift_suspicions(campaign) if not any(each.lies_in(where) for where in spoiled)]
+    spoiled = [where for where in map('test "{}"'.format, tests) if any(item.lies_in(where) for item in others)]
+    drifts = [item for item in find_drift_suspicions(campaign) if not any(item.lies_in(where) for where in spoiled)]
     channels = find_channel_suspicions(campaign)
     # Nor does a test change as a whole whose runs differ by a mistake, a gain or the settling of its first repeats.
-    told = [each.where for each in (*others, *channels, *drifts)]
-    trends = [each for each in find_trend_suspicions(campaign) if not any(each.where in where for where in told)]
+    told = [item.where for item in (*others, *channels, *drifts)]
+    trends = [item for item in find_trend_suspicions(campaign) if not any(item.where in where for where in told)]
     return (*found, *channels, *find_drive_suspicions(campaign), *levels, *drifts, *trends)
 
 
@@ -142,7 +142,7 @@ def _group_sensors(campaign: Campaign) -> Iterator[set[str]]:
     """Names of the sensors of each test, datum and record."""
     table = campaign.measurement
     for test in range(len(campaign.tests)):
-        yield {campaign.sensors[each].name for each in np.unique(table.sensor[table.test == test])}
+        yield {campaign.sensors[item].name for item in np.unique(table.sensor[table.test == test])}
     for datum in campaign.data:
         # A type of data from outside need not say of which sensors it is.
         yield set(getattr(datum, "sensors", ()))
@@ -256,7 +256,7 @@ def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
         for test, found in zip(campaign.tests, there, strict=True):
             # Without its contacts a structure has no contact forces.
             if not found and any(there) and not (sensor.quantity == CONTACT_FORCE and test.configuration == "free"):
-                others = ", ".join(f'"{each.name}"' for each, seen in zip(campaign.tests, there, strict=True) if seen)
+                others = ", ".join(f'"{item.name}"' for item, seen in zip(campaign.tests, there, strict=True) if seen)
                 yield Suspicion(
                     where=f'test "{test.name}"',
                     sentence=f'it has no rows of sensor "{sensor.name}", which {others} has: were they left out?',

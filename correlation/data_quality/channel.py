@@ -43,7 +43,7 @@ def _signs(campaign: Campaign) -> Iterator[Suspicion]:
     turned = [*find_turned_runs(campaign)]
     yield from turned
     for suspicion in find_conjugate_repeats(campaign):
-        if not any(suspicion.lies_in(each.where) for each in turned):
+        if not any(suspicion.lies_in(item.where) for item in turned):
             yield suspicion
 
 
@@ -77,14 +77,14 @@ def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
     """Suspicion about phases that hardly change over the peaks of some tests: one explanation for all of them."""
     degrees = [float(np.degrees(spread)) for spread in spreads.values()]
     # Where a phase is in radians once, it is nothing else elsewhere: that of the force may add to it.
-    in_radians = any(AS_RADIANS[0] < each < AS_RADIANS[1] for each in degrees)
+    in_radians = any(AS_RADIANS[0] < item < AS_RADIANS[1] for item in degrees)
     asked = (
         "was it read in radians that are called degrees? If so, write rad as the unit of the phase"
         if in_radians
         else "were amplitudes written with a fixed phase? If so, write phase = false for the sensor"
     )
     tests = ", ".join(f'"{test}"' for test in spreads)
-    changes = " and ".join(format_number(each) for each in degrees)
+    changes = " and ".join(format_number(item) for item in degrees)
     return Suspicion(
         where=f'test{"s" if len(spreads) > 1 else ""} {tests}, sensor "{sensor}"',
         sentence=f"the phase changes by {changes} deg over the half-power width of a resonance, where it should by 90: "

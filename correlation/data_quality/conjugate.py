@@ -119,7 +119,7 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
                     found.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
         for (repeat, explanation), sensors in found.items():
             names = ", ".join(f'"{name}"' for name, _ in sensors)
-            judged = min((each for _, each in sensors), key=lambda each: each[1])
+            judged = min((item for _, item in sensors), key=lambda item: item[1])
             yield Suspicion(
                 where=f'test "{test.name}", repeat {repeat}, {names}',
                 sentence=f"{_evidence(judged, 'the other repeats')}: {_format_question(explanation)}",

@@ -78,7 +78,7 @@ def find_constant_factors(
 
 def _read(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Readings:
     table, ratio = find_model_ratios(campaign, points, predicted)
-    moves = np.array([each.quantity in UNITS and each.calibrated for each in campaign.sensors])[table.sensor]
+    moves = np.array([item.quantity in UNITS and item.calibrated for item in campaign.sensors])[table.sensor]
     table = table.where(moves)
     run = [table.test, table.level]
     return _Readings(
@@ -91,8 +91,8 @@ def _read(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
 
 def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
     """All channels have the same factor, so near that nothing but a factor of the load does the same."""
-    quantities = {campaign.sensors[each].quantity for each in sensors}
-    factors = [_find_constant_ratio(readings, readings.sensor == each, readings.ratio.real) for each in sensors]
+    quantities = {campaign.sensors[item].quantity for item in sensors}
+    factors = [_find_constant_ratio(readings, readings.sensor == item, readings.ratio.real) for item in sensors]
     known = {**AMPLITUDES, **(UNITS[next(iter(quantities))] if len(quantities) == 1 else {})}
     factor = _nearest(known, float(np.median(factors)))
     miss = float(np.abs(np.array(factors) - np.log(factor)).max())
@@ -118,7 +118,7 @@ def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[
             continue
         factor = _find_constant_ratio(readings, np.isfinite(apart), apart.real)
         size = np.abs(readings.ratio.real)
-        fit = max(float(np.median(size[readings.sensor == each])) for each in sensors if each != sensor)
+        fit = max(float(np.median(size[readings.sensor == item])) for item in sensors if item != sensor)
         units = UNITS[campaign.sensors[sensor].quantity]
         nearest = _nearest({**units, **AMPLITUDES}, factor)
         known = abs(np.log(nearest))
@@ -159,7 +159,7 @@ def _find_constant_ratio(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"
 
 def _nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:
     """The known factor nearest to one of some logarithm."""
-    return min(known, key=lambda each: abs(np.log(each) - factor))
+    return min(known, key=lambda item: abs(np.log(item) - factor))
 
 
 def _format_question(true: str, read: str, whose: str) -> str:

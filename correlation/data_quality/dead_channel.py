@@ -26,7 +26,7 @@ def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     table = campaign.measurement
     dead = np.zeros(len(table), dtype=np.bool_)
     rows = np.flatnonzero(table.harmonic == 1)
-    run = group_rows([each[rows] for each in (table.test, table.sensor, table.level, table.repeat)]).number
+    run = group_rows([item[rows] for item in (table.test, table.sensor, table.level, table.repeat)]).number
     by_run = np.argsort(run, kind="stable")
     for own in np.split(rows[by_run], np.flatnonzero(np.diff(run[by_run])) + 1) if len(rows) else ():
         size = np.abs(table.value[own])

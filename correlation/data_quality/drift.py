@@ -77,7 +77,7 @@ def _find_own_factors(share: Float[NDArray[np.float64], "s n r"], place: int) ->
     if len(share) < 2 or not there.any():
         return None
     alone, others = share[place][there], np.delete(share, place, axis=0)[:, there]
-    own, beside = (_find_factors(each, len(share)) for each in (alone, alone - np.median(others, axis=0)))
+    own, beside = (_find_factors(item, len(share)) for item in (alone, alone - np.median(others, axis=0)))
     return own if own and beside else None
 
 

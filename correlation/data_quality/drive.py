@@ -69,7 +69,7 @@ def _forces(campaign: Campaign, test: int) -> dict[float, Forces]:
     for level in np.unique(table.level[here]).tolist():
         rows = np.flatnonzero(here & (table.level == level))
         # Each state has a row for every sensor and harmonic.
-        states = group_rows([each[rows] for each in (table.frequency, table.sweep, table.repeat, table.order)])
+        states = group_rows([item[rows] for item in (table.frequency, table.sweep, table.repeat, table.order)])
         force = table.force[rows[states.first]]
         if len(force) >= FEWEST:
             forces[level] = force

@@ -52,4 +52,4 @@ def find_wrong_frequency_unit(distance: Callable[[float], Float[NDArray[np.float
     apart = distance(1.0)
     if not len(apart) or apart.min() < SAME_FREQUENCY:
         return None
-    return next((each for each in MISTAKES if distance(each.factor).max() < SAME_AFTER_CORRECTION), None)
+    return next((item for item in MISTAKES if distance(item.factor).max() < SAME_AFTER_CORRECTION), None)

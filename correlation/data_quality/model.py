@@ -142,7 +142,7 @@ def _others_confirm(measured: Logarithms, predicted: Logarithms, i: int, j: int)
 
 def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
     """Resonance frequency of a test [Hz], at the peak of its lowest level or else within its band, and in words."""
-    for _, sensor, rows in (each for each in channels(campaign) if each[0] == test):
+    for _, sensor, rows in (item for item in channels(campaign) if item[0] == test):
         table = campaign.measurement.where(rows)
         frequency, value = line(table, float(table.level.min()))
         peak = int(np.argmax(np.abs(value)))

@@ -48,7 +48,7 @@ def _stands_out(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     Of readings of noise alone the largest stand out as well.
     """
     table, size = campaign.measurement, np.abs(campaign.measurement.value)
-    stated = np.array([each.noise for each in campaign.sensors])[table.sensor]
+    stated = np.array([item.noise for item in campaign.sensors])[table.sensor]
     point = group_rows([table.test, table.level, table.frequency, table.sweep, table.sensor, table.harmonic]).number
     middle = group_medians(point, table.value.real) + 1j * group_medians(point, table.value.imag)
     scatter = group_medians(point, np.abs(table.value - middle[point]))

@@ -24,16 +24,16 @@ def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
     campaign
         Campaign with its single readings.
     """
-    phased = np.array([each.has_phase and each.quantity != CONTACT_FORCE for each in campaign.sensors], dtype=np.bool_)
+    phased = np.array([item.has_phase and item.quantity != CONTACT_FORCE for item in campaign.sensors], dtype=np.bool_)
     table = campaign.measurement
     table = table.where((table.harmonic == 1) & phased[table.sensor])
     for number, test in enumerate(campaign.tests):
         own = table.where(table.test == number)
         pairs = [pair for level in np.unique(own.level) for pair in _compare_runs(own.where(own.level == level))]
-        turned = [each for each in pairs if each is not None]
-        if not any(abs(each.angle) < np.pi - LEAST for each in turned):
+        turned = [item for item in pairs if item is not None]
+        if not any(abs(item.angle) < np.pi - LEAST for item in turned):
             continue
-        angles, left = ([getattr(each, name) for each in turned] for name in ("angle", "residual"))
+        angles, left = ([getattr(item, name) for item in turned] for name in ("angle", "residual"))
         yield Suspicion(
             where=f'test "{test.name}"',
             sentence=f"{len(turned)} of {len(pairs)} times all phases of a run differ from those of another run at its "

@@ -70,7 +70,7 @@ class Trend:
         """Root mean square of the readings of each sensor at each level, at its points [unit of the readings]."""
         _, number = np.unique(self.read.level, return_inverse=True)
         square, count = (np.abs(self.read.value) ** 2).mean(axis=2), np.bincount(number)
-        average = np.array([(np.bincount(number, each) / count)[number] for each in square])
+        average = np.array([(np.bincount(number, item) / count)[number] for item in square])
         return np.asarray(np.sqrt(np.maximum(average, np.finfo(float).tiny)))
 
     @property
@@ -118,10 +118,10 @@ def _find_times(table: Measurement, read: RepeatArray) -> Times:
     times = np.full((len(read.level), len(read.repeat)), np.nan)
     for level, sweep in {*zip(read.level.tolist(), read.sweep.tolist(), strict=True)}:
         own = (table.level == level) & (table.sweep == sweep)
-        of_repeat = [table.order[own & (table.repeat == each)] for each in read.repeat]
+        of_repeat = [table.order[own & (table.repeat == item)] for item in read.repeat]
         there = (read.level == level) & (read.sweep == sweep)
-        times[there] = [each.mean() if len(each) else np.nan for each in of_repeat]
-    begins = [table.order[table.repeat == each].min() for each in read.repeat]
+        times[there] = [item.mean() if len(item) else np.nan for item in of_repeat]
+    begins = [table.order[table.repeat == item].min() for item in read.repeat]
     return times if len({*begins}) == len(begins) else np.tile(np.array(read.repeat, dtype=float), (len(times), 1))
 
 
@@ -132,12 +132,12 @@ def _compute_chance(read: RepeatArray, time: Times) -> float:
     kinds, number = kinds * SAME_TIME, number.ravel()
     apart = _scale_differences(read) @ basis
     grams = [np.einsum("snr,snq->rq", *[apart[:, number == kind]] * 2) for kind in range(len(kinds))]
-    measured = sum(float(each @ gram @ each) for each, gram in zip(kinds, grams, strict=True))
+    measured = sum(float(item @ gram @ item) for item, gram in zip(kinds, grams, strict=True))
     chance = 0.0
     for n in N_ROTATION:
         random = np.zeros(n)
-        for each, gram in zip(_rotate_at_random(kinds, n), grams, strict=True):
-            random += ((each @ gram) * each).sum(axis=1)
+        for item, gram in zip(_rotate_at_random(kinds, n), grams, strict=True):
+            random += ((item @ gram) * item).sum(axis=1)
         chance = float((1 + np.sum(random >= measured)) / (1 + n))
         if chance > SMALL:
             break
@@ -156,7 +156,7 @@ def _rotate_at_random(kinds: Float[NDArray[np.float64], "k q"], n: int) -> list[
     draws = np.random.default_rng(SEED).standard_normal((n, kinds.shape[1], len(frame)))
     rotated, triangle = np.linalg.qr(draws)
     rotated *= np.sign(np.diagonal(triangle, axis1=1, axis2=2))[:, None, :]
-    return [rotated @ each for each in kinds @ frame.T]
+    return [rotated @ item for item in kinds @ frame.T]
 
 
 def _scale_differences(read: RepeatArray) -> Float[NDArray[np.float64], "s n r"]:

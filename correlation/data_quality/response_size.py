@@ -53,7 +53,7 @@ class _Ratios(NamedTuple):
     logarithm: Complex[NDArray[np.complex128], " k"]
 
     def of(self, sensor: int) -> "_Ratios":
-        return _Ratios(*(each[self.sensor == sensor] for each in self))
+        return _Ratios(*(item[self.sensor == sensor] for item in self))
 
 
 def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspicion]:
@@ -123,8 +123,8 @@ def _is_clear(values: Float[NDArray[np.float64], " k"]) -> bool:
     """Whether logarithms of ratios are one factor that no model is off by."""
     size = abs(float(np.median(values))) if len(values) else 0.0
     return any(
-        len(values) >= each.n_ratio and size > max(np.log(each.least), each.spreads * _spread(values))
-        for each in CLEAR_FACTORS
+        len(values) >= item.n_ratio and size > max(np.log(item.least), item.spreads * _spread(values))
+        for item in CLEAR_FACTORS
     )
 
 

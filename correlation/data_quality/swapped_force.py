@@ -99,7 +99,7 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                     found.append((clearest, repeat))
             if found:
                 # A swapped repeat is among the others of each: the clearest one stands for all.
-                clearest, repeat = min(found, key=lambda each: each[0][2])
+                clearest, repeat = min(found, key=lambda item: item[0][2])
                 names = f'"{campaign.sensors[i].name}" and "{campaign.sensors[j].name}"'
                 yield Suspicion(
                     where=f'test "{campaign.tests[test].name}", repeat {repeat}',
@@ -140,11 +140,11 @@ def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]
 
 def _find_clearest_harmonic(evidence: list[tuple[int, float, float]]) -> tuple[int, float, float] | None:
     """The harmonic that says most clearly that two forces are swapped; None if none does or one says the contrary."""
-    found = [each for each in evidence if each[2] < NEAR_SHARE and each[1] > FAR_SHARE]
+    found = [item for item in evidence if item[2] < NEAR_SHARE and item[1] > FAR_SHARE]
     # A mean may be as it is by the friction history: it does not speak against a clear harmonic.
     if not found or any(harmonic and own < NEAR_SHARE and swapped > FAR_SHARE for harmonic, own, swapped in evidence):
         return None
-    return min(found, key=lambda each: each[2])
+    return min(found, key=lambda item: item[2])
 
 
 def _describe(found: tuple[int, float, float]) -> str:

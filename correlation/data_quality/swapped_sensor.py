@@ -69,7 +69,7 @@ def find_sensors_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         arranged = arrange_repeats(campaign.measurement.where(campaign.measurement.test == number), motions)
         if len(arranged.repeat) < 2:
             continue
-        sensors = [campaign.sensors[each] for each in motions]
+        sensors = [campaign.sensors[item] for item in motions]
         pairs = [(i, j) for i, j in combinations(range(len(sensors)), 2) if sensors[i].quantity == sensors[j].quantity]
         for i, j in pairs:
             pair = sensors[i], sensors[j]
@@ -115,9 +115,9 @@ def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: f
         for words, mask in levels for sweep in (sweeps if len(sweeps) > 1 else ())
     ]  # fmt: skip
     stages = [("", every)], levels if len(levels) > 1 else [], runs
-    each = chance / (deviation.own.shape[1] * sum(map(len, stages)))
+    item = chance / (deviation.own.shape[1] * sum(map(len, stages)))
     for parts in stages:
-        swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, each) for words, mask in parts]
+        swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, item) for words, mask in parts]
         found = [swap for swap in swaps if swap is not None]
         # Most of a repeat is not all of it.
         if parts is stages[0] and any(_agrees(deviation, mask, swap.column) for swap in found for _, mask in levels):
@@ -171,7 +171,7 @@ def _find_clearest_swap(
             tells = part & (change > max(MIN_CHANGE, usual))
         if tells.sum() < FEWEST:
             continue
-        as_is, swapped = (each[tells] / change[tells] for each in (own, swapped))
+        as_is, swapped = (item[tells] / change[tells] for item in (own, swapped))
         if np.quantile(as_is, 1 - MOST) > FAR and np.quantile(swapped, MOST) < NEAR:
             which = column if count > 2 else _find_odd_repeat(arranged, q, part)
             found.append(_Swap(float(np.median(as_is)), float(np.median(swapped)), which, words))
@@ -183,10 +183,10 @@ def _quantile_of_scatter(
 ) -> float:
     """What scatter makes of q by chance, from its medians at each level, which have so many degrees of freedom each."""
     known = np.isfinite(scatter)
-    each = [float(np.median(scatter[known & (level == one)])) for one in np.unique(level[known])]
-    if not each:
+    item = [float(np.median(scatter[known & (level == one)])) for one in np.unique(level[known])]
+    if not item:
         return 0.0
-    return float(stdtrit(freedom * len(each), 1 - chance / 2) * np.sqrt(np.mean(np.square(each))))
+    return float(stdtrit(freedom * len(item), 1 - chance / 2) * np.sqrt(np.mean(np.square(item))))
 
 
 def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:

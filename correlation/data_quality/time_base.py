@@ -83,4 +83,4 @@ def _distance(measured: Frequencies, model: Frequencies) -> Frequencies:
 
 def _list(frequencies: Frequencies) -> str:
     more = ", ..." if len(frequencies) > LISTED else ""
-    return ", ".join(f"{each:.4g}" for each in frequencies[:LISTED]) + more
+    return ", ".join(f"{item:.4g}" for item in frequencies[:LISTED]) + more

@@ -121,6 +121,6 @@ def _differentiate(value: Change, abscissa: Float[NDArray[np.float64], " n"]) ->
 def _fit(trend: Trend, change: Change, pattern: Change) -> tuple[Float[NDArray[np.float64], " l"], float]:
     """Real factor of a pattern at each level by least squares, and what of the change is left of all."""
     number = np.unique(trend.read.level, return_inverse=True)[1]
-    product, square = ((pattern.conj() * each).real.sum(axis=0) for each in (change, pattern))
+    product, square = ((pattern.conj() * item).real.sum(axis=0) for item in (change, pattern))
     factor = np.bincount(number, product) / np.maximum(np.bincount(number, square), np.finfo(float).tiny)
     return factor, float((np.abs(change - factor[number] * pattern) ** 2).sum())

@@ -84,9 +84,9 @@ def find_wrong_units(
             continue
         found += _suspect_levels(campaign, runs, motions)
         for sensor in np.unique(runs.sensor[here]):
-            for each in np.unique(power[here & (runs.sensor == sensor)]).tolist():
-                chosen = here & (runs.sensor == sensor) & (power == each)
-                if each:
+            for item in np.unique(power[here & (runs.sensor == sensor)]).tolist():
+                chosen = here & (runs.sensor == sensor) & (power == item)
+                if item:
                     found.append(_describe_channel(campaign, runs, chosen, beside, power == 0))
     return tuple(found)
 
@@ -94,7 +94,7 @@ def find_wrong_units(
 def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
     table, of_model = find_model_ratios(campaign, points, predicted)
     logarithm = np.log10(np.abs(of_model))
-    turned = np.where(np.array([each.has_phase for each in campaign.sensors])[table.sensor], np.angle(of_model), 0.0)
+    turned = np.where(np.array([item.has_phase for item in campaign.sensors])[table.sensor], np.angle(of_model), 0.0)
     # A sensor that reads the other way round has one factor as well.
     turned = ((turned + np.pi / 2) % np.pi - np.pi / 2) / np.log(10)
     run = [table.test, table.level, table.repeat]
@@ -154,7 +154,7 @@ def _suspect_levels(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bo
         own, others = motions & (runs.level == level), motions & (runs.level != level)
         if len(levels) < 3 or len(np.unique(runs.sensor[own])) < 2:
             continue
-        usual = max(abs(each) for other, each in middle.items() if other != level)
+        usual = max(abs(item) for other, item in middle.items() if other != level)
         apart = max(np.abs(runs.ratio[own] - ratio).max(), np.abs(runs.ratio[others]).max(), usual)
         if abs(ratio) > max(ONE_LEVEL, 3 * apart, CONSTANT * float(np.median(runs.spread[own]))):
             found.append(
@@ -224,7 +224,7 @@ def _describe_runs(
 
 def _describe_right_runs(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.bool_], " n"], test: int) -> str:
     """Runs in which a channel is right, in words."""
-    names = [f'"{campaign.tests[each].name}"' for each in np.unique(runs.test[rows]) if each != test]
+    names = [f'"{campaign.tests[item].name}"' for item in np.unique(runs.test[rows]) if item != test]
     return f"test {' and '.join(names)}" if names else "its other runs"
 
 

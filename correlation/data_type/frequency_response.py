@@ -132,7 +132,7 @@ def _read_window(table: TomlTable) -> tuple[Window, float]:
     """Window of an analyser, and the rate of its exponential one [1/s]."""
     window, decay = Window.UNKNOWN, 0.0
     if "window" in table.values:
-        window = Window(table.choice("window", [each.value for each in Window]))
+        window = Window(table.choice("window", [item.value for item in Window]))
     if "exponential_window" in table.values:
         decay = 1 / table.converted("exponential_window", _time_constant)
         if "level" in table.values:

@@ -57,7 +57,7 @@ ListIndications: TypeAlias = Callable[
 
 def name_causes(indications: Sequence[Indication]) -> str:
     """Usual causes of such indications, in words; empty where none is known."""
-    clear = {(each.kind, each.difference > 0) for each in indications if each.is_clear}
+    clear = {(item.kind, item.difference > 0) for item in indications if item.is_clear}
     causes = []
     if ("frequency", False) in clear and ("damping", True) in clear:
         causes.append(

@@ -43,7 +43,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
         if there.any():
             # All loops have the calibration of their channels in common: the mean is no better known than one.
             difference = float(np.mean(np.array(ratios)[there]))
-            measured_range, predicted_range = (_range_in_words(np.array(each)[there]) for each in (values, answers))
+            measured_range, predicted_range = (_range_in_words(np.array(item)[there]) for item in (values, answers))
             unit = "J" if kind == "work" else "N/m"
             indications.append(
                 Indication(
@@ -100,7 +100,7 @@ def _indicate_growth(loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -
     ):
         return []
     inverse = np.linalg.inv(slopes.T @ slopes)
-    measured, model = (inverse @ slopes.T @ each for each in (work, of_model))
+    measured, model = (inverse @ slopes.T @ item for item in (work, of_model))
     scatter = float(np.sum((work - slopes @ measured) ** 2)) / (len(rows) - len(columns))
     deviation = float(np.sqrt(max(scatter, MIN_DEVIATION**2) * inverse[1, 1]))
     return [
@@ -113,7 +113,7 @@ def _indicate_growth(loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -
 
 
 def _range_in_words(numbers: Numbers) -> str:
-    low, high = (format_number(float(each), 3) for each in (numbers.min(), numbers.max()))
+    low, high = (format_number(float(item), 3) for item in (numbers.min(), numbers.max()))
     return low if low == high else f"{low} to {high}"
 
 

@@ -284,7 +284,7 @@ def list_ring_down_indications(
         sensor = first_name + (f" and {len(others)} more" if others else "")
         for number, (kind, words, factor, unit_of) in enumerate(TRENDS):
             quantity = f"{words} of the {place[0]} mode at {frequency:.3g} Hz at {sensor}"
-            own = [each[number] for each in of_decays]
+            own = [item[number] for item in of_decays]
             indications.append(_indication(kind, quantity, own, names[place][first_name], factor, unit_of))
     return indications
 
@@ -315,10 +315,10 @@ class _Trend(NamedTuple):
         at, weight = np.log(amplitude), 1 / deviation**2
         from_centre = at - float(weight @ at / weight.sum())
         moment, span = float(weight @ from_centre**2), float(np.ptp(at))
-        change, of_model = (span * float(weight @ (from_centre * each)) / moment for each in (value, predicted))
+        change, of_model = (span * float(weight @ (from_centre * item)) / moment for item in (value, predicted))
         least, largest = int(np.argmin(at)), int(np.argmax(at))
         amplitudes, measured, expected = (
-            (float(each[least]), float(each[largest])) for each in (amplitude, value, predicted)
+            (float(item[least]), float(item[largest])) for item in (amplitude, value, predicted)
         )
         return cls(amplitudes, measured, expected, change, change - of_model, span**2 / moment)
 
@@ -328,13 +328,13 @@ def _indication(
 ) -> Indication:
     """Common trend of several decays; their scatter counts where it exceeds their deviations."""
     measured, predicted, change, apart = (
-        np.array([getattr(each, name) for each in trends]) for name in ("measured", "predicted", "change", "apart")
+        np.array([getattr(item, name) for item in trends]) for name in ("measured", "predicted", "change", "apart")
     )
     n = len(trends)
-    variance = float(np.mean([each.variance for each in trends])) / n
+    variance = float(np.mean([item.variance for item in trends])) / n
     if n > 1:
         variance = max(variance, float(np.var(apart, ddof=1)) / n)
-    low, high = (float(np.mean([each.amplitude[end] for each in trends])) for end in (0, 1))
+    low, high = (float(np.mean([item.amplitude[end] for item in trends])) for end in (0, 1))
 
     def words(ends: NDArray[np.float64]) -> str:
         first, last = factor * np.mean(ends, axis=0)

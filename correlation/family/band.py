@@ -92,7 +92,7 @@ class PredictedBand:
         frequency = frequency * (1 + offset)
         limits, between = self._limits(frequency)
         looks = (frequency * (1 + sign * LOOK * shift) for sign in ((1, -1) if shift else ()))
-        moved = [np.nan_to_num(np.abs(self._limits(each)[0] - limits)) for each in looks]
+        moved = [np.nan_to_num(np.abs(self._limits(item)[0] - limits)) for item in looks]
         by_shift = np.max(moved, axis=0) / LOOK if moved else 0.0
         value = np.where(inside, limits, np.nan)
         return BandAt(value, np.sqrt(by_shift**2 + self.interpolate_error(frequency) ** 2 + between**2))
@@ -139,7 +139,7 @@ class PredictedBand:
         # The same half-way from the outermost limit to the ends of the band, where limits are missing there.
         nearest = np.abs(self.frequency[:, None] - frequency).argmin(axis=0)
         gap |= ((frequency < f[0]) | (frequency > f[-1])) & ~known[nearest]
-        curved, line = (np.where(gap, np.nan, np.where(jumps, outer, each) + beyond) for each in (smooth, straight))
+        curved, line = (np.where(gap, np.nan, np.where(jumps, outer, item) + beyond) for item in (smooth, straight))
         return curved, line, np.where(jumps | gap, 0.0, BETWEEN * np.abs(smooth - straight))
 
 

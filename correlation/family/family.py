@@ -218,7 +218,7 @@ def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
 def _places(curves: Sequence[FamilyCurve]) -> tuple[Values, Values]:
     """Frequencies of the longest curve, then those of others that are near none of them, and how near that is [Hz]."""
     place, reach = np.zeros(0), np.zeros(0)
-    for curve in sorted(curves, key=lambda each: -len(each.frequency)):
+    for curve in sorted(curves, key=lambda item: -len(item.frequency)):
         own = np.unique(curve.frequency)
         own = own[(np.abs(own[:, None] - place) > reach).all(axis=1)]
         # A place keeps the reach that it began with: what comes between takes nothing from it.

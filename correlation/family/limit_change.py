@@ -154,7 +154,7 @@ def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_sp
     makers = [(force_span, with_force_level)] if force_span else []
     if preload_span:
         makers += [(preload_span, partial(with_preload, group)) for group in model.preload_groups]
-    return [VariantScale(span * SPAN_STEPS, tuple(make(each) for each in span * SPAN_STEPS)) for span, make in makers]
+    return [VariantScale(span * SPAN_STEPS, tuple(make(item) for item in span * SPAN_STEPS)) for span, make in makers]
 
 
 def _shift_search_box(curve: LimitCurve, changed: Model) -> SliderBox:

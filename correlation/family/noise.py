@@ -333,10 +333,10 @@ def _frequency_jitter(tables: Sequence[_Table]) -> float:
         shift = []
         for repeat in repeats:
             own = [
-                each
+                item
                 for table in group
-                for each, curve in zip(table.shifts, table.family.curves, strict=True)
-                if curve.repeat == repeat and np.isfinite(each)
+                for item, curve in zip(table.shifts, table.family.curves, strict=True)
+                if curve.repeat == repeat and np.isfinite(item)
             ]
             if own:
                 shift.append(float(np.median(own)))

@@ -59,13 +59,13 @@ def estimate_preload_offsets(
     # The smallest step first, so that of equal ones it is taken.
     steps = np.array(sorted(range(-OFFSET_STEPS, OFFSET_STEPS + 1), key=abs)) / OFFSET_STEPS
     for span in PRELOAD_SPAN / OFFSET_STEPS ** np.arange(ROUNDS if n_group else 0):
-        corrected = [each.corrected(offsets) for each in corrections]
+        corrected = [item.corrected(offsets) for item in corrections]
         frequency = estimate_frequency_offsets(corrected, bands, noise, set_up=set_up, model=model)
         for group in range(n_group):
             costs = []
             for step in span * steps:
                 tried = {key: value + step * np.eye(n_group)[group] for key, value in offsets.items()}
-                outside = outside_of_limits([each.corrected(tried) for each in corrections], bands, noise, frequency)
+                outside = outside_of_limits([item.corrected(tried) for item in corrections], bands, noise, frequency)
                 costs.append([outside.get(key, 0.0) + penalty(tried[key][group], SCATTER) for key in keys])
             for key, best in zip(keys, np.argmin(costs, axis=0), strict=True):
                 offsets[key][group] += span * steps[best]

@@ -106,19 +106,19 @@ def classify_readings(
     table = campaign.measurement
     free = campaign.is_free[table.test]
     bistable, excluded = np.zeros(len(table), dtype=bool), np.zeros(len(table), dtype=bool)
-    for each in branches:
-        if not (each.bistable.any() or each.in_one_sweep.any() or each.excluded.any()):
+    for item in branches:
+        if not (item.bistable.any() or item.in_one_sweep.any() or item.excluded.any()):
             continue
-        of = each.curves
+        of = item.curves
         rows = np.flatnonzero((free == of.free) & (table.level == of.level))
         state = find_states(of.frequency, table.frequency[rows])
         rows, state = rows[state >= 0], state[state >= 0]
-        bistable[rows] = (each.bistable | each.in_one_sweep)[state]
+        bistable[rows] = (item.bistable | item.in_one_sweep)[state]
         number = {key: curve for curve, key in enumerate(zip(of.sweep.tolist(), of.repeat.tolist(), strict=True))}
         keys = zip(table.sweep[rows].tolist(), table.repeat[rows].tolist(), strict=True)
         curve = np.array([number.get(key, -1) for key in keys], dtype=np.int64)
         # A sensor may have been read in a sweep of which the one that moves most has nothing.
-        excluded[rows] = np.where(curve >= 0, each.excluded[curve, state], each.is_empty[state])
+        excluded[rows] = np.where(curve >= 0, item.excluded[curve, state], item.is_empty[state])
     return bistable, excluded
 
 
@@ -242,9 +242,9 @@ def _without_shift(
     scale = noise[there] if np.isfinite(noise[there]).all() else np.ones(len(there))
     size = np.maximum(np.abs(rate) ** 2, np.finfo(float).tiny)
     # Weighted median of the shift that each state alone asks for: a branch does not move it.
-    each, weight = (np.conj(rate) * apart[there]).real / size, np.abs(rate) / scale
-    order = np.argsort(each)
-    shift = each[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
+    item, weight = (np.conj(rate) * apart[there]).real / size, np.abs(rate) / scale
+    order = np.argsort(item)
+    shift = item[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
     left = apart[there] - shift * rate
     if np.median(np.abs(left) / scale) > MAX_SHARE_LEFT * np.median(np.abs(apart[there]) / scale):
         return apart

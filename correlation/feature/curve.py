@@ -85,5 +85,5 @@ def _largest_motion(campaign: Campaign, there: Bool[NDArray[np.bool_], " k"]) ->
         return np.asarray(rows)
     phased = [number for number in sensors if campaign.sensors[number].has_phase]
     chosen = phased or sensors.tolist()
-    largest = chosen[int(np.argmax([np.abs(table.value[rows & (table.sensor == each)]).mean() for each in chosen]))]
+    largest = chosen[int(np.argmax([np.abs(table.value[rows & (table.sensor == item)]).mean() for item in chosen]))]
     return np.asarray(rows & (table.sensor == largest))

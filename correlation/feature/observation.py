@@ -147,7 +147,7 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     mean[~there.any(axis=1)] = np.nan
     return Observation(
         points=points, repeat=repeat, motion=motion[sensor], taken=there,
-        phased=np.array([each.has_phase for each in campaign.sensors])[sensor],
+        phased=np.array([item.has_phase for item in campaign.sensors])[sensor],
         noise=find_reading_noise(campaign, points, mean, n_reading, there.sum(axis=1) > 1), n_reading=n_reading,
     )  # fmt: skip
 

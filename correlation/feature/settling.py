@@ -67,12 +67,12 @@ def find_drifts(campaign: Campaign) -> list[Drift]:
     """Drift of each configuration that has enough repeats."""
     curves = list_curves(campaign)
     drifts = []
-    for free in sorted({each.free for each in curves}):
-        own = [each for each in curves if each.free == free]
+    for free in sorted({item.free for item in curves}):
+        own = [item for item in curves if item.free == free]
         repeats = _in_order(campaign, own)
         if len(repeats) < FEWEST:
             continue
-        changes = np.array([change for each in own for change in _changes(each, repeats)])
+        changes = np.array([change for item in own for change in _changes(item, repeats)])
         if len(changes):
             frequency, amplitude = np.nanmean(changes, axis=0).T
             drifts.append(Drift(free=free, repeat=repeats, frequency=frequency, amplitude=amplitude))
@@ -125,21 +125,21 @@ def find_unsettled(campaign: Campaign) -> Mask:
 def _in_order(campaign: Campaign, curves: list[CurveSet]) -> Int[NDArray[np.int64], " R"]:
     """Repeats by the mean order of their readings."""
     table = campaign.measurement
-    numbers = np.unique(np.concatenate([each.repeat for each in curves]))
-    return np.asarray(numbers[np.argsort([table.order[table.repeat == each].mean() for each in numbers])])
+    numbers = np.unique(np.concatenate([item.repeat for item in curves]))
+    return np.asarray(numbers[np.argsort([table.order[table.repeat == item].mean() for item in numbers])])
 
 
 def _changes(curves: CurveSet, repeats: Int[NDArray[np.int64], " R"]) -> Iterator[Float[NDArray[np.float64], "R 2"]]:
     """Shift and factor of each repeat, for each sweep of a level."""
     for way in np.unique(curves.sweep):
-        rows = [np.flatnonzero((curves.sweep == way) & (curves.repeat == each)) for each in repeats]
+        rows = [np.flatnonzero((curves.sweep == way) & (curves.repeat == item)) for item in repeats]
         if any(len(row) != 1 for row in rows):
             continue
         value = curves.value[np.concatenate(rows)]
         value = value[:, np.isfinite(value).all(axis=0)]
         frequency = curves.frequency[np.isfinite(curves.value[np.concatenate(rows)]).all(axis=0)]
         if value.shape[1] >= 5:
-            yield np.array([_fit(frequency, value.mean(axis=0), each) for each in value])
+            yield np.array([_fit(frequency, value.mean(axis=0), item) for item in value])
 
 
 def _fit(

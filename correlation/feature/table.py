@@ -184,7 +184,7 @@ class FeatureTable(RowTable):
         """Rows of two sensors at the same tests, levels and frequencies, of one harmonic, shape (n,) each."""
         rows = [np.flatnonzero((self.sensor == sensor) & (self.harmonic == harmonic)) for sensor in (first, second)]
         states = np.column_stack([self.test, self.level, self.frequency]).tolist()
-        of_state = [{tuple(states[row]): row for row in each.tolist()} for each in rows]
+        of_state = [{tuple(states[row]): row for row in item.tolist()} for item in rows]
         common = [state for state in of_state[0] if state in of_state[1]]
         return np.array([of_state[0][s] for s in common], int), np.array([of_state[1][s] for s in common], int)
 
@@ -233,7 +233,7 @@ def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
     measurement = sort_by_point(campaign.measurement)
     held = campaign.held_out.rows(measurement)
     training, tested, everything = (average_points(measurement, rows) for rows in (~held, held, np.ones_like(held)))
-    variance, together = (each[tested.point] for each in _known_noise(campaign, everything))
+    variance, together = (item[tested.point] for item in _known_noise(campaign, everything))
     return _table(training, *_known_noise(campaign, training)), _table(tested, variance, together)
 
 

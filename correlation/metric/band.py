@@ -93,7 +93,7 @@ def interval_score(measured: Tests, lower: Points, upper: Points, alpha: float) 
 
 
 def _checked(measured: Tests, lower: Points, upper: Points) -> tuple[Tests, Points, Points]:
-    values, low, high = (np.asarray(each, dtype=np.float64) for each in (measured, lower, upper))
+    values, low, high = (np.asarray(item, dtype=np.float64) for item in (measured, lower, upper))
     if values.ndim != 2 or low.shape != (values.shape[1],) or high.shape != low.shape:
         raise CampaignError(
             f"measured has shape {values.shape}, lower {low.shape} and upper {high.shape}: give (n, p), (p,) and (p,), "

@@ -77,8 +77,8 @@ def compute_jump_errors(
     predicted = [jump for jump in prediction.jumps if (jump.free, jump.level) in measured]
     found, both = [], len(sweeps) > 1
     for jump, width in find_measured_jumps(observed, sweeps):
-        own = [each for each in predicted if each[:3] == jump[:3] and each.falls == jump.falls]
-        nearest = min(own, key=lambda each: abs(each.frequency - jump.frequency), default=None)
+        own = [item for item in predicted if item[:3] == jump[:3] and item.falls == jump.falls]
+        nearest = min(own, key=lambda item: abs(item.frequency - jump.frequency), default=None)
         if nearest is not None:
             predicted.remove(nearest)
         found.append(
@@ -91,12 +91,12 @@ def compute_jump_errors(
         )
     found += [
         JumpError(
-            **each._replace(frequency=np.nan)._asdict(), frequency_deviation=np.nan,
-            predicted_frequency=each.frequency, swept_both_ways=both,
+            **item._replace(frequency=np.nan)._asdict(), frequency_deviation=np.nan,
+            predicted_frequency=item.frequency, swept_both_ways=both,
         )
-        for each in predicted
+        for item in predicted
     ]  # fmt: skip
-    return tuple(sorted(found, key=lambda each: (each.free, each.level, -each.sweep)))
+    return tuple(sorted(found, key=lambda item: (item.free, item.level, -item.sweep)))
 
 
 def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Iterator[tuple[SweepJump, float]]:
@@ -160,11 +160,11 @@ def _read_between(
 def find_rows_between_jumps(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[NDArray[np.bool_], " k"]:
     """Rows between a measured jump and its predicted one, shape (k,): the model is on another branch there."""
     points, between_jumps = observed.points, np.zeros(len(observed.points), dtype=bool)
-    for each in errors:
-        if np.isfinite(each.frequency_error):
-            low, high = sorted((each.frequency, each.predicted_frequency))
-            between = (points.frequency > low) & (points.frequency < high) & np.isin(points.sweep, (0, each.sweep))
-            between_jumps |= between & (points.free == each.free) & (points.level == each.level)
+    for item in errors:
+        if np.isfinite(item.frequency_error):
+            low, high = sorted((item.frequency, item.predicted_frequency))
+            between = (points.frequency > low) & (points.frequency < high) & np.isin(points.sweep, (0, item.sweep))
+            between_jumps |= between & (points.free == item.free) & (points.level == item.level)
     return between_jumps
 
 

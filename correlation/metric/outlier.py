@@ -39,9 +39,9 @@ def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
     whole = size * count / chdtri(count, 0.5)
     factor, rows = np.ones(len(size)), features.row[first]
     sweep = np.column_stack([points.free[rows], points.level[rows]])
-    for each in np.unique(sweep, axis=0):
+    for item in np.unique(sweep, axis=0):
         # Numbers of states rise with the frequency.
-        states = np.flatnonzero((sweep == each).all(axis=1))
+        states = np.flatnonzero((sweep == item).all(axis=1))
         if len(states) <= NEIGHBOURS:
             continue
         for place, number in enumerate(states):

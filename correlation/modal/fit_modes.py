@@ -142,12 +142,12 @@ def fit_modes(
 def _count_derivatives(quantity: str | Sequence[str], n_sensor: int) -> Powers:
     """Time derivatives of the displacement that each sensor measures, shape (c,)."""
     quantities = [quantity] * n_sensor if isinstance(quantity, str) else list(quantity)
-    for each in quantities:
-        if each not in DERIVATIVE:
-            raise CampaignError(f'"{each}" is no quantity of a frequency response: give {", ".join(DERIVATIVE)}')
+    for item in quantities:
+        if item not in DERIVATIVE:
+            raise CampaignError(f'"{item}" is no quantity of a frequency response: give {", ".join(DERIVATIVE)}')
     if len(quantities) != n_sensor:
         raise CampaignError(f"{len(quantities)} quantities for {n_sensor} responses: give one, or one for each")
-    return np.array([DERIVATIVE[each] for each in quantities], dtype=np.int64)
+    return np.array([DERIVATIVE[item] for item in quantities], dtype=np.int64)
 
 
 def _checked(
@@ -219,7 +219,7 @@ def _describe(
     s = 2j * np.pi * data.lines[:, None]
     parts = np.array(
         [
-            [pole_response(s, each, power, data.duration)[0].T for each in (fit.poles[order], fit.poles[order].conj())]
+            [pole_response(s, item, power, data.duration)[0].T for item in (fit.poles[order], fit.poles[order].conj())]
             for power in data.power.tolist()
         ]
     )  # by sensor, pole and its conjugate, mode and line

@@ -103,10 +103,10 @@ def _is_narrow(fit: ModalFit, duration: float) -> bool:
 def _apart(poles: Poles, duration: float) -> Poles:
     """Merge poles that leakage makes of one mode: the least damped one stays."""
     kept: list[complex] = []
-    for pole in sorted(poles.tolist(), key=lambda each: -each.real):
+    for pole in sorted(poles.tolist(), key=lambda item: -item.real):
         if all(abs(pole.imag - other.imag) * duration > 2 * np.pi * RESOLUTION for other in kept):
             kept.append(pole)
-    return np.array(sorted(kept, key=lambda each: each.imag), dtype=np.complex128)
+    return np.array(sorted(kept, key=lambda item: item.imag), dtype=np.complex128)
 
 
 def _choose(data: ResponseData, poles: Poles, n_mode: int | None) -> ModalFit:

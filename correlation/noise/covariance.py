@@ -85,7 +85,7 @@ class Whitening:
     @property
     def log_determinant(self) -> float:
         """Logarithm of det S."""
-        return float(2 * np.log(self.deviation).sum() - 2 * sum(np.log1p(-each.shrink).sum() for each in self._stages))
+        return float(2 * np.log(self.deviation).sum() - 2 * sum(np.log1p(-item.shrink).sum() for item in self._stages))
 
     def shared(self, numbers: Int[NDArray[np.int64], " n"]) -> Float[NDArray[np.float64], "n c"]:
         """Changes of some numbers by all errors that numbers share."""

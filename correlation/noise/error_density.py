@@ -87,7 +87,7 @@ def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, 
     while step > FINE_STEP and cost(best) <= tried[0.0][1]:
         step /= 2
         best = min((best - step, best, min(best + step, LAST_READING)), key=cost)
-    reading = min(tried, key=lambda each: tried[each][1])
+    reading = min(tried, key=lambda item: tried[item][1])
     return reading, *tried[reading]
 
 
@@ -185,7 +185,7 @@ class ErrorSizeDensity:
             The others by a size nearby; first sizes of all orders are tried beside it.
         """
         at, there = self._at(reading), self._scale > 0
-        lists = [FIRST_SIZES if each else (0.0,) for each in there]
+        lists = [FIRST_SIZES if item else (0.0,) for item in there]
         starts = [self._scale * share for share in product(*lists)] if near is None else [near]
         first = min(starts, key=lambda sizes: at(sizes)[0])
         if not there.any():

@@ -113,10 +113,10 @@ def _parts(features: FeatureVector) -> Int[NDArray[np.int64], " m"]:
     curve = np.column_stack([sensor, points.harmonic, points.free, points.level, points.sweep])[row]
     number = np.unique(np.column_stack([curve, imaginary]), axis=0, return_inverse=True)[1].ravel()
     part = np.zeros(len(row), dtype=np.int64)
-    for each in np.unique(number):
-        own = np.flatnonzero(number == each)
+    for item in np.unique(number):
+        own = np.flatnonzero(number == item)
         rank = np.argsort(np.argsort(points.frequency[row[own]], kind="stable"), kind="stable")
-        part[own] = PARTS_PER_CURVE * each + PARTS_PER_CURVE * rank // len(own)
+        part[own] = PARTS_PER_CURVE * item + PARTS_PER_CURVE * rank // len(own)
     return np.asarray(np.unique(part, return_inverse=True)[1]).ravel()
 
 
@@ -135,7 +135,7 @@ def _make_shapes(features: FeatureVector, prediction: Prediction) -> Modes:
         edges = np.nanquantile(frequency, np.arange(1, PARTS_PER_CURVE) / PARTS_PER_CURVE)
         part = np.searchsorted(edges, frequency)
         own = np.where(of_curve, value, 0.0)
-        columns += [own, *(np.where(part == each, own, 0.0) for each in range(PARTS_PER_CURVE))]
+        columns += [own, *(np.where(part == item, own, 0.0) for item in range(PARTS_PER_CURVE))]
     changes = np.array([turn * column for column in columns for turn in (1.0, 1j)]).reshape(-1, len(value)).T
     modes = np.nan_to_num(features.slopes(value, np.nan_to_num(changes)))
     return np.asarray(modes[:, np.abs(modes).max(axis=0, initial=0.0) > 0])

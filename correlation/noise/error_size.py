@@ -74,4 +74,4 @@ NO_ERROR = ErrorSize()
 def compute_prior(size: ErrorSize, usual: ErrorSize) -> float:
     """-2 ln of the prior density of a size, 0 without an error."""
     pairs = zip(astuple(size), astuple(usual), strict=True)
-    return float(sum(2 * np.log1p((each / scale) ** 2) for each, scale in pairs if scale))
+    return float(sum(2 * np.log1p((item / scale) ** 2) for item, scale in pairs if scale))

@@ -106,7 +106,7 @@ def make_kink_modes(
     for kink in (column for cause in kinks for column in cause.T):
         mode = _deviation(n_repeat) * kink
         size = np.bincount(state, (mode / deviation) ** 2)
-        modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > NEGLIGIBLE_REMAINDER**2)]
+        modes += [np.where(state == item, mode, 0.0) for item in np.flatnonzero(size > NEGLIGIBLE_REMAINDER**2)]
     return np.array(modes).reshape(-1, len(state)).T
 
 

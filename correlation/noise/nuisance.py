@@ -184,8 +184,8 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
 
 def _rows_of_readings(model: Model) -> list[Rows]:
     """Rows of the motions that are read, of the forces of stuck lines that are, and of the force."""
-    motions = [each.row for each in model.sensors if isinstance(each, Sensor)]
-    lines = [_stuck_force(model, each) for each in model.sensors if isinstance(each, LineSensor)]
+    motions = [item.row for item in model.sensors if isinstance(item, Sensor)]
+    lines = [_stuck_force(model, item) for item in model.sensors if isinstance(item, LineSensor)]
     forces = [part for force in model.system.dynamic for part in (force.real, force.imag) if part.any()]
     return [np.array(rows).reshape(-1, model.system.n_dof) for rows in (motions, lines, forces)]
 
@@ -216,7 +216,7 @@ def find_highest_frequency(points: Points) -> float:
 def split_by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
     """A change as one mode per level, since other contacts slip at each."""
     level = features.points.level[features.row]
-    return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
+    return np.array([np.where(level == item, change, 0.0) for item in np.unique(level)]).T
 
 
 def make_history_modes(

@@ -92,9 +92,9 @@ def estimate_scatter(
     if np.mean(n > 1) < LEAST_REPEATED:
         return _single_repeat_covariance(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
-        each = features.of_values(observed.repeat)
-    mean = np.nanmean(each, axis=1)
-    apart, freedom = each - mean[:, None], np.maximum(n - 1.0, 0.0)
+        item = features.of_values(observed.repeat)
+    mean = np.nanmean(item, axis=1)
+    apart, freedom = item - mean[:, None], np.maximum(n - 1.0, 0.0)
     pooled = _pool_variance(observed, features, _variance(apart, freedom), freedom)
     _require_noise(observed, features, np.sqrt(pooled))
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
@@ -186,11 +186,11 @@ def _estimate_jitter(
     amplitude, chance = _amplitudes(apart, np.column_stack(jitter), weights)
     repeats = [_find_repeats(block, apart) for block in jitter]
     covariances = [
-        compute_margin(int(each.sum()) - 1) * _covariance(rows[:, each])
-        for rows, each in zip(np.split(amplitude, starts), repeats, strict=True)
+        compute_margin(int(item.sum()) - 1) * _covariance(rows[:, item])
+        for rows, item in zip(np.split(amplitude, starts), repeats, strict=True)
     ]
     by_chance = np.split(np.divide(amplitude, chance, out=np.zeros_like(amplitude), where=chance > 0), starts)
-    for number in (each for each in FORCES if each < len(jitter)):
+    for number in (item for item in FORCES if item < len(jitter)):
         n_repeat = int(repeats[number].sum())
         if (by_chance[number][:, repeats[number]] ** 2).sum() < chdtri(max(n_repeat - 1, 1), FORCE_CHANCE):
             covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0

@@ -109,9 +109,9 @@ class SlowFlow:
         by_time, by_phase = wave.imag * turn - wave.real * fall, -wave.imag
         # d (1 / delta) = -B / delta by the coefficients of ln delta; d (omega / delta) = -omega B / delta by those, and
         # B / delta by the coefficients of omega.
-        each = (logarithm[0] - logarithm[1]) / 2 * basis / rate[:, None]
+        item = (logarithm[0] - logarithm[1]) / 2 * basis / rate[:, None]
         sums = np.zeros((len(time), 2 * count))
-        for part, rates in ((sums[1:, :count], each), (sums[1:, count:], omega[:, None] * each)):
+        for part, rates in ((sums[1:, :count], item), (sums[1:, count:], omega[:, None] * item)):
             np.cumsum(rates[1:] + rates[:-1], axis=0, out=part)
         sums = sums[below] + share[:, None] * (sums[below + 1] - sums[below])
         result = np.empty((self.n_sample, len(coefficients)))

@@ -71,7 +71,7 @@ def prepare_drive(
     CampaignError
         Steps that vary, a run-in that leaves nothing, or no sensor.
     """
-    names = tuple(sensors if sensors is not None else (each for each in record.channels if each != record.force))
+    names = tuple(sensors if sensors is not None else (item for item in record.channels if item != record.force))
     if not names:
         raise CampaignError(f'record "{record.name}" has no channel but the force: add what a sensor read')
     for name in names:
@@ -172,7 +172,7 @@ def _integrate(
     from correlation.time_record.integration import integrate
 
     stacked: dict[str, Any] = {
-        name: np.ascontiguousarray([getattr(each, name) for each in matrices], dtype=np.float64)
+        name: np.ascontiguousarray([getattr(item, name) for item in matrices], dtype=np.float64)
         for name in Propagator._fields
         if name not in SHARED
     }

@@ -157,14 +157,14 @@ def _driven(model: Model) -> Array:
 
 def _sensor(model: Model, name: str) -> tuple[Array, int]:
     """Row with the gain, and how many time derivatives it takes."""
-    for each in model.sensors:
-        if each.name == name:
-            if isinstance(each, LineSensor):
+    for item in model.sensors:
+        if item.name == name:
+            if isinstance(item, LineSensor):
                 raise ModelDefinitionError(
-                    f'sensor "{name}" reads the contact line "{each.line}": records are of motion'
+                    f'sensor "{name}" reads the contact line "{item.line}": records are of motion'
                 )
-            if isinstance(each, LoadCell):
+            if isinstance(item, LoadCell):
                 raise ModelDefinitionError(f'sensor "{name}" is a load cell: records are of motion')
-            return each.gain * each.row, DERIVATIVE[each.quantity]
-    known = ", ".join(each.name for each in model.sensors) or "none"
+            return item.gain * item.row, DERIVATIVE[item.quantity]
+    known = ", ".join(item.name for item in model.sensors) or "none"
     raise ModelDefinitionError(f'the model has no sensor "{name}", which the record has: it has {known}')

@@ -44,12 +44,12 @@ class Catalogue:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the candidates."""
-        return tuple(each.name for each in self.candidates)
+        return tuple(item.name for item in self.candidates)
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of the candidates, without repetition."""
-        return tuple(dict.fromkeys(each.kind for each in self.candidates))
+        return tuple(dict.fromkeys(item.kind for item in self.candidates))
 
     def effect(self, name: str) -> Effect:
         """A candidate by its name.
@@ -59,9 +59,9 @@ class Catalogue:
         EffectError
             There is no effect of this name, or it cannot be tested.
         """
-        for each in self.candidates:
-            if each.name == name:
-                return each
+        for item in self.candidates:
+            if item.name == name:
+                return item
         for left in self.untestable:
             if left.name == name:
                 raise EffectError(f'"{name}" cannot be tested: {left.reason}')
@@ -77,7 +77,7 @@ class Catalogue:
         """
         kind = find_kind(effect)
         is_alike = None if kind is None else kind.is_alike
-        found = (each for each in self.candidates if is_alike is not None and is_alike(each, effect))
+        found = (item for item in self.candidates if is_alike is not None and is_alike(item, effect))
         return next(found, None) or self.effect(effect.name)
 
 
@@ -115,26 +115,26 @@ def list_effects(
         The structure is not supported, a kind is unknown, two effects have one name, or a file offers no effects.
     """
     without = {without} if isinstance(without, str) else set(without)
-    more = [each for source in extra for each in _from(source, model)]
+    more = [item for source in extra for item in _from(source, model)]
     kinds = list_kinds()
     known = [
         *(kind.name for kind in kinds),
-        *dict.fromkeys(each.kind for each in more if not isinstance(each, Untestable)),
+        *dict.fromkeys(item.kind for item in more if not isinstance(item, Untestable)),
     ]
     for kind in sorted(without):
         if kind not in known:
             raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
     size = measure_scale(model, level=level, configurations=configurations)
-    listed = [each for kind in kinds if kind.name not in without for each in list_checked(kind, model, size)]
-    listed += [each for each in more if isinstance(each, Untestable) or each.kind not in without]
+    listed = [item for kind in kinds if kind.name not in without for item in list_checked(kind, model, size)]
+    listed += [item for item in more if isinstance(item, Untestable) or item.kind not in without]
     names: set[str] = set()
-    for each in listed:
-        if each.name in names:
-            raise EffectError(f'two effects are called "{each.name}": give each a name of its own')
-        names.add(each.name)
+    for item in listed:
+        if item.name in names:
+            raise EffectError(f'two effects are called "{item.name}": give each a name of its own')
+        names.add(item.name)
     return Catalogue(
-        candidates=tuple(each for each in listed if not isinstance(each, Untestable)),
-        untestable=tuple(each for each in listed if isinstance(each, Untestable)),
+        candidates=tuple(item for item in listed if not isinstance(item, Untestable)),
+        untestable=tuple(item for item in listed if isinstance(item, Untestable)),
     )
 
 

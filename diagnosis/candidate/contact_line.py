@@ -91,7 +91,7 @@ def _list_line_ratios(
     found: list[Effect | Untestable] = []
     for line, other in pairs:
         name = f"{kind} of {line}" + (f" against {other}" if other else "")
-        if not any(getattr(contact, quantity) for each in (line, other) for contact in find_contacts(model, each)):
+        if not any(getattr(contact, quantity) for item in (line, other) for contact in find_contacts(model, item)):
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
             continue
         effect = LineRatio(

@@ -63,12 +63,12 @@ def find_moving_places(
     """Places where an effect can act, and effects at other places with the reason why they cannot be tested."""
     if not model.places:
         return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
-    rows = [*model.places.values(), *(each.row for each in model.sensors if isinstance(each, Sensor))]
+    rows = [*model.places.values(), *(item.row for item in model.sensors if isinstance(item, Sensor))]
     found: list[Place] = []
     left: list[Untestable] = []
     for name, row in model.places.items():
         share = scale.share(row, rows)
-        twin = next((each.name for each in found if is_parallel(each.row, row)), None)
+        twin = next((item.name for item in found if is_parallel(item.row, row)), None)
         reason = ""
         if not row.any():
             reason = "it does not move: its row is zero"

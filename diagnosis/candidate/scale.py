@@ -39,14 +39,14 @@ class Scale:
     def share(self, row: Row, rows: Sequence[Row]) -> float:
         """Motion of a row in the mode relative to the largest of other rows, in the mode where it is largest [-]."""
         shares = [0.0]
-        for each in self.resonances:
-            largest = max(each.motion(other) for other in rows)
-            shares += [each.motion(row) / largest] if largest else []
+        for item in self.resonances:
+            largest = max(item.motion(other) for other in rows)
+            shares += [item.motion(row) / largest] if largest else []
         return max(shares)
 
     def amplitude(self, row: Row) -> float:
         """Amplitude of a displacement at the larger of the resonances [m]."""
-        return max(each.amplitude(row) for each in self.resonances)
+        return max(item.amplitude(row) for item in self.resonances)
 
     def spring(self, row: Row) -> float | None:
         """Stiffness that shifts a resonance by `SHIFT` [N/m].
@@ -54,30 +54,30 @@ class Scale:
         Negative where no spring is stiff enough, since the place hardly moves, but less stiffness is; none where
         neither is.
         """
-        stiffer = _least(each.stiffening(row) for each in self.resonances)
+        stiffer = _least(item.stiffening(row) for item in self.resonances)
         if stiffer is not None:
             return stiffer
-        softer = _least(each.softening(row) for each in self.resonances)
+        softer = _least(item.softening(row) for item in self.resonances)
         return softer if softer is not None and softer > -self.removable_stiffness(row) else None
 
     def point_mass(self, rows: Rows) -> float | None:
         """Mass that lowers a resonance by `SHIFT` [kg]; none if no mass does."""
-        return _least(each.point_mass(rows) for each in self.resonances)
+        return _least(item.point_mass(rows) for item in self.resonances)
 
     def dashpot(self, row: Row) -> float:
         """Damping that adds `DAMPING_SHARE` to that of a mode [N s/m]."""
-        return min(each.dashpot(row) for each in self.resonances)
+        return min(item.dashpot(row) for item in self.resonances)
 
     def drag(self, row: Row) -> float | None:
         """Quadratic damping that adds `DAMPING_SHARE` to that of a mode [N s^2/m^2]; none where nothing moves."""
-        return _least(each.drag(row) for each in self.resonances)
+        return _least(item.drag(row) for item in self.resonances)
 
     def cubic(self, row: Row) -> float | None:
         """Cubic stiffness that shifts a resonance as a spring would [N/m^3]; none where no spring or force does."""
         found = []
-        for each in self.resonances:
-            spring = each.stiffening(row) or each.softening(row)
-            found.append(None if spring is None else each.cubic(row, spring))
+        for item in self.resonances:
+            spring = item.stiffening(row) or item.softening(row)
+            found.append(None if spring is None else item.cubic(row, spring))
         return _least(found)
 
     def removable_stiffness(self, row: Row) -> float:
@@ -119,12 +119,12 @@ def measure_scale(
         positive, or a configuration is unknown.
     """
     levels = configurations if isinstance(configurations, Mapping) else dict.fromkeys(configurations, level)
-    for each in (level, *levels.values()):
-        if not (np.isfinite(each) and each > 0):
-            raise EffectError(f"level = {each:g} N must be positive: give the highest force level of the tests")
-    for each in levels:
-        if each not in CONFIGURATIONS:
-            raise EffectError(f'"{each}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
+    for item in (level, *levels.values()):
+        if not (np.isfinite(item) and item > 0):
+            raise EffectError(f"level = {item:g} N must be positive: give the highest force level of the tests")
+    for item in levels:
+        if item not in CONFIGURATIONS:
+            raise EffectError(f'"{item}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
     free = "free" in levels and model.lines
     found = [find_resonance(model.without_contacts().system, levels["free"])] if free else []
     jointed = find_resonance(model.system, levels.get("jointed", level))
@@ -134,8 +134,8 @@ def measure_scale(
         )
     if "jointed" in levels or not free:
         found.append(jointed)
-    return Scale(system=model.system, resonances=tuple(each for each in found if each) or (jointed,))
+    return Scale(system=model.system, resonances=tuple(item for item in found if item) or (jointed,))
 
 
 def _least(strengths: Iterable[float | None]) -> float | None:
-    return min((each for each in strengths if each is not None), key=abs, default=None)
+    return min((item for item in strengths if item is not None), key=abs, default=None)

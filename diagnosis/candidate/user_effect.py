@@ -112,7 +112,7 @@ class EffectSource:
         if isinstance(found, str) or not isinstance(found, Iterable):
             raise EffectError(f"{self.origin}: `candidates` returns a {type(found).__name__}: return a list of effects")
         listed = _called(lambda: list(found), self.origin, "`candidates`")
-        return [each if isinstance(each, Untestable) else self._checked(each, model) for each in listed]
+        return [item if isinstance(item, Untestable) else self._checked(item, model) for item in listed]
 
     def _checked(self, effect: Any, model: Model) -> OwnEffect:
         def parts() -> tuple[object, ...]:
@@ -126,7 +126,7 @@ class EffectSource:
                     f"{', '.join(WORDS)} as words"
                 )
         name = words[0]
-        listed = isinstance(parameters, Sequence) and all(isinstance(each, EffectParameter) for each in parameters)
+        listed = isinstance(parameters, Sequence) and all(isinstance(item, EffectParameter) for item in parameters)
         if not listed or not parameters:
             raise EffectError(
                 f'{self.origin}: the parameters of "{name}" are {parameters!r}: give a tuple of EffectParameter, the '
@@ -136,7 +136,7 @@ class EffectSource:
             raise EffectError(f'{self.origin}: "{name}" has no method apply(model, values): give it one')
         own = OwnEffect(effect=effect, origin=self.origin)
         _called(lambda: pickle.dumps(effect), self.origin, f'storing "{name}" for other processes')
-        none = own.apply(model, [each.vanishes for each in parameters])
+        none = own.apply(model, [item.vanishes for item in parameters])
         for array in LINEAR:
             before, after = getattr(model.system, array), getattr(none.system, array)
             if before.shape != after.shape or not np.allclose(after, before, rtol=1e-9, atol=1e-9 * _largest(before)):
@@ -144,7 +144,7 @@ class EffectSource:
                     f'{self.origin}: "{name}" changes the {array.replace("_", " ")} at its vanishing values: let '
                     "`apply` return the model as it is there"
                 )
-        if own.apply(model, [each.typical for each in parameters]) is model:
+        if own.apply(model, [item.typical for item in parameters]) is model:
             raise EffectError(f'{self.origin}: "{name}" changes nothing at its typical values: let `apply` change it')
         return own
 

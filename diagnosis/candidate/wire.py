@@ -8,7 +8,7 @@ def list_wires(model: Model, kind: str) -> tuple[dict[str, Wire], list[Untestabl
     """Wires by the name of their dead weight, and all else that an effect of a kind cannot act on, with the reason."""
     if not model.dead_weights:
         return {}, [Untestable(name=kind, reason="the model has no dead weights")]
-    wires = {name: each.wire for name, each in model.dead_weights.items() if each.wire is not None}
+    wires = {name: item.wire for name, item in model.dead_weights.items() if item.wire is not None}
     left = [
         Untestable(name=f"{kind} of {name}", reason="the model does not tell how its load changes with its place")
         for name in model.dead_weights

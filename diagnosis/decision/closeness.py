@@ -112,7 +112,7 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
         ends = np.where(measured < low, low, np.where(measured > high, high, measured))
         nearest = float(ends[np.argmin(np.abs(np.log(np.maximum(ends, 1e-300) / measured)))])
         found.append(FarResonance(name_configuration(free), measured, nearest))
-    farthest = max(found, key=lambda each: abs(np.log(each.nearest / each.measured)), default=None)
+    farthest = max(found, key=lambda item: abs(np.log(item.nearest / item.measured)), default=None)
     if farthest is None or abs(farthest.nearest / farthest.measured - 1) <= MAX_RESONANCE_ERROR:
         return None
     return farthest

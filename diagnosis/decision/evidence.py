@@ -52,8 +52,8 @@ def compute_probabilities(
         2 ln of a density that an effect is weighed by; of several the mean of the probabilities counts, so that what
         they disagree on is not sure.
     """
-    log_densities = [np.array([weigh(each) for each in refits], dtype=np.float64) for weigh in weights]
-    return np.asarray(np.mean([_normalise(each, same) for each in log_densities], axis=0))
+    log_densities = [np.array([weigh(item) for item in refits], dtype=np.float64) for weigh in weights]
+    return np.asarray(np.mean([_normalise(item, same) for item in log_densities], axis=0))
 
 
 def _normalise(

@@ -66,7 +66,7 @@ class Fits:
     @property
     def refits(self) -> list[Refit]:
         """Fits of the finalists, the best first."""
-        return [each.refit for each in self.finalists.values()]
+        return [item.refit for item in self.finalists.values()]
 
     def arrangement_of(self, refit: Refit) -> Arrangement:
         """Arrangement by the covariance that the effect of a fit was weighed by last, as a rule that of its model."""
@@ -74,7 +74,7 @@ class Fits:
 
     def explain_residual(self, refit: Refit) -> ResidualExplanation:
         """What would explain the residual that an effect leaves."""
-        others = [each for each in self.catalogue.candidates if each.name != refit.name]
+        others = [item for item in self.catalogue.candidates if item.name != refit.name]
         limit = self.thresholds.gain
         return self.run_step(
             f"what is left beside {refit.name} of {refit.strength:.6g}, limit {limit:.6g}",
@@ -118,12 +118,12 @@ class Fits:
         An effect that is far from the law of the force may fit poorly, and be far behind others.
         """
         laws = [(refit, law) for refit in refits if (law := self.find_better_law(refit)) is not None]
-        return max(laws, key=lambda each: compute_law_density(*each), default=None)
+        return max(laws, key=lambda item: compute_law_density(*item), default=None)
 
     def fit_pair(self, refit: Refit, further: Refit) -> Pair:
         """Two effects fitted together, and other finalists in place of the first."""
         taken = {refit.name, further.name}
-        others = [each.refit for name, each in self.finalists.items() if name not in taken and each.refit.gain > 0]
+        others = [item.refit for name, item in self.finalists.items() if name not in taken and item.refit.gain > 0]
         numbers = f"{refit.strength:.6g} and {further.strength:.6g}"
         return self.run_step(
             f"{refit.name} and {further.name} of {numbers} together",

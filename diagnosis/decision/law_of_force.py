@@ -109,7 +109,7 @@ def fit_by_own_covariance(
     """
     refit, effect = refit_one(arrangement.train, law.refit).refit, cast("ForceLaw", law.refit.effect)
     count = len(effect.start)
-    values, deviations = (each[-count:].tolist() for each in (refit.fit.values, refit.fit.deviation))
+    values, deviations = (item[-count:].tolist() for item in (refit.fit.values, refit.fit.deviation))
     held_out_gain = beside.held_out_cost - refit.held_out_cost
     return FittedLaw(
         refit=refit, gain=compute_log_density(refit) - compute_log_density(beside) - held_out_gain,
@@ -143,7 +143,7 @@ def _fit(arrangement: Arrangement, beside: float, refit: Refit, law: ForceLaw) -
     start = np.array([*refit.fit.values[: len(arrangement.unknowns([]).vanishing)], *law.start])
     fit = fit_from(arrangement, law, start, refit.fit.prediction)
     tested = arrangement.tested(law, fit)
-    values, deviations = (each[-count:].tolist() for each in (fit.values, fit.deviation))
+    values, deviations = (item[-count:].tolist() for item in (fit.values, fit.deviation))
     return FittedLaw(
         refit=tested, gain=beside - arrangement.cost_with_error_left(fit),
         held_out_gain=refit.held_out_cost - tested.held_out_cost, words=law.describe(values, deviations),

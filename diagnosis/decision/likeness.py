@@ -34,5 +34,5 @@ def _is_same(one: Refit, other: Refit, directions: Mapping[str, Vector]) -> bool
     if one.name not in directions or other.name not in directions:
         return False
     apart = 1 - float(directions[one.name] @ directions[other.name]) ** 2
-    less, more = sorted(each.gain + each.held_out_gain for each in (one, other))
+    less, more = sorted(item.gain + item.held_out_gain for item in (one, other))
     return apart * more < DECISIVE and more - less < MAX_SHARE_LEFT * more

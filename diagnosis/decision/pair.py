@@ -46,7 +46,7 @@ class Pair:
     @property
     def ranked(self) -> list[Finalist]:
         """The first effect, then the alternatives by falling density."""
-        return [self.first, *sorted(self.alternatives, key=lambda each: -compute_log_density(each.refit))]
+        return [self.first, *sorted(self.alternatives, key=lambda item: -compute_log_density(item.refit))]
 
 
 def fit_pair(
@@ -87,14 +87,14 @@ def fit_pair(
     # not there, the model error is no larger without it, and a larger one would keep the fit from the minimum.
     starts = ((calibrated, None), (calibrated, both.arrangement.train), (baseline.fit.values, None))
     alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
-    strengths = [(_effect_of(each), _split(each.fit.values, _effect_of(each))[1]) for each in others]
+    strengths = [(_effect_of(item), _split(item.fit.values, _effect_of(item))[1]) for item in others]
     forces = find_unknown_forces(add_effect(both.arrangement, both.refit))
     return Pair(
         first=beside(one, both),
         second=_compare(both, Finalist(refit=first, arrangement=arrangement)),
         alone=alone,
         alternatives=tuple(
-            beside(each, test(fit([each], np.append(calibrated, values)))) for each, values in strengths
+            beside(item, test(fit([item], np.append(calibrated, values)))) for item, values in strengths
         ),
         force=max(map(compute_excess_gain, forces), default=0.0),
     )

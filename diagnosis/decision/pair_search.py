@@ -49,7 +49,7 @@ def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
     gain = fits.finalists[first.name].refit.gain + pair.second.refit.gain
     if pair.force - thresholds.misfit > MAX_SHARE_LEFT * gain or _is_strained(pair.second.refit):
         return FoundPair()
-    alternatives = tuple(each for each in pair.alternatives if _may_be_first(each, pair, thresholds))
+    alternatives = tuple(item for item in pair.alternatives if _may_be_first(item, pair, thresholds))
     return FoundPair(pair=replace(pair, alternatives=alternatives))
 
 
@@ -58,7 +58,7 @@ def find_pair_that_passes(fits: Fits) -> FoundPair:
 
     Both leave no more than noise and stated errors explain: what each alone leaves is why it does not pass.
     """
-    gaining = [each for each in fits.refits if exceeds_threshold(each, fits.thresholds)]
+    gaining = [item for item in fits.refits if exceeds_threshold(item, fits.thresholds)]
     first = max(gaining, key=compute_log_density, default=None)
     if first is None or fits.find_better_law(first) is not None:
         return FoundPair()
@@ -75,8 +75,8 @@ def find_pair_that_passes(fits: Fits) -> FoundPair:
 
 def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:
     """The most probable first effect of a pair; none if two at one place are far more probable than any others."""
-    apart = [each for each in (pair.first, *pair.alternatives) if _may_be_first(each, pair, thresholds)]
-    best = max(apart, key=lambda each: compute_log_density(each.refit), default=None)
+    apart = [item for item in (pair.first, *pair.alternatives) if _may_be_first(item, pair, thresholds)]
+    best = max(apart, key=lambda item: compute_log_density(item.refit), default=None)
     if best is None or compute_log_density(best.refit) < compute_log_density(pair.first.refit) - DECISIVE:
         return None
     return best

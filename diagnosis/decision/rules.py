@@ -93,8 +93,8 @@ def judge(
         tried.add(alone.name)
         refit_alone = partial(by.refit_by_own_covariance, alone.arrangement.train, alone.refit)
         own = run_step(f"{alone.name} of {alone.refit.strength:.6g} alone by its own covariance", refit_alone)
-        best = min([*(each for each in ranked if each.name == alone.name), own], key=rank)
-        ranked = sorted([*(each for each in ranked if each.name != alone.name), best], key=rank)
+        best = min([*(item for item in ranked if item.name == alone.name), own], key=rank)
+        ranked = sorted([*(item for item in ranked if item.name != alone.name), best], key=rank)
         verdict = decide_on(ranked)
     train = baseline.arrangement.train
     return ranked, find_untestable(verdict, bool(train.shares.any() or not train.observed.motion.any()))
@@ -136,11 +136,11 @@ def decide(
         return replace(nothing, finding=Finding.NOT_CLOSE, reason=by.far.sentence)
     fits = Fits(
         baseline=baseline, beyond_priors=beyond_priors, places=places,
-        finalists={each.name: each for each in finalists}, catalogue=by.catalogue, thresholds=by.thresholds,
+        finalists={item.name: item for item in finalists}, catalogue=by.catalogue, thresholds=by.thresholds,
         directions={score.effect.name: score.direction for score in by.scores if score.size},
         run_step=remember_steps(run_step), refit_by_own_covariance=by.refit_by_own_covariance,
     )  # fmt: skip
-    passed = [each for each in fits.refits if passes(each, by.thresholds)]
+    passed = [item for item in fits.refits if passes(item, by.thresholds)]
     verdict = _decide_with_effect(nothing, fits, passed) if passed else _decide_without_effect(nothing, fits)
     return replace(verdict, alike=_find_alike(by.scores, verdict.effects, finalists))
 
@@ -151,7 +151,7 @@ def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
     size = nothing.model_error_size if pair is None else pair.first.arrangement.model_error_size
     nothing = replace(nothing, instead=instead, model_error_size=size)
     if size.is_far:  # rule 3
-        sound = [each for each in fits.refits if _makes_model_sound(fits, each)]
+        sound = [item for item in fits.refits if _makes_model_sound(fits, item)]
         if not sound:
             return replace(nothing, finding=Finding.NOT_CLOSE)
         named = replace(_name_effects(nothing, fits, sound, None), finding=Finding.AMBIGUOUS, replaces_error=True)
@@ -193,8 +193,8 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
 
 def _find_law_of_another(fits: Fits, best: Refit, pair: Pair | None) -> tuple[Refit, FittedLaw | None]:
     """Another effect with a law that is more probable than the best effect and than two; else the best, and None."""
-    found = fits.find_best_law([each for each in fits.refits if each.name != best.name and each.gain > 0])
-    known = max(compute_log_density(each) for each in (best, *([] if pair is None else [pair.first.refit])))
+    found = fits.find_best_law([item for item in fits.refits if item.name != best.name and item.gain > 0])
+    known = max(compute_log_density(item) for item in (best, *([] if pair is None else [pair.first.refit])))
     if found is None or compute_law_density(*found) <= known + DECISIVE:
         return best, None
     return found
@@ -212,7 +212,7 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
     pair
         The best one, or one in its place, and a further one that is missing as well; None if one explains enough.
     """
-    ranked = passed if pair is None else [each.refit for each in pair.ranked]
+    ranked = passed if pair is None else [item.refit for item in pair.ranked]
     # Beside a further effect directions are others.
     same = find_same(ranked, fits.directions) if pair is None else None
     weights = (compute_log_density, compute_whole_gain) if pair is None else (compute_log_density,)
@@ -232,7 +232,7 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
 
 def _name_law(nothing: Verdict, fits: Fits, refit: Refit, law: FittedLaw) -> Verdict:
     """An unknown force that has a law in place of that of an effect."""
-    place = next((each for each in fits.places if each.name == refit.place), None)
+    place = next((item for item in fits.places if item.name == refit.place), None)
     reason = describe_law(refit, law, fits.baseline)
     return _decide_unknown(nothing, fits, fit=law.refit, place=place, nearest=refit, laws=[law], reason=reason)
 
@@ -261,14 +261,14 @@ def _is_force_missing(fits: Fits) -> bool:
     """Whether an unknown force explains more than chance, and than effects that the held-out data speak against."""
     if not fits.places:
         return False
-    refuted = max((each.gain for each in fits.refits if each.held_out_gain < 0), default=0.0)
+    refuted = max((item.gain for item in fits.refits if item.held_out_gain < 0), default=0.0)
     left = compute_birge_ratio(fits.baseline, fits.places[0].gain)
     return compute_excess_gain(fits.places[0]) - max(refuted, 0.0) > fits.thresholds.misfit * left
 
 
 def _find_law_that_generalises(fits: Fits) -> tuple[Refit, FittedLaw] | None:
     """The best effect that gains, and another law of its force by which alone the held-out error falls; else None."""
-    refit = next((each for each in fits.refits if exceeds_threshold(each, fits.thresholds)), None)
+    refit = next((item for item in fits.refits if exceeds_threshold(item, fits.thresholds)), None)
     law = None if refit is None else fits.find_better_law(refit)
     if refit is None or law is None or refit.held_out_gain + law.held_out_gain <= 0:
         return None
@@ -306,7 +306,7 @@ def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Se
     best = directions.get(effects[0].name) if effects else None
     if best is None or len(effects) < max(2, len(finalists)):
         return []
-    fitted = {each.name for each in finalists}
+    fitted = {item.name for item in finalists}
     return [
-        name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > SAME_DIRECTION
+        name for name, item in directions.items() if name not in fitted and abs(float(item @ best)) > SAME_DIRECTION
     ]

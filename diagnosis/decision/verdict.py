@@ -109,7 +109,7 @@ class Verdict(Tabular):
     def with_fits(self, baseline: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
         """The same with other intervals: an effect whose interval holds no effect is not missing without doubt."""
         named = [*effects[:1], *([] if pair is None else [pair.second.refit])]
-        doubtful = self.finding is Finding.MISSING and any(each.may_vanish for each in named)
+        doubtful = self.finding is Finding.MISSING and any(item.may_vanish for item in named)
         finding = Finding.AMBIGUOUS if doubtful else self.finding
         return replace(self, finding=finding, baseline=baseline, effects=tuple(effects), pair=pair)
 
@@ -124,13 +124,13 @@ class Verdict(Tabular):
 
         fits = [self.baseline, *self.effects]
         columns = {
-            "strength": [each.strength for each in fits],
-            "standard deviation": [each.deviation for each in fits],
-            "training error [-]": [each.error for each in fits],
-            "held-out error [-]": [each.held_out_error for each in fits],
-            "held-out reduced chi-squared [-]": [each.held_out_reduced_chi2 for each in fits],
+            "strength": [item.strength for item in fits],
+            "standard deviation": [item.deviation for item in fits],
+            "training error [-]": [item.error for item in fits],
+            "held-out error [-]": [item.held_out_error for item in fits],
+            "held-out reduced chi-squared [-]": [item.held_out_reduced_chi2 for item in fits],
         }
-        return pandas.DataFrame(columns, index=pandas.Index([each.label for each in fits], name="added"))
+        return pandas.DataFrame(columns, index=pandas.Index([item.label for item in fits], name="added"))
 
     @property
     def sentence(self) -> str:
@@ -171,14 +171,14 @@ class Verdict(Tabular):
         further = [] if self.further is None else [self.further]
         if len(self.effects) > 1:
             known = self.probabilities if len(self.probabilities) == len(self.effects) else ()
-            chances = [f"probability {format_number(100 * each)} %" for each in known] or [""] * len(self.effects)
-            claimed = claim(self.effects, [describe(each) for each in self.effects], chances, "or")
-            beside = "".join(f", and beside it {each.name} ({describe(each)})" for each in further)
+            chances = [f"probability {format_number(100 * item)} %" for item in known] or [""] * len(self.effects)
+            claimed = claim(self.effects, [describe(item) for item in self.effects], chances, "or")
+            beside = "".join(f", and beside it {item.name} ({describe(item)})" for item in further)
             beside += ", or the model errs in a way that looks like one of them" if self.replaces_error else ""
             return f"{claimed}{beside}, and these {data} cannot tell which: {fall}.{self._other_laws}"
         every = [*self.effects, *further]
         doubt = f", or {self._alternative}" if self.finding is Finding.AMBIGUOUS else ""
-        claimed = claim(every, [describe(each) for each in every], [""] * len(every), "and")
+        claimed = claim(every, [describe(item) for item in every], [""] * len(every), "and")
         return f"{claimed}{doubt}: {fall}.{self._other_laws}"
 
     @property

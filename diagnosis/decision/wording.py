@@ -25,17 +25,17 @@ def claim(effects: Sequence[Refit], strengths: Sequence[str], chances: Sequence[
         "and" or "or".
     """
     named = [
-        f"{each.name} ({', '.join(filter(None, words))})"
-        for each, *words in zip(effects, strengths, chances, strict=True)
+        f"{item.name} ({', '.join(filter(None, words))})"
+        for item, *words in zip(effects, strengths, chances, strict=True)
     ]
     if not any(map(_is_ratio, effects)):
         verb = "are" if joint == "and" and len(effects) > 1 else "is"
         return _begin(f"{f' {joint} '.join(named)} {verb} missing", effects[0])
     clauses = [
-        f"{each.name} is {strength}{f' ({chance})' if chance else ''} times as large as the case says"
-        if _is_ratio(each)
+        f"{item.name} is {strength}{f' ({chance})' if chance else ''} times as large as the case says"
+        if _is_ratio(item)
         else f"{name} is missing"
-        for each, name, strength, chance in zip(effects, named, strengths, chances, strict=True)
+        for item, name, strength, chance in zip(effects, named, strengths, chances, strict=True)
     ]
     return _begin(f", {joint} ".join(clauses), effects[0])
 
@@ -114,7 +114,7 @@ def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[flo
         return f"the held-out error falls from {was} to {now} %"
     stays = f"stays {now} %" if now == was else f"goes from {was} to {now} %"
     stays = stays if np.isfinite(error).all() else "is unknown"
-    was, now = (format_number(each, 3) for each in reduced_chi2)
+    was, now = (format_number(item, 3) for item in reduced_chi2)
     verb = "falls" if reduced_chi2[1] < reduced_chi2[0] else "rises"
     change = f"stays at {now}" if now == was else f"{verb} from {was} to {now}"
     return f"the held-out reduced chi-squared {change} (the held-out error {stays})"

@@ -46,7 +46,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     for part, body in model.elastic_bodies.items():
         name = f"{KIND} of the clamp of {part}"
         size = size or measure_scale(model)
-        typical = min((each for each in (_typical(one, body) for one in size.resonances) if each), default=None)
+        typical = min((item for item in (_typical(one, body) for one in size.resonances) if item), default=None)
         if typical is None:
             found.append(Untestable(name=name, reason="no compliance there lowers the first resonance by 0.5 %"))
             continue

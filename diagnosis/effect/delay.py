@@ -45,7 +45,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     if not model.sensors:
         return [Untestable(name=KIND, reason="the model has no sensors")]
     resonances = (size or measure_scale(model)).resonances
-    radian = 1 / max(each.angular_frequency for each in resonances)
+    radian = 1 / max(item.angular_frequency for item in resonances)
     parameter = EffectParameter(
         name="delay", unit="s", lower=-LARGEST * radian, upper=LARGEST * radian, typical=TYPICAL * radian
     )

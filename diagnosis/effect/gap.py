@@ -69,10 +69,10 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         if not members:
             found.append(Untestable(name=f"{KIND} of {line}", reason="the line has no contacts"))
             continue
-        closing = sum(each.preload for each in members) / sum(each.normal_stiffness for each in members)
+        closing = sum(item.preload for item in members) / sum(item.normal_stiffness for item in members)
         if not closing > 0:
             size = size or measure_scale(model)
-            closing = max(size.amplitude(each.normal) for each in members)
+            closing = max(size.amplitude(item.normal) for item in members)
         if not closing > 0:
             reason = "the line is not pressed and no force moves it, so that its contacts never close"
             found.append(Untestable(name=f"{KIND} of {line}", reason=reason))
@@ -81,7 +81,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         parameter = EffectParameter(name="gap", unit="m", lower=-largest, upper=largest, typical=TYPICAL * closing)
         along = _along(model, members)
         ends = {f"{KIND} of {line}": (1.0,)} if len(members) == 1 else {
-            f"{KIND} of {line} at {members[0].name}": tuple(1 - each for each in along),
+            f"{KIND} of {line} at {members[0].name}": tuple(1 - item for item in along),
             f"{KIND} of {line} at {members[-1].name}": tuple(along),
         }  # fmt: skip
         found += [Gap(name=name, line=line, share=share, parameters=(parameter,)) for name, share in ends.items()]
@@ -91,13 +91,13 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 def _along(model: Model, members: Sequence[FrictionContact]) -> list[float]:
     """Where each contact lies between the first (0) and the last (1): by coordinates, or evenly if they do not say."""
     even = [number / max(len(members) - 1, 1) for number in range(len(members))]
-    points = [_point(model, each) for each in members]
-    known = [each for each in points if each is not None]
+    points = [_point(model, item) for item in members]
+    known = [item for item in points if item is not None]
     if len(known) < len(members) or len(members) < 3:
         return even
     line = known[-1] - known[0]
     length = float(line @ line)
-    along = [float((each - known[0]) @ line) / length for each in known] if length else []
+    along = [float((item - known[0]) @ line) / length for item in known] if length else []
     return along if along and all(one < other for one, other in pairwise(along)) else even
 
 

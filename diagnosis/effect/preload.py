@@ -48,7 +48,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     found: list[Effect | Untestable] = []
     for target in model.preloads:
         name = f"{KIND} {'by' if target in model.dead_weights else 'of'} {target}"
-        if target in model.dead_weights or any(each.preload for each in find_contacts(model, target)):
+        if target in model.dead_weights or any(item.preload for item in find_contacts(model, target)):
             found.append(Preload(name=name, target=target))
         else:
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))

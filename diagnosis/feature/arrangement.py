@@ -63,7 +63,7 @@ class FeatureArrangement:
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters with their priors; added effects and the given ones without."""
-        applied = [*(each.effect for each in self.added), *effects]
+        applied = [*(item.effect for item in self.added), *effects]
         return make_unknowns(self.base, self.calibration, applied)
 
     def find_worst_frequency(self, fit: Fit) -> tuple[float, float] | None:
@@ -94,7 +94,7 @@ class FeatureArrangement:
             residual = self.held_out.residual(self.held_out.predict(fit.model))
         except (CampaignError, ModelError):
             residual = np.full(len(self.held_out.measured), NOT_FOUND)
-        squares = [float(np.mean(each**2)) for each in (fit.residual[: fit.n_number], residual)]
+        squares = [float(np.mean(item**2)) for item in (fit.residual[: fit.n_number], residual)]
         n_free = int(np.isinf(fit.unknowns.prior).sum())
         excess = max(1.0, fit.chi2 / max(fit.n_number - n_free, 1))
         wide = replace(fit, covariance=excess * fit.covariance)
@@ -133,7 +133,7 @@ def arrange_features(
     if not fitted:
         raise CampaignError("all data are held out: leave some to fit")
     train = FeatureComparison.of(fitted)
-    unknowns = make_unknowns(base, calibration, [each.effect for each in added])
+    unknowns = make_unknowns(base, calibration, [item.effect for item in added])
     fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), ending=Ending.EXACT)
     return FeatureArrangement(
         base=base, calibration=tuple(calibration), added=tuple(added), train=train,
@@ -143,9 +143,9 @@ def arrange_features(
 
 def split_data(data: Sequence[Datum]) -> tuple[list[Datum], list[Datum]]:
     """Training data and those that test the fit: the held-out ones, or every third; a single one is both."""
-    fitted, tested = ([each for each in data if each.held_out is side] for side in (False, True))
+    fitted, tested = ([item for item in data if item.held_out is side] for side in (False, True))
     if tested or len(data) < 2:
         return fitted, tested or list(data)
     tests = [number % EVERY == 1 for number in range(len(data))]
-    fitted, tested = ([each for each, test in zip(data, tests, strict=True) if test is side] for side in (False, True))
+    fitted, tested = ([item for item, test in zip(data, tests, strict=True) if test is side] for side in (False, True))
     return fitted, tested

@@ -87,13 +87,13 @@ def diagnose_features(
     """
     report = report or (lambda _step, _share: None)
     report("calibration", 0.0)
-    level, there = find_level(base, data), {each.effect.name for each in added}
+    level, there = find_level(base, data), {item.effect.name for item in added}
     if added:
         known = list_effects(base, extra=extra, level=level)
-        added = [each.listed_in(known) for each in added]
+        added = [item.listed_in(known) for item in added]
     arrangement = run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
     catalogue = list_effects(base, without=without, extra=extra, level=level)
-    catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
+    catalogue = replace(catalogue, candidates=tuple(item for item in catalogue.candidates if item.name not in there))
     scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, PROGRESS)
     refits.sort(key=lambda refit: refit.held_out_error)
     indications = run_step("indications", lambda: list_indications(arrangement.fit.model, data))
@@ -158,8 +158,8 @@ class FeatureTest(HeldOutTest):
         return super().explains(refit) and self._shows(refit)
 
     def _shows(self, refit: Refit) -> bool:
-        after = {(each.kind, each.quantity): each for each in list_indications(refit.fit.model, self.data)}
-        pairs = [(each, after.get((each.kind, each.quantity))) for each in self.indications if each.is_clear]
+        after = {(item.kind, item.quantity): item for item in list_indications(refit.fit.model, self.data)}
+        pairs = [(item, after.get((item.kind, item.quantity))) for item in self.indications if item.is_clear]
         return all(
             now is not None and abs(now.difference) <= max(CLEAR_DEVIATION, MAX_EXCESS_LEFT * abs(was.difference))
             for was, now in pairs
@@ -178,14 +178,14 @@ def _judge(
     # Errors are in standard deviations, so that of noise is one.
     test = FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications)
     finding, effects = test.decide(refits)
-    clear = [each for each in indications if each.is_clear]
-    nearest = next((each for each in refits if test.passes(each)), None)
+    clear = [item for item in indications if item.is_clear]
+    nearest = next((item for item in refits if test.passes(item)), None)
     off = arrangement.find_worst_frequency((nearest or baseline).fit)
     if off is not None and abs(off[1]) > MAX_ERROR_SIZES[0]:
         finding, effects = Finding.NOT_CLOSE, []
     elif finding is Finding.NOTHING and clear:
         finding = Finding.UNKNOWN
-    units = {each.name: each.parameters[0].unit for each in catalogue.candidates}
+    units = {item.name: item.parameters[0].unit for item in catalogue.candidates}
     reason = _reason(finding, baseline, nearest, clear, off)
     return Verdict(
         finding=finding, effects=effects, baseline=baseline, detectable={}, units=units, reason=reason,
@@ -221,7 +221,7 @@ def _reason(
 
 def _most_clear(clear: Sequence[Indication]) -> str:
     """The clearest indication of each kind, and further ones up to the number that a paragraph takes, in words."""
-    first = list({each.kind: each for each in reversed(clear)}.values())
-    told = [*first, *(each for each in clear if each not in first)][: max(MIN_INDICATIONS, len(first))]
+    first = list({item.kind: item for item in reversed(clear)}.values())
+    told = [*first, *(item for item in clear if item not in first)][: max(MIN_INDICATIONS, len(first))]
     more = len(clear) - len(told)
-    return "; ".join(each.sentence for each in clear if each in told) + (f"; and {more} more signs" if more else "")
+    return "; ".join(item.sentence for item in clear if item in told) + (f"; and {more} more signs" if more else "")

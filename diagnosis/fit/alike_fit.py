@@ -67,7 +67,7 @@ def list_starts_alike(
     best, best_fit
         The best of the effects, and its fit.
     """
-    found = {score.effect.name: each.chi2 for score, each in fits}
+    found = {score.effect.name: item.chi2 for score, item in fits}
     selection, gain = problem.selection, problem.fit.chi2 - best_fit.chi2
     missed = list[tuple[float, Score]]()
     for score in scores if gain > 0 else ():

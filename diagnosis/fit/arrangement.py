@@ -243,16 +243,16 @@ def arrange(
     CampaignError
         Nothing is held out, there is a single repeat, or the model lacks a sensor.
     """
-    effects = tuple(each.effect for each in added)
+    effects = tuple(item.effect for item in added)
     unknowns = make_unknowns(base, calibration, effects)
     finer = tuple(
         FinerModel(
             unknowns=replace(
-                unknowns, base=each, effects=(*calibration, *(catalogue_of(each).alike(effect) for effect in effects))
+                unknowns, base=item, effects=(*calibration, *(catalogue_of(item).alike(effect) for effect in effects))
             ),
             n_calibration=len(calibration),
         )
-        for each in budget.refined
+        for item in budget.refined
     )
     values = first_values(unknowns, added)
     found = _compared(campaign, unknowns, values, budget, finer)
@@ -261,7 +261,7 @@ def arrange(
 
 def first_values(unknowns: Unknowns, added: Sequence[AddedEffect]) -> Values:
     """Start of a fit: calibration parameters at their neutral values, added effects at their last ones, shape (p,)."""
-    last = [value for each in added for value in each.values]
+    last = [value for item in added for value in item.values]
     return np.array([*unknowns.vanishing[: len(unknowns.prior) - len(last)], *last])
 
 
@@ -282,19 +282,19 @@ def _compared(
     data_sets = _split_data_sets(campaign)
     model = unknowns.compose(values)
     # The error of a mesh does not depend on the measurements.
-    known = all(each.shift is not None for each in finer)
+    known = all(item.shift is not None for item in finer)
     prediction = data_sets[0].predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
-    refined = [each.compose(values) for each in finer]
+    refined = [item.compose(values) for item in finer]
     first, _ = make_comparison(data_sets[0], model, prediction, budget, refined, FEW_DRAWS, fitted=False)
     first, fit = fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
     if not known:
-        finer = [each.calibrated(first, fit) for each in finer]
-    refined = [each.compose(fit.values) for each in finer]
+        finer = [item.calibrated(first, fit) for item in finer]
+    refined = [item.compose(fit.values) for item in finer]
     (train, _), held_out = _weigh_data_sets(data_sets, fit, budget, refined)
     train, fit = fit_from_fit(train, fit, budget.model)
     if not known:
-        finer = [each.calibrated(train, fit) for each in finer]
+        finer = [item.calibrated(train, fit) for item in finer]
     return {
         "train": train,
         "fit": fit,
@@ -332,8 +332,8 @@ def arrange_with_effect(
         As in `arrange`.
     """
     of = arrangement
-    finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
-    refined = [each.compose(fit.values) for each in finer]
+    finer = [item.with_effects([catalogue_of(item.unknowns.base).alike(effect)]) for item in of.finer]
+    refined = [item.compose(fit.values) for item in finer]
     (train, _), held_out = _weigh_data_sets(
         _split_data_sets(campaign), fit, of.budget, refined, [of.train, of.held_out]
     )
@@ -385,7 +385,7 @@ def _take_out_jitter(
     # The jitter of a mean over as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))
     return replace(comparison, whitening=without, model_error=error), list_jitter(
-        model, [each / repeats for each in scatter.jitter]
+        model, [item / repeats for item in scatter.jitter]
     )
 
 
@@ -404,4 +404,4 @@ def _chi2_without_model_error(comparison: Comparison, prediction: Prediction) ->
 
 def make_unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
     """Calibration parameters with their priors, then effects without."""
-    return Unknowns.from_effects(base, [(each, each.deviation) for each in calibration], effects)
+    return Unknowns.from_effects(base, [(item, item.deviation) for item in calibration], effects)

@@ -353,7 +353,7 @@ def _gain(comparison: Data, here: _Evaluation, there: _Evaluation) -> float:
     if there is here or np.isinf(there.chi2):
         return here.chi2 - there.chi2
     lost = comparison.has_prediction(here.prediction) & ~comparison.has_prediction(there.prediction)
-    before, after = (each.residual[: len(lost)][lost] ** 2 for each in (here, there))
+    before, after = (item.residual[: len(lost)][lost] ** 2 for item in (here, there))
     return float(here.chi2 - there.chi2 - np.maximum(before - after, 0.0).sum())
 
 

@@ -128,7 +128,7 @@ class CalibratedEffect(CalibrationParameter):
             An effect of several parameters, or a deviation that is not positive.
         """
         if len(effect.parameters) != 1:
-            names = ", ".join(each.name for each in effect.parameters)
+            names = ", ".join(item.name for item in effect.parameters)
             raise EffectError(f'"{effect.name}" has the parameters {names}: one alone can be calibrated')
         if not (np.isfinite(deviation) and deviation > 0):
             raise EffectError(
@@ -188,8 +188,8 @@ def list_calibration_parameters(
 def _factor(models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
     factor = make_factor(name, *BOUNDS[name], deviation)
     lower, upper = factor.lower, factor.upper
-    for each in models if name == "bearing" else ():
-        lower, upper = contact_position_bounds(each, lower, upper)
+    for item in models if name == "bearing" else ():
+        lower, upper = contact_position_bounds(item, lower, upper)
     return make_factor(name, lower, upper, deviation)
 
 

@@ -73,13 +73,13 @@ class ControlledComparison:
         nominal = features.of_values(predictor.predict(model).value)
         noise = of.noise / np.sqrt(np.maximum(of.observed.count[features.row], 1))
         variance = noise**2 + (size.reading * compute_moduli(features, of.measured)) ** 2
-        for each, moved in (
+        for item, moved in (
             (size.frequency, model.with_frequency_shift("jointed", SHIFT).with_frequency_shift("free", SHIFT)),
             (size.damping, _damped(model, 1 + SHIFT)),
         ):
             change = features.of_values(predictor.predict(moved).value) - nominal
-            variance += np.nan_to_num(each / SHIFT * change) ** 2
-        deviation = np.concatenate([np.sqrt(variance), [each for _, each in folds]])
+            variance += np.nan_to_num(item / SHIFT * change) ** 2
+        deviation = np.concatenate([np.sqrt(variance), [item for _, item in folds]])
         return cls(features=features, measured=of.measured, deviation=deviation, predictor=predictor)
 
     def scaled(self, factor: float) -> "ControlledComparison":

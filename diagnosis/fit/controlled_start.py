@@ -119,7 +119,7 @@ def find_controlled_starts(
             found.append((effect, fit_under_control(comparison, more, start, usual)))
         except ModelError:
             continue  # a structure with so much of it is not supported
-    return [(effect, each.fit.values) for effect, each in sorted(found, key=lambda pair: pair[1].error_factor)]
+    return [(effect, item.fit.values) for effect, item in sorted(found, key=lambda pair: pair[1].error_factor)]
 
 
 def _root_mean_square(residual: Values) -> float:

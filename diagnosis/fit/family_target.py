@@ -158,7 +158,7 @@ class FamilyTarget:
         penalty = 2 * (self._n_reading[number] + 1) * outside
         size = self._size
         noise_size, width, penalty = (
-            np.bincount(number, each, minlength=n_family) for each in (noise.sum(axis=0), high - low, penalty)
+            np.bincount(number, item, minlength=n_family) for item in (noise.sum(axis=0), high - low, penalty)
         )
         width = np.maximum(width / size, LEAST_WIDTH)
         filled = np.maximum(np.maximum(self._spread, noise_size) / size, LEAST_WIDTH)

@@ -25,9 +25,9 @@ def list_far_starts(problem: FitProblem, effects: Sequence[Effect]) -> list[tupl
     """
     fit, model = problem.fit, problem.fit.model
     far = [
-        each
-        for each in effects
-        if acts_by_slip_alone(each) or (each.parameters[0].is_ratio and changes_joints(each, model))
+        item
+        for item in effects
+        if acts_by_slip_alone(item) or (item.parameters[0].is_ratio and changes_joints(item, model))
     ]
     return [
         (effect, choose_start(problem, effect, fit.values, strengths, fit.prediction))

@@ -115,14 +115,14 @@ def _test_by_covariances(
     tests_without
         Tests of the latter.
     """
-    tests = [each.tested(effect, each.fit) for each in with_effect]
+    tests = [item.tested(effect, item.fit) for item in with_effect]
     costs = [(one.held_out_cost, other.held_out_cost) for one, other in zip(tests_without, tests, strict=True)]
     return replace(
         tests[-1],
         gain=min(one.cost - other.cost for one, other in zip(without_effect, with_effect, strict=True)),
         held_out_gain=min(one - other for one, other in costs),
         cost=with_effect[-1].cost + tests[-1].held_out_cost,
-        worsens=any(is_worse(tests[-1], each) for each in tests_without),
+        worsens=any(is_worse(tests[-1], item) for item in tests_without),
     )
 
 
@@ -146,11 +146,11 @@ def refit_each_by_own_covariance(
         Looks up the stored result of a step, or computes it.
     """
     found: list[Finalist] = []
-    costs = [screening.cost_with_error_left(each.fit) for each in refits]
-    for each, cost in zip(refits, costs, strict=True):
+    costs = [screening.cost_with_error_left(item.fit) for item in refits]
+    for item, cost in zip(refits, costs, strict=True):
         gains = any(min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in found)
         if not gains or cost < min(costs) + screening.selection.largest_chi2_gap:
-            found.append(run_step(f"{each.name} by its own covariance", partial(refit_one, each)))
+            found.append(run_step(f"{item.name} by its own covariance", partial(refit_one, item)))
     return found
 
 
@@ -178,7 +178,7 @@ def compare(refit: Refit, without: Refit, gain: float) -> Refit:
 
 def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
-    after, before = (max(each.held_out_reduced_chi2_by_noise, 1.0) for each in (refit, without))
+    after, before = (max(item.held_out_reduced_chi2_by_noise, 1.0) for item in (refit, without))
     return after > MAX_CHI2_RISE * before or (
         after > UNEXPLAINED_CHI2 and refit.held_out_error > MAX_ERROR_RISE * without.held_out_error
     )

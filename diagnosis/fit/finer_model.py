@@ -80,7 +80,7 @@ class FinerModel:
 def widen_by_finer_models(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
     """The fit with the covariance of its calibration parameters widened by their shifts in finer models."""
     covariance = np.array(fit.covariance)
-    for each in finer:
-        if each.shift is not None:
-            covariance[: each.n_calibration, : each.n_calibration] += np.outer(each.shift, each.shift)
+    for item in finer:
+        if item.shift is not None:
+            covariance[: item.n_calibration, : item.n_calibration] += np.outer(item.shift, item.shift)
     return replace(fit, covariance=covariance)

@@ -35,7 +35,7 @@ def fit_from_scratch(
         wide = update_model_error(plain, prediction)
         begins = [values] if get_error_size(wide) != NO_ERROR else []
         begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
-        found += [alternate(wide, calibrate(wide, unknowns, each, prediction, ending=Ending.QUICK)) for each in begins]
+        found += [alternate(wide, calibrate(wide, unknowns, item, prediction, ending=Ending.QUICK)) for item in begins]
     return _finish_most_probable(found)
 
 
@@ -102,7 +102,7 @@ def _calibrated(
     if fit.chi2 <= MAX_CALIBRATION_CHI2 * fit.n_number:
         return fit
     second = fit_from_lowest_level(comparison, unknowns, values, prediction)
-    return min(fit, second, key=lambda each: each.chi2)
+    return min(fit, second, key=lambda item: item.chi2)
 
 
 def fit_from_lowest_level(

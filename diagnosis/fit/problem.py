@@ -155,8 +155,8 @@ class Refit:
     @property
     def _first(self) -> int:
         """Index of the first parameter of the effect, which come last, or before those of `beside`."""
-        last = [each for each in (self.effect, self.beside) if each is not None]
-        return len(self.fit.values) - sum(len(each.parameters) for each in last)
+        last = [item for item in (self.effect, self.beside) if item is not None]
+        return len(self.fit.values) - sum(len(item.parameters) for item in last)
 
 
 class Screened(Protocol):

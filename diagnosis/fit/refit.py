@@ -120,7 +120,7 @@ def fit_from_starts(
     """
     found, by_name = (
         {score.effect.name: (score, fit) for score, fit in fits},
-        {each.effect.name: each for each in scores},
+        {item.effect.name: item for item in scores},
     )
     ceiling = MAX_CHI2_RATIO * problem.fit.chi2
     for number, (effect, start) in enumerate(starts):

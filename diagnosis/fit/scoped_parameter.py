@@ -97,7 +97,7 @@ def _require_key(name: str, key: str, known: Sequence[str]) -> None:
 
 
 def _part_size(model: Model, part: str, key: str) -> float:
-    (found,) = (each for each in model.parts if each.name == part)
+    (found,) = (item for item in model.parts if item.name == part)
     if key == "density":
         return float(np.abs(found.mass).max())
     if model.system.structural_damping is not None:

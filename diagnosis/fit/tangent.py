@@ -108,7 +108,7 @@ def _moves(before: Model, after: Model) -> bool:
         return True
     sensors = zip(before.sensors, after.sensors, strict=True)
     pairs = [(a.row, b.row) for a, b in sensors if not (isinstance(a, LineSensor) or isinstance(b, LineSensor))]
-    bases = [np.zeros(0) if each.base_acceleration is None else each.base_acceleration for each in (before, after)]
+    bases = [np.zeros(0) if item.base_acceleration is None else item.base_acceleration for item in (before, after)]
     return any(not np.array_equal(a, b) for a, b in [*pairs, (bases[0], bases[1])])
 
 
@@ -125,7 +125,7 @@ def _rates(
     pair, shifted = (before, after), {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
 
     def rate(name: str) -> NDArray[np.float64] | None:
-        one, other = (np.zeros_like(each.mass) if getattr(each, name) is None else getattr(each, name) for each in pair)
+        one, other = (np.zeros_like(item.mass) if getattr(item, name) is None else getattr(item, name) for item in pair)
         change = other - one + shifted.get(name, 0.0)
         return np.asarray(change / step) if change.any() else None
 

@@ -85,8 +85,8 @@ class SensorGains:
 
     def apply(self, model: Model) -> Model:
         """The model, or a finer one of it, with the gains that were found."""
-        for each in self.parameters:
-            model = each.apply(model, [each.start])
+        for item in self.parameters:
+            model = item.apply(model, [item.start])
         return model
 
 
@@ -196,7 +196,7 @@ class _Search:
         decades, per_decade = ANYWHERE if middle is None else BESIDE_LINEAR
         steps = np.arange(-decades * per_decade, decades * per_decade + 1) / per_decade * np.log(10)
         tried = np.log(middle or 1.0) + steps
-        cost = np.array([self.cost(float(each)) for each in tried])
+        cost = np.array([self.cost(float(item)) for item in tried])
         at = int(np.argmin(cost))
         gain = float(np.exp(self._golden(float(tried[max(at - 1, 0)]), float(tried[min(at + 1, len(tried) - 1)]))))
         told = float(np.median(cost)) > MIN_COST_RATIO * self.cost(np.log(gain)) + ROUNDING
@@ -204,7 +204,7 @@ class _Search:
 
     def _golden(self, low: float, high: float) -> float:
         ends = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
-        cost = [self.cost(each) for each in ends]
+        cost = [self.cost(item) for item in ends]
         for _ in range(ROUNDS):
             if cost[0] <= cost[1]:
                 high, ends[1], cost[1] = ends[1], ends[0], cost[0]

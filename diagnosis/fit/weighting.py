@@ -156,7 +156,7 @@ def make_comparisons(
     free = together.features.points.free[together.features.row]
     remainders = [compute_remainder(coarse, shift) for shift in _list_shifts(coarse.model, repeats, scatters[0])]
     # The free structure is linear.
-    remainders = [each._replace(kink=np.where(free[:, None], 0.0, each.kink)) for each in remainders]
+    remainders = [item._replace(kink=np.where(free[:, None], 0.0, item.kink)) for item in remainders]
     return [
         _finish_comparison(
             data_set,
@@ -294,9 +294,9 @@ def _finish_comparison(
     """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
     n_repeat = float(np.median(data_set.observed.count))
     free = data_set.features.points.free[data_set.features.row]
-    curvature = make_curvature_modes([each.smooth[rows] for each in remainders], free, n_repeat)
+    curvature = make_curvature_modes([item.smooth[rows] for item in remainders], free, n_repeat)
     kinks = make_kink_modes(
-        data_set.features.state, [each.kink[rows] for each in remainders], scatter.whitening.deviation, n_repeat
+        data_set.features.state, [item.kink[rows] for item in remainders], scatter.whitening.deviation, n_repeat
     )
     comparison = Comparison(
         observed=data_set.observed,
@@ -316,7 +316,7 @@ def _finish_comparison(
 
 def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> list[JitterShift]:
     """Shifts by `NODE` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
-    sizes = [NODE * float(np.sqrt(each[0, 0])) for each in scatter.jitter[:2]]
+    sizes = [NODE * float(np.sqrt(item[0, 0])) for item in scatter.jitter[:2]]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
     found = [
         _make_shift(
@@ -327,7 +327,7 @@ def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> li
         )
     ]
     if len(scatter.jitter) > N_COMMON and (patterns := list_preload_jitter(model, scatter.jitter[-1])):
-        effect, deviation = max(patterns, key=lambda each: each[1])
+        effect, deviation = max(patterns, key=lambda item: item[1])
         size = NODE * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.preload_groups])
         found.append(_make_shift(lambda share: effect.apply(model, [share * size]), repeats[-1] @ along * size))

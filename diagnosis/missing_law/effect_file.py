@@ -88,8 +88,8 @@ def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawDescription) -
     return TEMPLATE.format(
         place=law.name, words=", ".join(words.words) or "no clear features", physics=f"A force: {said}.",
         units=law.units, width=_round(law.basis.width), speed=_round(law.basis.width_of_speed), cells=cells,
-        ahead=[_round(each) for each in ahead], back=[_round(each) for each in back],
-        damping=[_round(each) for each in damping],
+        ahead=[_round(item) for item in ahead], back=[_round(item) for item in back],
+        damping=[_round(item) for item in damping],
     )  # fmt: skip
 
 

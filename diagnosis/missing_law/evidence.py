@@ -101,7 +101,7 @@ def compute_posterior(
         _posterior_from(start, changes, residual, group, is_positive, fundamental, n_free, least_noise)
         for start in STARTS
     ]
-    return min(found, key=lambda each: each.cost)
+    return min(found, key=lambda item: item.cost)
 
 
 def _posterior_from(

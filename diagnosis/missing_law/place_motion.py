@@ -55,11 +55,11 @@ def find_motion(
 
 def _list_scales(model: Model, row: Row) -> dict[str, tuple[int, float]]:
     """Time derivatives, and reading per displacement of the place, of the sensors that follow it."""
-    sensors = [each for each in model.sensors if isinstance(each, Sensor) and not each.delay]
+    sensors = [item for item in model.sensors if isinstance(item, Sensor) and not item.delay]
     return {
-        each.name: (DERIVATIVE[each.quantity], each.gain * float(each.row @ row) / float(row @ row))
-        for each in sensors
-        if is_parallel(each.row, row)
+        item.name: (DERIVATIVE[item.quantity], item.gain * float(item.row @ row) / float(row @ row))
+        for item in sensors
+        if is_parallel(item.row, row)
     }
 
 

@@ -100,7 +100,7 @@ def list_places(arrangement: Arrangement) -> dict[str, Row]:
     """Places of the model and of its sensors that move apart from each other, by name."""
     model = arrangement.fit.model
     rows: dict[str, Row] = {}
-    named = [*model.places.items(), *((each.name, each.row) for each in model.sensors if isinstance(each, Sensor))]
+    named = [*model.places.items(), *((item.name, item.row) for item in model.sensors if isinstance(item, Sensor))]
     for name, row in named:
         if row.any() and not any(is_parallel(row, other) for other in rows.values()):
             rows[name] = row
@@ -147,7 +147,7 @@ class _Recovery:
         prediction = train.predict(model, fit.prediction) if values is not fit.values else fit.prediction
         table = StateTable.from_points(train.features.points, prediction.states)
         changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
-        tangents = [each for each in changes if each]
+        tangents = [item for item in changes if item]
         count = min(N_HARMONIC, model.n_harmonic)
         response = compute_response(train.predictor, model, prediction, table, list(rows.values()), count, tangents)
         m = fit.n_number
@@ -157,7 +157,7 @@ class _Recovery:
         cost = compute_null_cost(project_out(taken, scale * fit.residual), m, 1 / noise) + m * np.log(noise**2)
         return cls(
             arrangement=arrangement, rows=rows, values=values, table=table, response=response, cost=cost,
-            has_tangent=np.array([each is not None for each in changes], dtype=np.bool_),
+            has_tangent=np.array([item is not None for item in changes], dtype=np.bool_),
         )  # fmt: skip
 
     def compute_first_order_law(self, number: int) -> PlaceLaw | None:
@@ -196,8 +196,8 @@ class _Recovery:
                 closed = self._predict_with_law(law, values, mean, states)
                 if closed is not None:
                     starts.append((self._misfit(closed, 1.0), number, closed))
-        best, tried = max(laws, key=lambda each: each.evidence), set[int]()
-        for _, number, closed in sorted(starts, key=lambda each: each[:2]):
+        best, tried = max(laws, key=lambda item: item.evidence), set[int]()
+        for _, number, closed in sorted(starts, key=lambda item: item[:2]):
             if number in tried:
                 continue
             tried.add(number)
@@ -254,7 +254,7 @@ class _Recovery:
         changes = differentiate(unknowns.compose, closed.values, unknowns.size, unknowns.bounds)
         return compute_response(
             closed.predictor, closed.model, closed.prediction, self.table, [law.row], law.motion.shape[1],
-            [each for each in changes if each],
+            [item for item in changes if item],
         )  # fmt: skip
 
     def _posterior_about_law(
@@ -296,7 +296,7 @@ class _Recovery:
         try:
             return compute_loaded_response(
                 self.arrangement.train.predictor, unknowns.compose(values), states, self.table, row, loads,
-                [each for each in changes if each],
+                [item for item in changes if item],
             )  # fmt: skip
         except ModelError:
             return None

@@ -106,7 +106,7 @@ def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error
         jitter=arrangement.jitter_of_one_repeat, budget=arrangement.budget,
         noise=PlannedNoise.of_campaign(train), model_error=model_error,
         unphased=frozenset(train.features.points.sensor[~train.observed.phased].tolist()),
-        quantity=next((each.quantity for each in campaign.sensors if each.line is None), "displacement"),
+        quantity=next((item.quantity for item in campaign.sensors if item.line is None), "displacement"),
     )  # fmt: skip
 
 
@@ -117,7 +117,7 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
     -------
     The advice; None where no candidate can be predicted in any test.
     """
-    probabilities = np.array([each.probability for each in candidates])
+    probabilities = np.array([item.probability for item in candidates])
     ranked: list[RankedTest] = []
     found = {}
     for set_up in dict.fromkeys(test.set_up for test in tests):
@@ -133,19 +133,19 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
     if not ranked:
         return None
     best = choose_test(ranked)
-    rest = sorted((each for each in ranked if each is not best), key=lambda each: -each.probability)
+    rest = sorted((item for item in ranked if item is not best), key=lambda item: -item.probability)
     best = replace(best, curve=found[best.test.set_up].take_curve(best.test))
     return Advice(
-        names=tuple(each.name for each in candidates), probabilities=tuple(probabilities.tolist()),
+        names=tuple(item.name for item in candidates), probabilities=tuple(probabilities.tolist()),
         ranked=(best, *rest),
     )  # fmt: skip
 
 
 def choose_test(ranked: Sequence[RankedTest]) -> RankedTest:
     """The test that takes least among those that decide most probably."""
-    most = max(each.probability for each in ranked)
-    near = [each for each in ranked if each.probability >= most - SAME_PROBABILITY]
-    return min(near, key=lambda each: (each.test.minutes, -_find_least(each.separation)))
+    most = max(item.probability for item in ranked)
+    near = [item for item in ranked if item.probability >= most - SAME_PROBABILITY]
+    return min(near, key=lambda item: (item.test.minutes, -_find_least(item.separation)))
 
 
 def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
@@ -156,8 +156,8 @@ def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
 def _hold_out(tests: Sequence[NextTest], campaign: Campaign) -> list[NextTest]:
     """Tests that are held out: those at held-out levels, if levels are held out; held-out repeats may be any."""
     levels = set(campaign.held_out.levels)
-    able = [each for each in tests if not levels or campaign.held_out.repeats or levels.issuperset(each.levels)]
-    return [replace(each, is_held_out=True) for each in able]
+    able = [item for item in tests if not levels or campaign.held_out.repeats or levels.issuperset(item.levels)]
+    return [replace(item, is_held_out=True) for item in able]
 
 
 def find_peak(arrangement: Arrangement, tested: Tested) -> Float[NDArray[np.float64], " n"]:

@@ -77,7 +77,7 @@ def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> li
     if verdict.finding is Finding.UNKNOWN and law is not None:
         found = zip(law.places, law.probability.tolist(), strict=True)
         return _weigh(
-            [_of_law(each, share, verdict.baseline.fit) for each, share in found if each.name in law.credible]
+            [_of_law(item, share, verdict.baseline.fit) for item, share in found if item.name in law.credible]
         )
     return []
 
@@ -87,7 +87,7 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
     if len(shares) > 1 and max(shares) >= CREDIBLE:
         # The held-out data object to the one that the densities prefer: neither decides.
         shares = [1.0] * len(shares)
-    found = [_of_refit(each, share) for each, share in zip(verdict.effects, shares, strict=True)]
+    found = [_of_refit(item, share) for item, share in zip(verdict.effects, shares, strict=True)]
     # A law that was fitted in place of the first of two effects was fitted without the second one.
     for other in verdict.laws if verdict.further is None else ():
         # It is an alternative to the first effect: its odds follow from the densities of both.
@@ -100,11 +100,11 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
 
 
 def _weigh(found: list[CandidateModel]) -> list[CandidateModel]:
-    whole = sum(each.probability for each in found)
-    ranked = sorted((replace(each, probability=each.probability / whole) for each in found), key=_improbable)
-    kept = [each for each in ranked if each.probability >= MIN_PROBABILITY][:MAX_MODELS]
-    whole = sum(each.probability for each in kept)
-    return [replace(each, probability=each.probability / whole) for each in kept]
+    whole = sum(item.probability for item in found)
+    ranked = sorted((replace(item, probability=item.probability / whole) for item in found), key=_improbable)
+    kept = [item for item in ranked if item.probability >= MIN_PROBABILITY][:MAX_MODELS]
+    whole = sum(item.probability for item in kept)
+    return [replace(item, probability=item.probability / whole) for item in kept]
 
 
 def _improbable(candidate: CandidateModel) -> float:
@@ -132,7 +132,7 @@ def _of_law(law: PlaceLaw, probability: float, fit: Fit) -> CandidateModel:
         return base.with_system(joints=[*base.system.joints, *own])
 
     model = insert(law.posterior.mean)
-    draws = tuple(insert(each) for each in draw_coefficients(law, LAW_DRAWS))
+    draws = tuple(insert(item) for item in draw_coefficients(law, LAW_DRAWS))
     added = tuple(model.system.joints[len(base.system.joints) :])
     unknowns = replace(fit.unknowns, base=_with_joints(fit.unknowns.base, added))
     return CandidateModel(

@@ -68,16 +68,16 @@ class Tested:
         table = campaign.measurement
         at_held = np.isin(table.level, campaign.held_out.levels)
         kept = table.where(at_held if held_out and at_held.any() else ~at_held)
-        configuration = np.array([each.configuration for each in campaign.tests])[kept.test]
+        configuration = np.array([item.configuration for item in campaign.tests])[kept.test]
         main = "jointed" if (configuration == "jointed").any() else "free"
         own = kept.where(configuration == main)
-        motion = np.array([each.line is None for each in campaign.sensors])
+        motion = np.array([item.line is None for item in campaign.sensors])
         read = [campaign.sensors[number] for number in np.unique(own.sensor)]
         return cls(
             levels=np.unique(own.level), frequencies=np.unique(own.frequency),
-            configurations=tuple(np.unique(configuration).tolist()), sensors=tuple(each.name for each in read),
-            motions=tuple(each.name for each in read if each.line is None),
-            harmonics=tuple(int(each) for each in np.unique(own.harmonic[motion[own.sensor]]) if each),
+            configurations=tuple(np.unique(configuration).tolist()), sensors=tuple(item.name for item in read),
+            motions=tuple(item.name for item in read if item.line is None),
+            harmonics=tuple(int(item) for item in np.unique(own.harmonic[motion[own.sensor]]) if item),
             sweeps=sweeps,
         )  # fmt: skip
 
@@ -101,7 +101,7 @@ def list_tests(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " 
     """
     bare = [*_list_bare(tested, model, peak)]
     moving = _list_moving(tested, model)
-    return [replace(each, place=place) for each in bare for place in (None, *moving)]
+    return [replace(item, place=place) for item in bare for place in (None, *moving)]
 
 
 def _list_bare(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " n"]) -> Iterator[NextTest]:
@@ -117,7 +117,7 @@ def _list_bare(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " 
     yield replace(again, name="a lower level", levels=(_round(LOWER * float(tested.levels[0])),))
     near = tested.frequencies[peak > PEAK_SHARE * peak.max(initial=0.0)]
     if len(near) > 1:
-        finer = tuple(_round(each, 6) for each in np.linspace(near[0], near[-1], N_FREQUENCY))
+        finer = tuple(_round(item, 6) for item in np.linspace(near[0], near[-1], N_FREQUENCY))
         yield replace(again, name="finer steps at the resonance", levels=(highest,), frequencies=finer)
     if 3 not in tested.harmonics and model.system.joints and model.n_harmonic > 3:
         yield replace(again, name="the third harmonic as well", levels=(highest,), harmonics=(*again.harmonics, 3))
@@ -155,7 +155,7 @@ def _list_free(like: NextTest, tested: Tested, model: Model, highest: float) -> 
     if free is None or jointed is None:
         return
     band = surround_resonance(free, free.number)
-    rows = [each.row for each in model.sensors if isinstance(each, Sensor)]
+    rows = [item.row for item in model.sensors if isinstance(item, Sensor)]
     moved = max(free.amplitude(row) for row in rows) if rows else 0.0
     if band is None or not moved:
         return
@@ -179,7 +179,7 @@ def _list_changed(like: NextTest, model: Model, highest: float) -> Iterator[Next
     for place in by_motion[:N_MASS]:
         mass = scale.point_mass(find_mass_rows(model, place))
         if mass is not None and mass > 0:
-            lower = tuple(_round((1 - MASS * SHIFT) * each, 6) for each in like.frequencies)
+            lower = tuple(_round((1 - MASS * SHIFT) * item, 6) for item in like.frequencies)
             yield replace(
                 like, name=f"with a mass of {_round(1e3 * MASS * mass):g} g added at {place}", levels=(highest,),
                 frequencies=lower, added_mass=(place, float(MASS * mass)),
@@ -217,7 +217,7 @@ def surround_resonance(resonance: ResonanceModel, number: int) -> tuple[float, .
     # Denser at the resonance.
     away = np.linspace(-1, 1, N_FREQUENCY)
     away = np.sign(away) * np.abs(away) ** 1.5
-    return tuple(_round(each, 6) for each in omega / (2 * np.pi) * (1 + width * away))
+    return tuple(_round(item, 6) for item in omega / (2 * np.pi) * (1 + width * away))
 
 
 def _thin(frequencies: Sequence[float] | Float[NDArray[np.float64], " n"]) -> tuple[float, ...]:

@@ -100,8 +100,8 @@ class NextTest:
         """Points of its readings."""
         names = [*self.sensors, *([] if self.place is None else [f"{FURTHER}{self.place}"])]
         level, frequency, sensor, harmonic = (
-            each.ravel()
-            for each in np.meshgrid(self.levels, self.frequencies, np.arange(len(names)), self.harmonics, indexing="ij")
+            item.ravel()
+            for item in np.meshgrid(self.levels, self.frequencies, np.arange(len(names)), self.harmonics, indexing="ij")
         )
         return Points(
             free=np.full(len(level), self.configuration == "free"), level=level, frequency=frequency,
@@ -130,7 +130,7 @@ def find_mass_rows(model: Model, place: str) -> Float[NDArray[np.float64], "t r"
 
 def list_free_places(model: Model, sensors: tuple[str, ...]) -> list[str]:
     """Places that none of some sensors follows, each once."""
-    rows = [row for each in model.sensors if each.name in sensors and (row := getattr(each, "row", None)) is not None]
+    rows = [row for item in model.sensors if item.name in sensors and (row := getattr(item, "row", None)) is not None]
     found = []
     for name, row in model.places.items():
         if row.any() and not any(is_parallel(row, other) for other in rows):

@@ -83,12 +83,12 @@ class Plan:
 
     def confused_with(self, score: Score) -> list[str]:
         """Names of effects that these tests could not tell from one, the most alike first."""
-        names = [each.effect.name for each in self.seen]
+        names = [item.effect.name for item in self.seen]
         if score.effect.name not in names:
             return []
         own = names.index(score.effect.name)
         ranked = np.argsort(-self.cosines[own]).tolist()
-        return [names[each] for each in ranked if each != own and self.cosines[own, each] > CONFUSED]
+        return [names[item] for item in ranked if item != own and self.cosines[own, item] > CONFUSED]
 
 
 def plan_tests(
@@ -153,7 +153,7 @@ class _Planned:
         prediction = prediction.where(there)
         points, value = prediction.points, prediction.value
         predictor = replace(predictor, points=points)
-        cells = [each.name for each in model.sensors if not isinstance(each, Sensor)]
+        cells = [item.name for item in model.sensors if not isinstance(item, Sensor)]
         motion = ~np.isin(points.sensor, cells)
         features = FeatureVector.choose(points, value, motion)
         errors = plan_errors(predictor, model, prediction, list_usual_jitter(model), budget, noise)

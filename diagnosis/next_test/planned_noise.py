@@ -65,7 +65,7 @@ class PlannedNoise:
         keys = list(zip(points.sensor.tolist(), points.harmonic.tolist(), strict=True))
         for key in dict.fromkeys(keys):
             law = self.known.get(key) or self.known.get((key[0], 1)) or self.usual
-            own = np.array([each == key for each in keys])
+            own = np.array([item == key for item in keys])
             result[own] = np.hypot(law.relative * size[own], law.absolute)
         return result
 

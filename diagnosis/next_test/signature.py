@@ -157,10 +157,10 @@ class SetUpSignatures:
             model = tested.apply(candidate.model, [])
             prediction = predictor.predict(model)
             slopes = differentiate_readings(predictor, unknowns, candidate.fit_values, model, prediction)
-            changes = [_predict_change(predictor, tested, each, prediction) for each in candidate.draws]
+            changes = [_predict_change(predictor, tested, item, prediction) for item in candidate.draws]
             more = np.array(changes).reshape(len(changes), len(points)).T / np.sqrt(max(len(changes), 1))
             if candidate.curvature_pair is not None:
-                up, down = (_predict_change(predictor, tested, each, prediction) for each in candidate.curvature_pair)
+                up, down = (_predict_change(predictor, tested, item, prediction) for item in candidate.curvature_pair)
                 more = np.column_stack([more, BENT * (up + down) / 2])
             models.append(model)
             predictions.append(prediction)
@@ -220,7 +220,7 @@ class SetUpSignatures:
         rows = self._find_rows(test)
         part = self.prediction.where(rows)
         points, value = part.points, part.value
-        cells = {each.name for each in self.model.sensors if not isinstance(each, Sensor)}
+        cells = {item.name for item in self.model.sensors if not isinstance(item, Sensor)}
         motion = ~np.isin(points.sensor, [*cells])
         phased = ~np.isin(points.sensor, [*self.sources.unphased])
         features = FeatureVector.choose(points, value, motion, phased)

@@ -56,17 +56,17 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
     """
     tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps)
     listed = list_tests(tested, arrangement.fit.model, find_peak(arrangement, tested))
-    tests = [each for each in listed if each.fits_campaign]
+    tests = [item for item in listed if item.fits_campaign]
     sources = find_error_sources(campaign, arrangement, NO_ERROR)
 
     def choose(some: Sequence[NextTest]) -> VisibleTest | None:
-        seen = [_predict_visible_effects(each, arrangement, catalogue, sources) for each in some]
-        best = min(seen, key=lambda each: (-len(each.seen), each.test.minutes), default=None)
+        seen = [_predict_visible_effects(item, arrangement, catalogue, sources) for item in some]
+        best = min(seen, key=lambda item: (-len(item.seen), item.test.minutes), default=None)
         return best if best is not None and best.seen else None
 
-    bare = choose([each for each in tests if each.place is None])
-    names = {bare.test.name} if bare is not None else {each.name for each in tests}
-    sensor = choose([each for each in tests if each.place is not None and each.name in names])
+    bare = choose([item for item in tests if item.place is None])
+    names = {bare.test.name} if bare is not None else {item.name for item in tests}
+    sensor = choose([item for item in tests if item.place is not None and item.name in names])
     if bare is None or sensor is None:
         return bare or sensor
     return sensor if len(sensor.seen) > len(bare.seen) else bare

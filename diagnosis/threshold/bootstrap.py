@@ -84,7 +84,7 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     finalists = refit_each_by_own_covariance(
         drawn, refits, partial(refit_by_own_covariance, campaign, drawn, baseline, find_catalogue, drawn.train)
     )
-    gains = [compute_evidence(each.refit) / compute_birge_ratio(each.refit) for each in finalists]
+    gains = [compute_evidence(item.refit) / compute_birge_ratio(item.refit) for item in finalists]
     force_gains = [
         compute_excess_gain(place) / compute_birge_ratio(baseline, place.gain) for place in find_unknown_forces(drawn)
     ]

@@ -87,7 +87,7 @@ def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]
     root = symmetric_root(directions @ directions.T)
     # Directions are towards the typical strength: a strength that is bounded where it vanishes only grows along them.
     strengths = [score.effect.parameters[0] for score in seen]
-    one_sided = np.array([each.vanishes in (each.lower, each.upper) for each in strengths])
+    one_sided = np.array([item.vanishes in (item.lower, item.upper) for item in strengths])
     generator = np.random.default_rng(SEED)
     best = []
     for _ in range(DRAWS // BATCH):

@@ -50,10 +50,10 @@ def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]
     """
     differences = _simulate_differences(campaign, replace(best.arrangement, fit=best.refit.fit))
     widened = []
-    for each in fits:
-        fit = carry_over(each.refit.fit, each.arrangement.train.whitening(differences))
+    for item in fits:
+        fit = carry_over(item.refit.fit, item.arrangement.train.whitening(differences))
         fit = replace(fit, covariance=fit.unknowns.limited(INTERVAL_WIDENING**2 * fit.covariance))
-        widened.append(replace(each.refit, fit=widen_by_finer_models(fit, each.arrangement.finer)))
+        widened.append(replace(item.refit, fit=widen_by_finer_models(fit, item.arrangement.finer)))
     return widened
 
 
@@ -69,8 +69,8 @@ def _simulate_differences(campaign: Campaign, arrangement: Arrangement) -> Float
         read = average_readings(simulation.read(generator), simulation.point, column, train.observed.repeat.shape)
         drawn.append(_difference(train, read, predicted))
     # A simulated campaign further from the model than the measured one varies more than the structure does.
-    sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(train.whitening(each)))) for each in drawn]
-    return np.column_stack([size * each for size, each in zip(sizes, drawn, strict=True)])
+    sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(train.whitening(item)))) for item in drawn]
+    return np.column_stack([size * item for size, item in zip(sizes, drawn, strict=True)])
 
 
 def _difference(train: Comparison, read: Complex[NDArray[np.complex128], "k R"], predicted: Vector) -> Vector:

@@ -68,7 +68,7 @@ class Simulation:
         for repeat in np.unique(table.repeat[used]):
             rows = used & (table.repeat == repeat)
             read = np.array(
-                [self._features.values(self._features.of_values(each) + error) for each in self._repeat(generator)]
+                [self._features.values(self._features.of_values(item) + error) for item in self._repeat(generator)]
             )
             value[rows] = read[way[rows], self.point[rows]]
         real, imaginary = generator.standard_normal((2, len(table)))
@@ -205,8 +205,8 @@ class Simulation:
         values = fit.values[: len(common.parameters)]
         if arrangement.finer and len(values) < len(fit.values):
             prediction = self._predictor.predict(common.compose(values), prediction)
-        refined = [self._predictor.predict(each.compose(values), prediction) for each in arrangement.finer]
-        return [self._features.of_values(each.value) - self._features.of_values(prediction.value) for each in refined]
+        refined = [self._predictor.predict(item.compose(values), prediction) for item in arrangement.finer]
+        return [self._features.of_values(item.value) - self._features.of_values(prediction.value) for item in refined]
 
 
 def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:

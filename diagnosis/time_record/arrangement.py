@@ -66,7 +66,7 @@ class RecordArrangement:
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Starts of ring-downs, calibration parameters, added effects, then others; a record outweighs all priors."""
-        applied = [*self.calibration, *(each.effect for each in self.added), *effects]
+        applied = [*self.calibration, *(item.effect for item in self.added), *effects]
         return Unknowns.from_effects(self.base, (), applied, self.train.n_start)
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
@@ -83,7 +83,7 @@ class RecordArrangement:
         return Refit(
             effect=effect, fit=fit, held_out_reduced_chi2=float(np.mean(residual**2)),
             error=_root_mean_square(self.train.errors(fit.residual)), held_out_error=_root_mean_square(errors),
-            held_out_errors=errors, held_out_names=tuple(each.record.name for each in held.drives),
+            held_out_errors=errors, held_out_names=tuple(item.record.name for item in held.drives),
             blocks=held.by_block(residual**2),
         )  # fmt: skip
 
@@ -97,9 +97,9 @@ class RecordArrangement:
                 for strength in (effect.parameters[0].vanishes, effect.parameters[0].typical)
             ]
             try:
-                for each in self.train.drives:
+                for item in self.train.drives:
                     models = (unknowns.compose(end) for end in ends)
-                    before, after = (make_propagator(model, each.sensors, each.record.step) for model in models)
+                    before, after = (make_propagator(model, item.sensors, item.record.step) for model in models)
                     before.rate(after, 1.0)
             except InputError as reason:
                 left.append(Untestable(name=effect.name, reason=str(reason)))
@@ -142,22 +142,22 @@ def arrange_records(
     CampaignError
         No record to train on, or none held out.
     """
-    drives = [prepare_drive(each, run_in=run_in if each.force is not None else 0.0, steps=steps) for each in records]
+    drives = [prepare_drive(item, run_in=run_in if item.force is not None else 0.0, steps=steps) for item in records]
     given = dict(noise or {})
-    known = {name for each in drives for name in each.sensors}
+    known = {name for item in drives for name in item.sensors}
     for name in given:
         if name not in known:
             raise CampaignError(
                 f'noise is given for "{name}", which no record has: they have {", ".join(sorted(known))}'
             )
-    groups = [[each for each in drives if each.record.held_out is held] for held in (False, True)]
+    groups = [[item for item in drives if item.record.held_out is held] for held in (False, True)]
     for group, what in zip(groups, ("held out", "for training"), strict=True):
         if not group:
             raise CampaignError(f"all {len(drives)} records are {what}: a fit is trained on some and tested on others")
     train, held = (RecordComparison.prepare(group, base, given) for group in groups)
-    unknowns = Unknowns.from_effects(base, (), [*calibration, *(each.effect for each in added)], train.n_start)
-    n_own = train.n_start + sum(len(each.parameters) for each in calibration)
-    start = np.concatenate([unknowns.vanishing[:n_own], *(each.values for each in added)])
+    unknowns = Unknowns.from_effects(base, (), [*calibration, *(item.effect for item in added)], train.n_start)
+    n_own = train.n_start + sum(len(item.parameters) for item in calibration)
+    start = np.concatenate([unknowns.vanishing[:n_own], *(item.values for item in added)])
     try:
         fit = calibrate(train, unknowns, start)
     except ModelError as error:

@@ -80,31 +80,31 @@ class RecordComparison:
         CampaignError
             A record with fewer samples than blocks, or a sensor that reads the same number all the time.
         """
-        for each in drives:
-            if each.measured.shape[1] < BLOCKS:
+        for item in drives:
+            if item.measured.shape[1] < BLOCKS:
                 raise CampaignError(
-                    f'record "{each.record.name}": {each.measured.shape[1]} samples after the run-in are too few, give '
+                    f'record "{item.record.name}": {item.measured.shape[1]} samples after the run-in are too few, give '
                     f"{BLOCKS} or more"
                 )
-            for name, size in zip(each.sensors, _size(each), strict=True):
+            for name, size in zip(item.sensors, _size(item), strict=True):
                 if not size > 0:
-                    raise CampaignError(f'record "{each.record.name}": "{name}" never changes after the run-in')
-        basis = [_starts(each, model) for each in drives]
+                    raise CampaignError(f'record "{item.record.name}": "{name}" never changes after the run-in')
+        basis = [_starts(item, model) for item in drives]
         return cls(drives=tuple(drives), basis=tuple(basis), noise=dict(noise))
 
     @property
     def n_start(self) -> int:
         """Number of parameters of the starts of ring-downs [-]."""
-        return sum(len(each) for each in self.basis)
+        return sum(len(item) for item in self.basis)
 
     @property
     def block(self) -> Int[NDArray[np.int64], " m"]:
         """Block of each residual, shape (m,): sensors of a record share their blocks."""
         return np.concatenate(
             [
-                BLOCKS * number + np.tile(np.arange(each.measured.shape[1]) * BLOCKS // each.measured.shape[1], s)
-                for number, each in enumerate(self.drives)
-                for s in (len(each.sensors),)
+                BLOCKS * number + np.tile(np.arange(item.measured.shape[1]) * BLOCKS // item.measured.shape[1], s)
+                for number, item in enumerate(self.drives)
+                for s in (len(item.sensors),)
             ]
         )
 
@@ -112,10 +112,10 @@ class RecordComparison:
     def floor(self) -> Float[NDArray[np.float64], " records"]:
         """Relative error of each record by noise, shape (n_record,) [-]."""
         ratios = [
-            [self.noise.get(name, 0.0) / size for name, size in zip(each.sensors, _size(each), strict=True)]
-            for each in self.drives
+            [self.noise.get(name, 0.0) / size for name, size in zip(item.sensors, _size(item), strict=True)]
+            for item in self.drives
         ]
-        return np.array([np.sqrt(np.mean(np.square(each))) for each in ratios])
+        return np.array([np.sqrt(np.mean(np.square(item))) for item in ratios])
 
     def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> RecordPrediction:
         """Response of the model with ring-downs from `starts`, or from rest.
@@ -128,11 +128,11 @@ class RecordComparison:
         del nearby
         begin = np.zeros(self.n_start) if starts is None else starts
         found = []
-        for each, start in zip(self.drives, self._split(begin), strict=True):
-            prediction = predict_record(model, each, start)
+        for item, start in zip(self.drives, self._split(begin), strict=True):
+            prediction = predict_record(model, item, start)
             if prediction is None:
-                raise ModelError(f'the model runs away in record "{each.record.name}": give other values')
-            found.append(_weighted(each, each.measured - prediction))
+                raise ModelError(f'the model runs away in record "{item.record.name}": give other values')
+            found.append(_weighted(item, item.measured - prediction))
         return RecordPrediction(starts=begin, residual=np.concatenate(found))
 
     def residual(self, prediction: RecordPrediction) -> Vector:
@@ -156,11 +156,11 @@ class RecordComparison:
             high[number] = np.clip(values[number] + STEP * size, lower, upper)
             pairs.append((unknowns.compose(low), unknowns.compose(high), float(high[number] - low[number])))
         rows, done = [], 0
-        for each, start, basis in zip(self.drives, self._split(prediction.starts), self.basis, strict=True):
+        for item, start, basis in zip(self.drives, self._split(prediction.starts), self.basis, strict=True):
             wanted = basis[:0] if first >= n else basis
-            rates = predict_rates(model, each, pairs, start, wanted)
-            weighted = np.array([_weighted(each, rate) for rate in rates]).reshape(len(rates), each.measured.size)
-            table = np.zeros((each.measured.size, n + len(pairs)))
+            rates = predict_rates(model, item, pairs, start, wanted)
+            weighted = np.array([_weighted(item, rate) for rate in rates]).reshape(len(rates), item.measured.size)
+            table = np.zeros((item.measured.size, n + len(pairs)))
             table[:, n:] = weighted[: len(pairs)].T
             table[:, done : done + len(wanted)] = weighted[len(pairs) :].T
             done += len(wanted)
@@ -178,7 +178,7 @@ class RecordComparison:
 
     def errors(self, residual: Vector) -> Float[NDArray[np.float64], " records"]:
         """Relative error of each record: root mean square of what is left, over that of the measurement [-]."""
-        parts = np.split(residual[: len(self.block)], np.cumsum([each.measured.size for each in self.drives])[:-1])
+        parts = np.split(residual[: len(self.block)], np.cumsum([item.measured.size for item in self.drives])[:-1])
         return np.array([np.sqrt(np.mean(part**2)) for part in parts])
 
     def by_block(self, squares: Vector) -> Float[NDArray[np.float64], " blocks"]:
@@ -187,7 +187,7 @@ class RecordComparison:
         return np.asarray(np.bincount(block, weights=squares[: len(block)]) / np.bincount(block))
 
     def _split(self, starts: Vector) -> list[Float[NDArray[np.float64], " n"]]:
-        parts = np.split(starts, np.cumsum([len(each) for each in self.basis])[:-1])
+        parts = np.split(starts, np.cumsum([len(item) for item in self.basis])[:-1])
         return [part @ basis for part, basis in zip(parts, self.basis, strict=True)]
 
 

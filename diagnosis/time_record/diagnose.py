@@ -44,9 +44,9 @@ def next_added(diagnosis: RecordDiagnosis) -> tuple[AddedEffect, ...]:
         return arrangement.added
     best = diagnosis.verdict.effects[0]
     assert best.effect is not None
-    first = best.fit.unknowns.n_start + sum(len(each.parameters) for each in arrangement.calibration)
+    first = best.fit.unknowns.n_start + sum(len(item.parameters) for item in arrangement.calibration)
     added = []
-    for effect in (*(each.effect for each in arrangement.added), best.effect):
+    for effect in (*(item.effect for item in arrangement.added), best.effect):
         last = first + len(effect.parameters)
         added.append(AddedEffect(effect=effect, values=best.fit.values[first:last]))
         first = last
@@ -89,10 +89,10 @@ def diagnose_records(
     report_step = report or (lambda _what, _share: None)
     report_step("fitting the calibration parameters", 0.0)
     arrangement = arrange_records(base, records, calibration, added=added, **preparation)
-    there = {each.effect.name for each in added} | {each.name for each in calibration}
+    there = {item.effect.name for item in added} | {item.name for item in calibration}
     listed = list_effects(base, without=without, extra=extra, level=record_level(base, records))
     report_step("selection of the effects that the records can show", 0.2)
-    effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
+    effects, left = arrangement.testable([item for item in listed.candidates if item.name not in there])
     scores, baseline, refits = screen_and_refit(arrangement, effects, compute_step, report_step, PROGRESS)
     refits.sort(key=lambda refit: refit.held_out_error)
     return Diagnosis(

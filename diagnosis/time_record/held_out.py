@@ -80,7 +80,7 @@ class HeldOutTest:
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         """The best, and others that explain as well where the best is not significantly better."""
         best, *others = passed
-        return [best, *(each for each in others if self.explains(each) and not self.is_surely_better(each, best))]
+        return [best, *(item for item in others if self.explains(item) and not self.is_surely_better(item, best))]
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the blocks of the held-out data vote for the second significantly."""

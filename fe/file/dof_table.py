@@ -96,9 +96,9 @@ class DofLabels:
             place = np.searchsorted(self.key, wanted, sorter=order).clip(max=self.n_dof - 1)
             rows = order[place][self.key[order[place]] == wanted]
             if not len(rows):
-                own = [DIRECTIONS[each] for each in np.sort(self.direction[self.node == node])]
+                own = [DIRECTIONS[item] for item in np.sort(self.direction[self.node == node])]
                 has = f"it has {', '.join(own)}" if own else "no row belongs to it"
-                wished = ", ".join(DIRECTIONS[each] for each in directions)
+                wished = ", ".join(DIRECTIONS[item] for item in directions)
                 remedy = "name other directions" if own else "name a node of the model, or correct its table of rows"
                 raise MatrixFileError(f"node {node} has no degree of freedom {wished}: {has}, so {remedy}")
             found.append(rows)

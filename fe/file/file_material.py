@@ -69,8 +69,8 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
         raise cannot_open(file, error) from error
     if not found:
         return CarriedMaterial()
-    names = " and ".join(f'"{each.name}"' for each in found)
-    if len(found) > 1 and not all(_is_same(each, found[0]) for each in found):
+    names = " and ".join(f'"{item.name}"' for item in found)
+    if len(found) > 1 and not all(_is_same(item, found[0]) for item in found):
         return CarriedMaterial(obstacle=f"{file.name} has the materials {names}, and a part has one")
     only = found[0]
     missing = [name for name in ("young", "poisson", "density") if getattr(only, name) is None]
@@ -115,5 +115,5 @@ def list_differences(given: Material, carried: Material) -> Sequence[str]:
 
 
 def _is_same(one: FileMaterial, other: FileMaterial) -> bool:
-    values = [(each.young, each.poisson, each.density, each.obstacle) for each in (one, other)]
+    values = [(item.young, item.poisson, item.density, item.obstacle) for item in (one, other)]
     return values[0] == values[1]

@@ -171,7 +171,7 @@ def _read(name: str, source: MatrixSource) -> FileMatrix:
 def _on_one_table(
     sources: dict[str, MatrixSource], found: dict[str, FileMatrix], dofs: Path | None
 ) -> tuple[dict[str, sp.csr_array], DofLabels]:
-    named = {name: each.dofs for name, each in found.items() if each.dofs is not None}
+    named = {name: item.dofs for name, item in found.items() if item.dofs is not None}
     if named and (len(named) < len(found) or dofs is not None):
         raise MatrixFileError(
             f'"{sources[next(iter(named))].file}" names its degrees of freedom itself: give all matrices as DMIG '
@@ -179,7 +179,7 @@ def _on_one_table(
         )
     if named:
         return _united(found, list(named.values()))
-    size = {name: each.matrix.shape[0] for name, each in found.items()}
+    size = {name: item.matrix.shape[0] for name, item in found.items()}
     table = numbered(size["stiffness"]) if dofs is None else read_dof_table(dofs)
     other = [name for name in found if size[name] != table.n_dof]
     if len(other) == len(found) and len(set(size.values())) == 1:
@@ -195,18 +195,18 @@ def _on_one_table(
             f'"{sources[other[0]].file}": the {other[0]} has {size[other[0]]} rows, but {reference} has {table.n_dof} '
             f"{kind}: write both from the same model"
         )
-    return {name: each.matrix for name, each in found.items()}, table
+    return {name: item.matrix for name, item in found.items()}, table
 
 
 def _united(found: dict[str, FileMatrix], tables: Sequence[DofLabels]) -> tuple[dict[str, sp.csr_array], DofLabels]:
     """All matrices on the degrees of freedom that any of them names: cards leave out rows of zeros."""
-    pairs = np.unique(np.concatenate([np.stack([each.node, each.direction], axis=1) for each in tables]), axis=0)
+    pairs = np.unique(np.concatenate([np.stack([item.node, item.direction], axis=1) for item in tables]), axis=0)
     table = DofLabels(node=pairs[:, 0], direction=pairs[:, 1])
     matrices = {}
-    for name, each in found.items():
-        assert each.dofs is not None
-        place = np.searchsorted(table.key, each.dofs.key)
-        entries = sp.coo_array(each.matrix)
+    for name, item in found.items():
+        assert item.dofs is not None
+        place = np.searchsorted(table.key, item.dofs.key)
+        entries = sp.coo_array(item.matrix)
         spread = (entries.data, (place[entries.row], place[entries.col]))
         matrices[name] = sp.csr_array(sp.coo_array(spread, shape=(table.n_dof,) * 2))
     return matrices, table

@@ -107,7 +107,7 @@ def columns(lines: list[str], width: int) -> list[str]:
     for line in lines:
         text = line.rstrip()
         found += [text[start : start + width] for start in range(0, len(text), width)]
-    return [each for each in found if each.strip()]
+    return [item for item in found if item.strip()]
 
 
 def reals(entries: list[str]) -> Float[NDArray[np.float64], " n"]:

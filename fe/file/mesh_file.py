@@ -115,7 +115,7 @@ def write_mesh(
             raise MeshError(
                 f'field "{name}" has {len(values)} rows, but the mesh has {mesh.n_node} nodes: give one each'
             )
-    (write,) = (each.write for each in MESH_FORMATS if each.write and file.suffix.lower() in each.suffixes)
+    (write,) = (item.write for item in MESH_FORMATS if item.write and file.suffix.lower() in item.suffixes)
     try:
         write(mesh, file, fields)
     except OSError as error:

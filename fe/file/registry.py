@@ -90,14 +90,14 @@ def format_registry(what: str) -> Registry[Format]:
 
 def suffixes(formats: Registry[FileFormat[Content]], *, written: bool = False) -> list[str]:
     """Suffixes of all formats, or of those that are written, sorted."""
-    return sorted({suffix for each in formats if each.write or not written for suffix in each.suffixes})
+    return sorted({suffix for item in formats if item.write or not written for suffix in item.suffixes})
 
 
 def format_of(formats: Registry[FileFormat[Content]], file: Path) -> FileFormat[Content]:
     """The format of an existing file whose suffix is one of `suffixes`: of several, the one that recognises it."""
-    found = [each for each in formats if file.suffix.lower() in each.suffixes]
+    found = [item for item in formats if file.suffix.lower() in item.suffixes]
     if len(found) > 1:
         with file.open("rb") as opened:
             head = opened.read(HEAD)
-        found = [each for each in found if each.recognise(head)] or found
+        found = [item for item in found if item.recognise(head)] or found
     return found[0]

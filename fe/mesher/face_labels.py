@@ -59,9 +59,9 @@ def _nearest(
     reach = float(np.linalg.norm(triangles - middle[:, None], axis=2).max())
     # No triangle is nearer than the nearest corner unless its middle is within that distance and its own size.
     bound = cKDTree(triangles.reshape(-1, 3)).query(points)[0] + reach * (1 + 1e-9)
-    near = [np.asarray(each, dtype=np.int64) for each in cKDTree(middle).query_ball_point(points, bound)]
+    near = [np.asarray(item, dtype=np.int64) for item in cKDTree(middle).query_ball_point(points, bound)]
     distance, which = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
-    ends = np.cumsum([len(each) for each in near])
+    ends = np.cumsum([len(item) for item in near])
     first = 0
     while first < len(points):
         before = ends[first - 1] if first else 0

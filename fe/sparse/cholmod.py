@@ -83,7 +83,7 @@ class Cholmod:
         if not self._is_made:
             raise singular(self._n, " in its last values: renew it with others")
         b, solution = columns_and_place(self._shape, right_hand_side, out)
-        columns, places = (each.reshape(self._n, -1, order="F") for each in (b, solution))
+        columns, places = (item.reshape(self._n, -1, order="F") for item in (b, solution))
         if self._supernodes is None:
             places[...] = self._library_solution(columns)
         else:
@@ -169,7 +169,7 @@ class Cholmod:
         from fe.sparse.supernodes import Supernodes, pack
 
         head = self._head
-        starts = [integers(each, head.n_supernode + 1) for each in (head.column, head.row_start, head.value_start)]
+        starts = [integers(item, head.n_supernode + 1) for item in (head.column, head.row_start, head.value_start)]
         places = (*starts, integers(head.row, head.n_row))
         layout, n_value = pack(doubles(head.x, head.n_value), *places)
         size = c_size_t(head.n_value)
@@ -214,7 +214,7 @@ def _structure(columns: LowerColumns) -> Sparse:
     n, nnz = len(columns.start) - 1, len(columns.row)
     xtype = REAL if len(columns.values) else PATTERN
     structure = Sparse(nrow=n, ncol=n, nzmax=nnz, stype=LOWER, xtype=xtype, packed=1, sorted=0)
-    structure.p, structure.i, structure.x = (each.ctypes.data for each in columns)
+    structure.p, structure.i, structure.x = (item.ctypes.data for item in columns)
     return structure
 
 

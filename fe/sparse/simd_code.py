@@ -59,7 +59,7 @@ def groups(n: int) -> Iterator[tuple[slice, tuple[int, ...]]]:
     """Parts of so many right-hand sides that are taken together, each with its tuple of lanes."""
     for first in range(0, n, LANES[-1]):
         some = slice(first, min(first + LANES[-1], n))
-        yield some, (0,) * next(each for each in LANES if each >= some.stop - some.start)
+        yield some, (0,) * next(item for item in LANES if item >= some.stop - some.start)
 
 
 class Code:
@@ -74,7 +74,7 @@ class Code:
         """Of an item that is `index` strides away."""
         if isinstance(index, int) and isinstance(stride, int):
             return self.builder.add(base, INTEGER(index * stride))
-        index, stride = (INTEGER(each) if isinstance(each, int) else each for each in (index, stride))
+        index, stride = (INTEGER(item) if isinstance(item, int) else item for item in (index, stride))
         return self.builder.add(base, self.builder.mul(index, stride))
 
     def number(self, address: Value) -> Value:
@@ -205,9 +205,9 @@ def operation(write: Callable[..., None], heights: Sequence[int] = HEIGHTS) -> A
 
         def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
             *numbers, height, _lanes = values
-            for each in heights:
-                with builder.if_then(builder.icmp_signed("==", height, INTEGER(each))):
-                    write(Code(builder, lanes.count), each, *numbers)
+            for item in heights:
+                with builder.if_then(builder.icmp_signed("==", height, INTEGER(item))):
+                    write(Code(builder, lanes.count), item, *numbers)
             return context.get_dummy_value()
 
         return types.void(*[types.intp] * (len(kinds) - 1), lanes), generate

@@ -13,7 +13,7 @@ def _add_projection(code: Code, height: int, columns: Value, stride: Value, z: V
 
     def term(i: Value) -> tuple[list[Value], Row]:
         row = code.row(code.address(z, i, SIZE * code.lanes))
-        return [code.number(code.address(each, i, SIZE)) for each in begin], row
+        return [code.number(code.address(item, i, SIZE)) for item in begin], row
 
     _add(code, height, n, sums, term)
 
@@ -33,7 +33,7 @@ def _add_combination(
 def _add(code: Code, height: int, n: Value, sums: Value, term: Callable[[Value], tuple[list[Value], Row]]) -> None:
     """Add n terms to rows of sums."""
     place = [code.address(sums, r, SIZE * code.lanes) for r in range(height)]
-    for address, total in zip(place, code.sums(n, [code.row(each) for each in place], term), strict=True):
+    for address, total in zip(place, code.sums(n, [code.row(item) for item in place], term), strict=True):
         code.store(total, address)
 
 

@@ -71,7 +71,7 @@ def _solve_lower(code: Code, height: int, tile: Value, own: Value, first: Value)
 def _solve_upper(code: Code, height: int, tile: Value, own: Value, first: Value) -> None:
     begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
     place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
-    x = [code.row(each) for each in place]
+    x = [code.row(item) for item in place]
     found: list[Row] = []
     for k in reversed(range(height)):
         column = code.address(triangle, k, SIZE * height)

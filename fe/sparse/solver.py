@@ -135,5 +135,5 @@ def _backend(name: Backend | str) -> Backend:
     try:
         return Backend(name)
     except ValueError:
-        known = ", ".join(f'"{each.value}"' for each in Backend)
+        known = ", ".join(f'"{item.value}"' for item in Backend)
         raise BackendError(f'there is no back end "{name}": take one of {known}, or leave the choice open') from None

@@ -53,7 +53,7 @@ def pack(
     ----------
     Chen, Davis, Hager and Rajamanickam, Algorithm 887: CHOLMOD, ACM Trans. Math. Softw. 35 (2008) 22, section 3.
     """
-    columns, rows, first = (each.astype(np.int64) for each in (column, row_start, value_start))
+    columns, rows, first = (item.astype(np.int64) for item in (column, row_start, value_start))
     # What comes next is looked up ahead of its turn, after the last one too.
     padded = np.append(row, np.zeros(TALLEST, dtype=np.int32))
     layout = SupernodeLayout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), padded)
@@ -81,7 +81,7 @@ class Supernodes:
     @property
     def work(self) -> tuple[float, float]:
         """Entries of the triangle, operations that made it [-]."""
-        n_column, n_row = (np.diff(each).astype(float) for each in (self._layout.column, self._layout.row_start))
+        n_column, n_row = (np.diff(item).astype(float) for item in (self._layout.column, self._layout.row_start))
         entries = n_column * n_row - n_column * (n_column - 1) / 2
         # The squares of the heights of all columns, from n_row down to n_row - n_column + 1.
         below = n_row - n_column

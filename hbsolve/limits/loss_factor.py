@@ -104,7 +104,7 @@ class LossMeasure:
         # Of the normal springs about the mean displacement, see `hbsolve.energy`.
         k, mean = springs[self.normal, None], x[self.normal, :1]
         v = x[self.normal] @ self.balance.sampling.evaluate
-        N, held = (np.maximum(self.at_zero[:, None] + k * each, 0.0) for each in (v, mean))
+        N, held = (np.maximum(self.at_zero[:, None] + k * item, 0.0) for item in (v, mean))
         stored = stored + ((N**2 - held**2) / (2 * k) - held * (v - mean)).sum(axis=0)
         at = int(stored.argmax())
         tangent = np.where(held > 0, k * (v - mean), 0.0)

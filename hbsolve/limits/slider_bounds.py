@@ -115,10 +115,10 @@ def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> 
                 + (default if given is None else "")
             )
         return np.full(len(radius), wide)
-    each = np.array(real_array(given, "reach", BalanceError))
-    if each.shape != radius.shape or not (each > 0).all():
-        raise BalanceError(f"reach must be one positive number, or one of each of {len(radius)} sliders: {each}")
-    return each
+    item = np.array(real_array(given, "reach", BalanceError))
+    if item.shape != radius.shape or not (item > 0).all():
+        raise BalanceError(f"reach must be one positive number, or one of each of {len(radius)} sliders: {item}")
+    return item
 
 
 def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generator, kind: int) -> Sliders:

@@ -77,7 +77,7 @@ def crossing_branches(
         continuation = Continuation(path=path, first=first, last=last, step=step)
         begun = [(_value(path, point.state), point.state), (state.value, first_state)]
         points, state, reason = follow_to_end(continuation, (begun, state))
-        states = [each for _, each in points]
+        states = [item for _, item in points]
         found.append(
             branch_of([path.balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
         )

@@ -72,7 +72,7 @@ class HertzContact(DirectedJoint):
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
         """About its mean displacement."""
-        k, r, p, gap = (parameters[each.name] for each in self.parameters)
+        k, r, p, gap = (parameters[item.name] for item in self.parameters)
 
         def indentation(x: Row) -> Row:
             return np.maximum(x - gap, 0.0) / r

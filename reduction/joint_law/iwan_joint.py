@@ -80,7 +80,7 @@ class IwanJoint(DirectedJoint):
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
         """Energy of all springs, each about its mean elongation."""
-        stiffness, _ = make_cells(*(parameters[each.name] for each in self.parameters))
+        stiffness, _ = make_cells(*(parameters[item.name] for item in self.parameters))
         return vibration_energy(stiffness, displacement[0], slider)
 
 

@@ -53,6 +53,6 @@ class PolynomialSpring(DirectedJoint):
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
         """About its mean displacement."""
-        factors = [parameters[each.name] for each in self.parameters]
+        factors = [parameters[item.name] for item in self.parameters]
         force_of = np.polynomial.Polynomial([0.0, 0.0, *factors])
         return spring_energy_about_mean(force_of.integ(), force_of, displacement[0])

@@ -85,7 +85,7 @@ class _Comparison:
     @property
     def drawn(self) -> dict[bool, tuple[Points, Coefficients]]:
         """The lines at the values of the case, by whether the contacts are absent."""
-        return {name == "free": (each.points, each.prediction.value) for name, each in self.lines.items()}
+        return {name == "free": (item.points, item.prediction.value) for name, item in self.lines.items()}
 
 
 class Bench:

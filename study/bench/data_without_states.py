@@ -114,7 +114,7 @@ def diagnose_data_campaign(
 
 def _list_candidates(found: DataDiagnosisResult) -> list[dict[str, Any]]:
     """Fitted effects, those that are named first."""
-    named = {each.name for each in found.diagnosis.verdict.effects}
+    named = {entry.name for entry in found.diagnosis.verdict.effects}
     baseline, rows = found.diagnosis.baseline, []
     count = sum(len(item.features.value) for item in compare_data(baseline.fit.model, found.campaign.data))
     for refit in found.diagnosis.refits:

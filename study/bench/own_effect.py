@@ -208,7 +208,7 @@ def _try_effect(
         except InputError as error:
             sentence = str(error).replace(str(file), str(own.path)).replace(str(copy), str(own.case))
             raise EffectError(sentence) from None
-    names = [each.name for each in offered if not isinstance(each, Untestable)]
-    left = [f"{each.name}: {each.reason}" for each in offered if isinstance(each, Untestable)]
+    names = [item.name for item in offered if not isinstance(item, Untestable)]
+    left = [f"{item.name}: {item.reason}" for item in offered if isinstance(item, Untestable)]
     answer: dict[str, float | str] = {"offers": ", ".join(names) or "no effect for this structure"}
     return answer | ({"cannot act here": "; ".join(left)} if left else {}), setup.model

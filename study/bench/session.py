@@ -228,11 +228,11 @@ class Session:
 
     def _keep_first_effect(self, name: str) -> None:
         """Keep an effect file as it was shown before it was written for the first time, for the script."""
-        if sum(each.name == "save_effect" and each.arguments["file"] == name for each in self.entries) > 1:
+        if sum(item.name == "save_effect" and item.arguments["file"] == name for item in self.entries) > 1:
             return
         _, shown = self.views.get("own", (0, b'{"files": []}'))
         self._first_effects |= {
-            each["name"]: each["text"] for each in json.loads(shown)["files"] if each["name"] == name
+            item["name"]: item["text"] for item in json.loads(shown)["files"] if item["name"] == name
         }
 
     def _restart_reading(self) -> None:

@@ -119,7 +119,7 @@ def compare_peaks(one: Sequence[WidePeak], other: Sequence[WidePeak]) -> float |
     None if no two of a mode are further apart than the wider of them is wide. A peak whose mode the other response does
     not show is as far from it as from its highest peak.
     """
-    pairs = pair_modes([{0: each.peak} for each in one], [{0: each.peak} for each in other])
+    pairs = pair_modes([{0: item.peak} for item in one], [{0: item.peak} for item in other])
     back = {theirs: own for own, theirs in pairs.items()}
     compared = [(one[0], other[pairs.get(0, 0)]), (one[back.get(0, 0)], other[0])]
     apart = [

@@ -55,8 +55,8 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
                 static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
     of_tables = _joints_of_tables(case, finder, mistakes)
     of_lines = {name for members in lines.values() for name in members}
-    alone = {each.name: [each] for each in joints if each.name not in of_lines}
-    groups = {name: tuple(each.name for each in group) for name, group in (alone | of_tables).items()}
+    alone = {item.name: [item] for item in joints if item.name not in of_lines}
+    groups = {name: tuple(item.name for item in group) for name, group in (alone | of_tables).items()}
     joints += [joint for made in of_tables.values() for joint in made]
     harmonic = _loads(case, structure, finder, static, mistakes)
     base, level_power = (None, 0) if mistakes.problems else _base(case, structure, mistakes)

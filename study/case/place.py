@@ -199,12 +199,12 @@ class PlaceFinder:
             for name in (place.at, place.other_at)
         )
         order = np.arange(n_station)
-        if self.dofs and not any(each is None for each in (*here, *there)):
+        if self.dofs and not any(item is None for item in (*here, *there)):
             squared = cdist(np.array(here), np.array(there), "sqeuclidean")
             least = linear_sum_assignment(squared)[1]
             if squared[order, least].sum() < (1 - ROUNDING) * squared[order, order].sum():
                 order = least
-        return [int(each) for each in order]
+        return [int(item) for item in order]
 
     def _of_node(self, place: PlaceTable) -> Row:
         moving = [(n, dof) for n, dof in enumerate(self.dofs) if dof.direction != "modal"]

@@ -283,11 +283,11 @@ def find_jumps(data_sets: Sequence[DataSet]) -> tuple[JumpError, ...]:
     """Errors of jumps: of the training levels from the training data, of the others from what is held out."""
     found: list[JumpError] = []
     for data_set in data_sets:
-        known = {(each.free, each.level) for each in found}
+        known = {(item.free, item.level) for item in found}
         errors = compute_jump_errors(
             data_set.comparison.observed, data_set.prediction, data_set.comparison.predictor.sweeps
         )
-        found += [each for each in errors if (each.free, each.level) not in known]
+        found += [item for item in errors if (item.free, item.level) not in known]
     return tuple(found)
 
 

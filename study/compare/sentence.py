@@ -119,7 +119,7 @@ def judge(
         tone = "missing"
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
-    if any(not each.remark for each in suspicions):
+    if any(not item.remark for item in suspicions):
         tone = tone.replace("nothing", "ambiguous")
     return tone, f"{tag}{qualify(suspicions)}{doubt(suspicions)}"
 

@@ -47,9 +47,9 @@ class SetGains:
         comparison
             Training data.
         """
-        unknowns = Unknowns.from_effects(model, [(each, np.inf) for each in self.gains.parameters], ())
+        unknowns = Unknowns.from_effects(model, [(item, np.inf) for item in self.gains.parameters], ())
         fit = calibrate(comparison, unknowns, unknowns.vanishing, ending=Ending.EXACT)
-        missed, scatter = _measure_miss(comparison, fit.prediction, [each.sensor for each in self.gains.parameters])
+        missed, scatter = _measure_miss(comparison, fit.prediction, [item.sensor for item in self.gains.parameters])
         if missed > scatter:
             # Far from the measurements, least squares follow the few readings of the least noise, and miss all others.
             kept = np.ones(len(fit.values))
@@ -61,8 +61,8 @@ class SetGains:
     def report(self, factor: np.ndarray, deviation: np.ndarray) -> tuple[Calibrated, ...]:
         """Gains from the factors of a fit, in the order of the parameters."""
         return tuple(
-            Calibrated(name=each.name, factor=float(each.start * a), deviation=float(each.start * b))
-            for each, a, b in zip(self.gains.parameters, factor, deviation, strict=True)
+            Calibrated(name=item.name, factor=float(item.start * a), deviation=float(item.start * b))
+            for item, a, b in zip(self.gains.parameters, factor, deviation, strict=True)
         )
 
 

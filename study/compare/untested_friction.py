@@ -57,7 +57,7 @@ def _stick(model: Model) -> Model:
         joints=[joint for joint in system.joints if joint.name not in names],
         static_load=np.zeros(system.n_dof),
     )
-    sensors = tuple(each for each in model.sensors if isinstance(each, Sensor))
+    sensors = tuple(item for item in model.sensors if isinstance(item, Sensor))
     return replace(model, system=linear, sensors=sensors, lines={}, dead_weights={}, linked_preloads=())
 
 
@@ -80,7 +80,7 @@ def _slips(model: Model, datum: Datum) -> bool:
 def _states_slip(stuck: Model, comparison: Comparison, prediction: Prediction) -> bool:
     """The same of steady states; the linear model has no higher harmonics."""
     points, value = prediction.points, np.array(prediction.value)
-    rows = ~points.free & (points.harmonic > 0) & np.isin(points.sensor, [each.name for each in stuck.sensors])
+    rows = ~points.free & (points.harmonic > 0) & np.isin(points.sensor, [item.name for item in stuck.sensors])
     if not rows.any():
         return False
     value[rows] = Predictor(points=points.where(rows)).predict(stuck).value

@@ -62,14 +62,14 @@ def choose_tag(result: Round) -> str:
     is_changed = verdict.finding is Finding.NOTHING and bool(result.changes)
     if is_changed:
         tag += " from the mean of the repeats" if result.wrong else ", unless the structure changed during the test"
-    look_wrong = any(not (is_changed and each.of_time) for each in result.wrong)
+    look_wrong = any(not (is_changed and item.of_time) for item in result.wrong)
     return f"{tag}, but some measurements look wrong" if look_wrong else tag
 
 
 def choose_advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
-    if verdict.finding is Finding.NOTHING and result.changes and all(each.of_time for each in result.wrong):
+    if verdict.finding is Finding.NOTHING and result.changes and all(item.of_time for item in result.wrong):
         return ADVICE_CHANGES
     if result.wrong:
         return ADVICE_WRONG_DATA

@@ -121,9 +121,9 @@ class DataDiagnosisResult:
         yield ""
         if self.indications:
             yield "What the data show by themselves:"
-            yield from (f"  {'!' if each.is_clear else ' '} {each.sentence}" for each in self.indications)
+            yield from (f"  {'!' if item.is_clear else ' '} {item.sentence}" for item in self.indications)
             yield ""
-        fitted = [f"{each.name} x {each.factor:.4f} +- {each.half_interval:.2g}" for each in self.calibrated]
+        fitted = [f"{item.name} x {item.factor:.4f} +- {item.half_interval:.2g}" for item in self.calibrated]
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
         baseline = self.diagnosis.baseline
         yield f"  error {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard deviations"
@@ -154,19 +154,19 @@ class DataDiagnosisResult:
             "campaign": self.campaign.title,
             "finding": verdict.finding.value,
             "verdict": self.headline,
-            "effects": [each.name for each in verdict.effects],
-            "suspicions": [str(each) for each in self.suspicions],
+            "effects": [entry.name for entry in verdict.effects],
+            "suspicions": [str(entry) for entry in self.suspicions],
             "signs": [{**vars(indication), "clear": indication.is_clear} for indication in self.indications],
             "calibrated": {
-                each.name: {"factor": each.factor, "deviation": each.deviation} for each in self.calibrated
+                entry.name: {"factor": entry.factor, "deviation": entry.deviation} for entry in self.calibrated
             },
             "before": {"error": verdict.baseline.error, "held_out_error": verdict.baseline.held_out_error},
             "candidates": [
                 {
-                    "effect": each.name, "strength": each.strength, "deviation": each.deviation, "error": each.error,
-                    "held_out_error": each.held_out_error,
+                    "effect": entry.name, "strength": entry.strength, "deviation": entry.deviation, "error": entry.error,
+                    "held_out_error": entry.held_out_error,
                 }
-                for each in self.diagnosis.refits
+                for entry in self.diagnosis.refits
             ],
             "untestable": [
                 {"effect": item.name, "reason": item.reason} for item in self.diagnosis.catalogue.untestable
@@ -298,7 +298,7 @@ def _draw(found: DataDiagnosisResult, case: str) -> dict[str, bytes]:
             next=f"Next: {found.advice}.",
             cards=(
                 ("held-out error, calibrated [standard deviations]", f"{verdict.baseline.held_out_error:.3g}"),
-                *((f"held-out error with {each.name}", f"{each.held_out_error:.3g}") for each in verdict.effects),
+                *((f"held-out error with {entry.name}", f"{entry.held_out_error:.3g}") for entry in verdict.effects),
             ),
         ),
         calibrated=found.calibrated,
@@ -317,8 +317,8 @@ def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
     """Indications and candidates."""
     if found.indications:
         rows = [
-            (each.quantity, each.measured, each.predicted, f"{each.difference:+.3g}" + (" !" if each.is_clear else ""))
-            for each in found.indications
+            (item.quantity, item.measured, item.predicted, f"{item.difference:+.3g}" + (" !" if item.is_clear else ""))
+            for item in found.indications
         ]
         yield Section(
             title="What the data show by themselves",
@@ -326,8 +326,8 @@ def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
             table=Table(head=("quantity", "measured", "model", "difference [standard deviations]"), rows=rows, words=3),
         )
     rows = [
-        (each.name, format_fitted_strength(each), f"{each.error:.3g}", f"{each.held_out_error:.3g}")
-        for each in found.diagnosis.refits
+        (item.name, format_fitted_strength(item), f"{item.error:.3g}", f"{item.held_out_error:.3g}")
+        for item in found.diagnosis.refits
     ]
     if rows:
         baseline = found.diagnosis.baseline

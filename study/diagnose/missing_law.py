@@ -40,7 +40,7 @@ class RecoveredLaw:
         where = f"A law at {self.law.best.name} ({probability}) explains most"
         if len(self.law.credible) > 1:
             where += f"; the places {', '.join(self.law.credible)} have 95 % together"
-        return [f"{where}.", *(f"{each[0].upper()}{each[1:]}." for each in self.words.sentences)]
+        return [f"{where}.", *(f"{item[0].upper()}{item[1:]}." for item in self.words.sentences)]
 
     @property
     def effect_file(self) -> str:

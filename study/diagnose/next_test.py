@@ -82,17 +82,17 @@ class NextStep:
         """Tests that are shown, the advised one first: of those that decide alike the cheapest ones."""
         if self.advice is None:
             return []
-        bare = {each.test.name: each.probability for each in self.advice.ranked if each.test.place is None}
+        bare = {item.test.name: item.probability for item in self.advice.ranked if item.test.place is None}
         rest = [
-            each
-            for each in self.advice.ranked[1:]
+            item
+            for item in self.advice.ranked[1:]
             # A further sensor is shown where it tells more.
-            if each.test.place is None or each.probability > bare.get(each.test.name, 0.0) + MORE
+            if item.test.place is None or item.probability > bare.get(item.test.name, 0.0) + MORE
         ]
-        rest.sort(key=lambda each: (-round(each.probability, 2), each.test.minutes))
+        rest.sort(key=lambda item: (-round(item.probability, 2), item.test.minutes))
         shown = [self.advice.best, *rest][: SHOWN - 1]
         # What is gained by no new idea stands beside.
-        again = next((each for each in rest if each.test.name == AGAIN and each not in shown), None)
+        again = next((item for item in rest if item.test.name == AGAIN and item not in shown), None)
         return [*shown, *([] if again is None else [again])]
 
     @property
@@ -111,7 +111,7 @@ class NextStep:
         return {
             "sentence": self.sentence,
             "candidates": dict(zip(names, self.advice.probabilities, strict=True)),
-            "tests": [_document(each, names) for each in self.advice.ranked],
+            "tests": [_document(item, names) for item in self.advice.ranked],
         }
 
 
@@ -136,8 +136,8 @@ def format_next_tests(step: NextStep) -> Iterator[str]:
         return
     yield ""
     yield f"What further tests would tell between {' and '.join(step.advice.names)}:"
-    for each in step.shown:
-        yield f"  {100 * each.probability:5.1f} %  {each.test.minutes:4.0f} min  {each.test.title}"
+    for item in step.shown:
+        yield f"  {100 * item.probability:5.1f} %  {item.test.minutes:4.0f} min  {item.test.title}"
     yield "  probability that the test decides, and what it takes, roughly"
     if step.remark:
         yield f"  {step.remark}"

@@ -33,8 +33,8 @@ def make_next_tests(step: NextStep, title: str, units: dict[str, str]) -> NextTe
     return NextTests(
         title=title, subtitle=f"{step.sentence[0].upper()}{step.sentence[1:]}",
         tests=[
-            TestBar(name=each.test.title, probability=each.probability, minutes=each.test.minutes)
-            for each in step.shown
+            TestBar(name=item.test.title, probability=item.probability, minutes=item.test.minutes)
+            for item in step.shown
         ],
         frequency=curve.frequency,
         curves=[

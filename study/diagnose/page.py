@@ -79,7 +79,7 @@ def make_files(result: Round, history: History, case: Path) -> dict[str, bytes]:
         drawn[f"{stem}_missing_law"] = make_law_drawing(result.law, title)
         files[LAW_FILE] = result.law.effect_file.encode()
     if result.next_step.advice is not None:
-        units = {each.name: each.unit for each in result.campaign.sensors}
+        units = {item.name: item.unit for item in result.campaign.sensors}
         drawn[f"{stem}_next_test"] = make_next_tests(result.next_step, title, units)
     made = pictures(drawn)
     shown = {name: embed(made[f"{stem}_{name}"]) for name in EMBEDDED if f"{stem}_{name}" in made}
@@ -138,9 +138,9 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         n_shown=SHOWN,
         held_out_before=percent(result.diagnosis.baseline.held_out_error, 3),
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
-        places=[each for each in result.diagnosis.places if isinstance(each, UnknownForcePlace)],
+        places=[entry for entry in result.diagnosis.places if isinstance(entry, UnknownForcePlace)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
-        resonators=[_resonator(each) for each in result.diagnosis.places if isinstance(each, Resonator)],
+        resonators=[_resonator(entry) for entry in result.diagnosis.places if isinstance(entry, Resonator)],
         law=None if result.law is None else [*result.law.sentences],
         embedded=shown_pictures,
         law_file=LAW_FILE,

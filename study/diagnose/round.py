@@ -82,13 +82,13 @@ class Round(Tabular):
     @property
     def wrong(self) -> list[Suspicion]:
         """Suspicions about the measurements, without remarks."""
-        return [each for each in self.suspicions if not each.remark]
+        return [item for item in self.suspicions if not item.remark]
 
     @property
     def changes(self) -> list[str]:
         """Changes during a test, which no case explains; where nothing is missing, suspected ones as well."""
         is_nothing = self.diagnosis.verdict.finding is Finding.NOTHING
-        return [each.headline for each in self.suspicions if each.of_time and (is_nothing or not each.remark)]
+        return [item.headline for item in self.suspicions if item.of_time and (is_nothing or not item.remark)]
 
     @property
     def best(self) -> Refit | None:
@@ -232,7 +232,7 @@ def prepare_setup(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup
         remarks = [remark.sentence for remark in gained.remarks]
     observed, sweeps = take_training_part(campaign), find_sweep_directions(campaign)
     corrections = store.run(find_mode_corrections, setup.complete, setup.budget, observed, sweeps)
-    numbers = tuple(each.number for each in corrections if isinstance(each, ModeCorrection))
+    numbers = tuple(entry.number for entry in corrections if isinstance(entry, ModeCorrection))
     budget = replace(setup.budget, fitted=numbers)
     setup = replace(setup, calibration_parameters=(*setup.calibration_parameters, *corrections), budget=budget)
     if setup.added:

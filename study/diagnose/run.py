@@ -226,7 +226,7 @@ def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -
 def _list_alone(result: Round) -> list[Refit]:
     """Fits of each effect alone: those of the finalists, and that of one that is missing beside the first."""
     pair, listed = result.diagnosis.verdict.pair, [*result.diagnosis.refits]
-    if pair is not None and pair.alone.name not in {each.name for each in listed}:
+    if pair is not None and pair.alone.name not in {item.name for item in listed}:
         listed.append(pair.alone.refit)
     return listed
 

@@ -66,7 +66,7 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
                 float(f"{getattr(setup.budget, name):.4g}")
                 for name in (
                     *("frequency", "compliance", "shares"),
-                    *(each for each in ("model", "damping") if getattr(setup.budget, each)),
+                    *(entry for entry in ("model", "damping") if getattr(setup.budget, entry)),
                 )
             ),
             [[finer.system.n_dof, len(finer.system.joints), finer.n_harmonic] for finer in setup.budget.refined],

@@ -133,7 +133,7 @@ def _stepped_sines(campaign: Campaign) -> Iterator[MeasuredResonance]:
                 + (f" near {mode.frequency:.4g} Hz" if len(modes) > 1 else ""),
                 is_steady=partner is not None
                 and _are_equal(mode.damping, mode.damping_deviation, partner.damping, partner.damping_deviation),
-                is_largest=mode.size == max(each.size for each in modes),
+                is_largest=mode.size == max(item.size for item in modes),
             )
 
 
@@ -189,8 +189,8 @@ def find_partners(model: Model, stuck: MeasuredResonance, free: Sequence[Measure
     own = compute_dense_modes(plain.mass, stick_at_rest(plain.stiffness, plain.joints))
     shape = modes.mode_shapes[:, _nearest(modes.frequency, stuck.frequency)]
     alike = (shape @ plain.mass @ own.mode_shapes) ** 2
-    same = [each for each in free if _nearest(own.frequency, each.frequency) == int(np.argmax(alike))]
-    return same or [free[_nearest(np.array([each.frequency for each in free]), stuck.frequency)]]
+    same = [item for item in free if _nearest(own.frequency, item.frequency) == int(np.argmax(alike))]
+    return same or [free[_nearest(np.array([item.frequency for item in free]), stuck.frequency)]]
 
 
 def _nearest(frequency: Float[NDArray[np.float64], " m"], wanted: float) -> int:

@@ -98,7 +98,7 @@ def content_policy(scripts: Iterable[str] = ()) -> str:
     Content Security Policy Level 3, W3C Working Draft: hashes of inline scripts.
     """
     hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts]
-    allowed = " ".join(f"'sha256-{each}'" for each in hashes) or "'none'"
+    allowed = " ".join(f"'sha256-{item}'" for item in hashes) or "'none'"
     return (
         f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; "
         "base-uri 'none'; form-action 'none'"

@@ -39,7 +39,7 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     text, names = str(answer.text), [file.stem.split(BETWEEN) for file in pictures]
     # The last word of a name says what the picture shows.
     starts = zip(*(name[:-1] for name in names), strict=False)
-    common = [each[0] for each in takewhile(lambda each: len(set(each)) == 1, starts)]
+    common = [item[0] for item in takewhile(lambda item: len(set(item)) == 1, starts)]
     sections = [
         PageSection(
             title=_heading([*name[len(common) :], *(["film"] if file.suffix == ".gif" else [])]),

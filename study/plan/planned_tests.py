@@ -67,7 +67,7 @@ def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
         A name that is neither a sensor nor a place, or no sensor at all.
     """
     model = read.model
-    own = {each.name: each for each in model.sensors}
+    own = {item.name: item for item in model.sensors}
     chosen: list[Sensor | LineSensor | LoadCell] = []
     for name in names or tuple(own):
         if name in own:
@@ -77,7 +77,7 @@ def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
         else:
             known = ", ".join(dict.fromkeys([*own, *model.places]))
             raise InputError(f'--sensors: "{name}" is no sensor or place of the case: give any of {known or "none"}')
-    if not any(isinstance(each, Sensor) for each in chosen):
+    if not any(isinstance(item, Sensor) for item in chosen):
         raise InputError("--sensors: none reads a motion: add a [[sensor]] to the case, or name places with --sensors")
     return Model(**{**vars(model), "sensors": tuple(chosen)})
 
@@ -103,7 +103,7 @@ def make_tests(read: ReadCase, model: Model, request: PlanRequest) -> list[NextT
     jointed = NextTest(
         name="planned", configuration="jointed", levels=levels,
         frequencies=tuple(np.linspace(first, last, request.n_frequency).tolist()),
-        sensors=tuple(each.name for each in model.sensors), harmonics=request.harmonics, sweeps=SWEEPS[request.sweep],
+        sensors=tuple(item.name for item in model.sensors), harmonics=request.harmonics, sweeps=SWEEPS[request.sweep],
         n_repeat=request.n_repeat,
     )  # fmt: skip
     return [jointed, _make_free(jointed, model)] if request.free else [jointed]
@@ -124,7 +124,7 @@ def make_noise(text: str, model: Model, largest: dict[str, float]) -> PlannedNoi
     relative = _read(text, RATIO, "noise")
     if not relative > 0:
         raise InputError(f'--noise "{text}" is not positive: give the noise of a reading, such as "0.5 %"')
-    laws = {each.name: NoiseLaw(relative, FLOOR * relative * largest.get(each.name, 0.0)) for each in model.sensors}
+    laws = {item.name: NoiseLaw(relative, FLOOR * relative * largest.get(item.name, 0.0)) for item in model.sensors}
     known = {(name, harmonic): law for name, law in laws.items() for harmonic in range(model.n_harmonic)}
     return PlannedNoise(usual=next(iter(laws.values())), known=known)
 
@@ -164,7 +164,7 @@ def _make_free(jointed: NextTest, model: Model) -> NextTest:
         raise InputError(
             "--free: the structure has no contact line to open, or no resonance without it: leave --free out"
         )
-    motions = tuple(each.name for each in model.sensors if isinstance(each, Sensor))
+    motions = tuple(item.name for item in model.sensors if isinstance(item, Sensor))
     return NextTest(
         name="planned, without contacts", configuration="free", levels=jointed.levels[:2], frequencies=band,
         sensors=motions, harmonics=jointed.harmonics, sweeps=jointed.sweeps, n_repeat=jointed.n_repeat,

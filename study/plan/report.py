@@ -49,7 +49,7 @@ class PlanResult:
     @property
     def n_state(self) -> int:
         """Steady states that are measured [-]."""
-        return sum(len(each.levels) * len(each.frequencies) * len(each.sweeps) * each.n_repeat for each in self.tests)
+        return sum(len(item.levels) * len(item.frequencies) * len(item.sweeps) * item.n_repeat for item in self.tests)
 
     @property
     def headline(self) -> str:
@@ -77,7 +77,7 @@ class PlanResult:
             "threshold": plan.threshold,
             "noise": self.noise,
             "states": self.n_state,
-            "tests": [_describe_test(each) for each in self.tests],
+            "tests": [_describe_test(item) for item in self.tests],
             "effects": [
                 {
                     "effect": score.effect.name,
@@ -91,7 +91,7 @@ class PlanResult:
                 }
                 for score in plan.scores
             ],
-            "untestable": [{"effect": each.name, "reason": each.reason} for each in plan.catalogue.untestable],
+            "untestable": [{"effect": item.name, "reason": item.reason} for item in plan.catalogue.untestable],
             "files": [str(file) for file in self.files],
         }
 
@@ -116,7 +116,7 @@ class PlanResult:
         for score in seen:
             alike = self.plan.confused_with(score)
             more = f" and {len(alike) - 2} more" if len(alike) > 2 else ""
-            strengths = "  ".join(f"{each:>12}" for each in _strengths(self.plan, score))
+            strengths = "  ".join(f"{item:>12}" for item in _strengths(self.plan, score))
             yield f"  {score.effect.name:<{width}}  {strengths}  {', '.join(alike[:2])}{more}".rstrip()
         yield "  smallest: strength that about half of such campaigns would name; typical: one that matters, such as a"
         yield f"  mass that shifts a resonance by 0.5 %; looks like: |cos| of the changes above {CONFUSED:g}"
@@ -126,7 +126,7 @@ class PlanResult:
         if self.plan.catalogue.untestable:
             yield ""
             yield "Cannot be tested:"
-            yield from (f"  {each.name}: {each.reason}" for each in self.plan.catalogue.untestable)
+            yield from (f"  {item.name}: {item.reason}" for item in self.plan.catalogue.untestable)
 
 
 def _strengths(plan: Plan, score: Score) -> tuple[str, str]:

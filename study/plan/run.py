@@ -30,9 +30,9 @@ def compute_plan(
     effects: Sequence[Path], without: Sequence[str],
 ) -> Plan:  # fmt: skip
     """What tests would show; see `diagnosis.next_test.plan.plan_tests`."""
-    tested: Mapping[str, float] = {each.configuration: max(each.levels) for each in tests}
+    tested: Mapping[str, float] = {item.configuration: max(item.levels) for item in tests}
     catalogue = list_effects(model, without=without, extra=effects, level=max(tested.values()), configurations=tested)
-    lowest = [replace(each, levels=each.levels[:1], harmonics=(1,)) for each in tests[:1]]
+    lowest = [replace(item, levels=item.levels[:1], harmonics=(1,)) for item in tests[:1]]
     points = lowest[0].make_points()
     sizes = np.nan_to_num(np.abs(Predictor(points=points).predict(model).value))
     largest = {name: float(sizes[points.sensor == name].max()) for name in lowest[0].sensors}
@@ -62,7 +62,7 @@ def run_plan(path: Path, request: PlanRequest, run: RunContext, *, without: Sequ
     )
     planned = PlanResult(
         title=setup.title, tests=tuple(tests), plan=plan, noise=request.noise,
-        added=tuple(each.effect.name for each in setup.added),
+        added=tuple(item.effect.name for item in setup.added),
     )  # fmt: skip
     files = run.draw({f"{path.stem}_plan": make_plan_drawing(plan, setup.title, planned.headline)})
     table = run.output / f"{path.stem}_plan.json"

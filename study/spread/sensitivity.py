@@ -118,8 +118,8 @@ def differentiate_curve(
     response[[item is None for item in tangents]] = np.nan
     amplitude = (nominal.conj() * response).real / np.abs(nominal)
     peak = np.array(
-        [[_peak_slope(solved.parameter, np.abs(q), slope) for q, slope in zip(nominal, each, strict=True)]
-         for each in amplitude]
+        [[_peak_slope(solved.parameter, np.abs(q), slope) for q, slope in zip(nominal, entry, strict=True)]
+         for entry in amplitude]
     ).reshape(len(tangents), len(nominal), 2)  # fmt: skip
     return CurveSensitivity(response=response, amplitude=amplitude, peak=peak)
 

@@ -56,7 +56,7 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path: Path) -> None:
     before = file.read_text()
     assert 0 < len(read(file)) < len(planned)
     records = run(planned, tmp_path, quick, workers=0, say=lambda _: None)
-    assert sorted((each.row, each.seed) for each in records) == sorted((case.row, case.seed) for case in planned)
+    assert sorted((item.row, item.seed) for item in records) == sorted((case.row, case.seed) for case in planned)
     assert file.read_text().startswith(before)
     said: list[str] = []
     run(planned, tmp_path, quick, workers=0, say=said.append)
@@ -125,7 +125,7 @@ def test_a_process_may_die_and_ctrl_c_ends_all_and_keeps_what_is_done(tmp_path: 
     finally:
         process.kill()
     assert (process.returncode, error) == (7, b"")
-    assert [each.seed for each in read(tmp_path / "out" / "records.jsonl")] == [0]
+    assert [item.seed for item in read(tmp_path / "out" / "records.jsonl")] == [0]
 
 
 def test_every_planted_effect_has_its_name_in_the_catalogue() -> None:

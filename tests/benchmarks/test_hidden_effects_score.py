@@ -156,18 +156,18 @@ def test_the_excess_falls_by_what_is_named_alone() -> None:
 
 def test_the_excess_of_chi2_stands_above_campaigns_without_any_effect() -> None:
     mass = [record for record in RECORDS if record.row == "mass"]
-    nothing = [replace(each, held_chi2=chi2) for each, chi2 in zip(
-        [each for each in RECORDS if each.row == "nothing"][:1] * 2, (0.7, 0.9), strict=True)]  # fmt: skip
+    nothing = [replace(item, held_chi2=chi2) for item, chi2 in zip(
+        [item for item in RECORDS if item.row == "nothing"][:1] * 2, (0.7, 0.9), strict=True)]  # fmt: skip
     named = [
-        replace(each, held_chi2=1.2, named=tuple(replace(one, held_chi2=0.9) for one in each.named)) for each in mass
+        replace(item, held_chi2=1.2, named=tuple(replace(one, held_chi2=0.9) for one in item.named)) for item in mass
     ]
     # Above 0.8: 0.4 three times before; after, 0.1 where something is named, and 0.4 where nothing is.
-    expected = sum(0.1 if each.named else 0.4 for each in named) / 1.2
+    expected = sum(0.1 if item.named else 0.4 for item in named) / 1.2
     assert score([*named, *nothing], GROUPS).planted["mass"].excess.weighed == pytest.approx(expected)
 
 
 def test_the_floor_is_where_campaigns_without_any_effect_are() -> None:
-    nothing = [replace(each, held_error=0.011) for each in RECORDS if each.row == "nothing"]
+    nothing = [replace(item, held_error=0.011) for item in RECORDS if item.row == "nothing"]
     scored = score([*RECORDS[:3], *nothing], GROUPS)
     assert scored.floor_factor == pytest.approx(1.1)
     # 2 to 1.2 % above 1.1 %.
@@ -182,7 +182,7 @@ def test_a_record_survives_its_file_and_a_torn_line_does_not_spoil_the_next(tmp_
     append(file, RECORDS[2])
     again = replace(RECORDS[0], finding=NONE)
     append(file, again)
-    assert [each.line for each in read(file)] == [again.line, RECORDS[2].line]
+    assert [item.line for item in read(file)] == [again.line, RECORDS[2].line]
     assert read(file)[0].place is not None
     assert math.isnan(read(file)[0].threshold)
 

@@ -11,7 +11,7 @@ MASS, GAIN, SPRING = "mass at tip", "gain of tip", "spring at tip"
 
 def record(*rounds: dict[str, Any], hidden: tuple[str, ...] = (MASS,)) -> dict[str, Any]:
     effects = [{"name": name, "known": True} for name in hidden]
-    return {"effects": effects, "rounds": [{"alike": {MASS: ["density of all"]}, **each} for each in rounds]}
+    return {"effects": effects, "rounds": [{"alike": {MASS: ["density of all"]}, **item} for item in rounds]}
 
 
 def told(*names: str, further: str = "") -> dict[str, Any]:

@@ -70,7 +70,7 @@ def test_an_unusual_value_is_used_with_a_warning_that_names_line_value_and_likel
     with pytest.warns(InputWarning) as caught:
         case = load_case(case_file(tmp_path, "210 MPa", "7800 kg/m^3"), Case)
     assert case.material[1].young == 210e6
-    (message,) = [str(each.message) for each in caught]
+    (message,) = [str(item.message) for item in caught]
     assert message.startswith(f'{tmp_path / "my.toml"}:5: material[1].young = "210 MPa": ')
     assert message.endswith('did you mean "210 GPa"?')
 

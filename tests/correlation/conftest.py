@@ -116,16 +116,16 @@ def make_campaign(
         value = before.value + deviation * np.where(points.harmonic > 0, real + 1j * imaginary, real)
         sensor = np.array([sensors.index(name) for name in points.sensor])
         columns.append((points.free, np.full(len(points), repeat), points.level, points.frequency, sensor, value))
-    free, number, level, frequency, sensor, value = (np.concatenate(each) for each in zip(*columns, strict=True))
+    free, number, level, frequency, sensor, value = (np.concatenate(item) for item in zip(*columns, strict=True))
     k = len(value)
     return Campaign(
         title="small",
         folder=Path("small"),
         sensors=tuple(
-            MeasuredSensor(name=each.name, quantity=each.quantity)
-            if isinstance(each, Sensor)
-            else MeasuredSensor(name=each.name, quantity="contact force", line=each.line, component=each.component)
-            for each in truth.sensors
+            MeasuredSensor(name=item.name, quantity=item.quantity)
+            if isinstance(item, Sensor)
+            else MeasuredSensor(name=item.name, quantity="contact force", line=item.line, component=item.component)
+            for item in truth.sensors
         ),
         tests=(Test(name="with"), Test(name="without", configuration="free")),
         measurement=Measurement(

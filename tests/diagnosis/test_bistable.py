@@ -52,7 +52,7 @@ def make_campaign() -> Campaign:
                 value = value * (1 + NOISE * (real + 1j * imaginary))
                 n = len(GRID)
                 columns.append((np.full(n, repeat), np.full(n, way), np.full(n, level * force), GRID[::way], value))
-    repeat, sweep, level, frequency, value = (np.concatenate(each) for each in zip(*columns, strict=True))
+    repeat, sweep, level, frequency, value = (np.concatenate(item) for item in zip(*columns, strict=True))
     k = len(value)
     zero = np.zeros(k, dtype=int)
     return Campaign(

@@ -96,7 +96,7 @@ def heavy(bench: Bench, kept: Kept, told: list[tuple[str, float]]) -> Diagnosis:
 
 
 def names(of: Diagnosis) -> list[str]:
-    return [each.effect.name for each in of.verdict.effects if each.effect is not None]
+    return [item.effect.name for item in of.verdict.effects if item.effect is not None]
 
 
 def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
@@ -123,16 +123,16 @@ def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
 
 
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
-    found = [compute_log_density(each) for each in heavy.refits]
+    found = [compute_log_density(item) for item in heavy.refits]
     assert found
     assert found == sorted(found, reverse=True)
-    for each in heavy.refits:
-        assert each.fit.chi2 < heavy.arrangement.fit.chi2
-        assert each.held_out_gain < each.gain
+    for item in heavy.refits:
+        assert item.fit.chi2 < heavy.arrangement.fit.chi2
+        assert item.held_out_gain < item.gain
 
 
 def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:
-    assert {score.effect.name for score in heavy.scores} == {each.name for each in heavy.catalogue.candidates}
+    assert {score.effect.name for score in heavy.scores} == {item.name for item in heavy.catalogue.candidates}
     assert heavy.thresholds == compute_linear_thresholds(heavy.scores)
     assert heavy.verdict.threshold == heavy.thresholds.gain
     assert {place.name for place in heavy.places} == {"root z", "tip z"}
@@ -148,10 +148,10 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
         f"fit of {score.effect.name}"
         for score in shortlist(heavy.scores, heavy.arrangement.selection, is_poor=is_poor_fit(heavy.arrangement))
     }
-    listed = ", ".join(["nothing", *(each.name for each in heavy.refits)])
+    listed = ", ".join(["nothing", *(item.name for item in heavy.refits)])
     wide = f"intervals beside {heavy.verdict.effects[0].name} of {listed}"
     own = {step for step in kept.asked if " by its own covariance beyond " in step}
-    assert {step.partition(" by its")[0] for step in own} == {each.name for each in heavy.refits}
+    assert {step.partition(" by its")[0] for step in own} == {item.name for item in heavy.refits}
     # The mass moves the resonance by many widths: other starts are sought.
     starts = pickle.loads(kept.results["starts under response control"])
     begun = {
@@ -163,10 +163,10 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     costs = {name.replace("fit of", "cost of", 1) for name in fits}
     # Where another start led further.
     anew = {step for step in kept.asked if step.startswith("cost of ") and step.endswith(" from another start")}
-    assert {step[len("cost of ") : -len(" from another start")] for step in anew} <= {each.name for each, _ in starts}
+    assert {step[len("cost of ") : -len(" from another start")] for step in anew} <= {item.name for item, _ in starts}
     # Those that are too far behind are fitted to the end, and not weighed.
     refits = {step for step in kept.asked if step.startswith("refit of ")}
-    assert {f"refit of {each.name}" for each in heavy.refits} <= refits
+    assert {f"refit of {item.name}" for item in heavy.refits} <= refits
     assert set(kept.asked) == {*STEPS, *fits, *costs, *anew, *refits, *own, *begun, left_of(heavy), wide}
     assert len(kept.asked) == len(set(kept.asked))
 
@@ -209,7 +209,7 @@ def test_progress_rises_from_nothing_to_all(heavy: Diagnosis, told: list[tuple[s
 @slow
 def test_without_its_kind_it_is_not_that_kind(bench: Bench) -> None:
     found = bench.diagnose(bench.campaign((WHERE, MASS)), without=["mass", "density"])
-    kinds = {each.kind for each in found.catalogue.candidates}
+    kinds = {item.kind for item in found.catalogue.candidates}
     assert "mass" not in kinds
     assert "density" not in kinds
     assert all(name.split(" ")[0] not in ("mass", "density") for name in names(found))
@@ -311,7 +311,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
     assert (best.strength, best.deviation) == (fit.values[4], fit.deviation[4])
     # The base stays the engineer's own model.
     np.testing.assert_array_equal(found.arrangement.base.system.stiffness, bench.small.system.stiffness)
-    assert [each.name for each in found.arrangement.added] == [WHERE]
+    assert [item.name for item in found.arrangement.added] == [WHERE]
     # What is there already is no candidate.
     assert WHERE not in [score.effect.name for score in found.scores]
 

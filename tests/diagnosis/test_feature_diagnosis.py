@@ -128,12 +128,12 @@ def test_an_added_effect_has_the_bounds_of_the_data_and_no_value_beyond_them() -
 
 
 def test_every_third_datum_tests_where_none_is_held_out() -> None:
-    modes = [MeasuredMode(**{**vars(each), "held_out": False}) for each in measure(chain(), 7)]
+    modes = [MeasuredMode(**{**vars(item), "held_out": False}) for item in measure(chain(), 7)]
     model = chain()
     found = arrange_features(model, modes, list_calibration_parameters(model))
-    names = [[each.name for each in side.data] for side in (found.train, found.held_out)]
-    assert names[1] == [each.name for each in modes[1::3]]
-    assert sorted(names[0] + names[1]) == sorted(each.name for each in modes)
+    names = [[item.name for item in side.data] for side in (found.train, found.held_out)]
+    assert names[1] == [item.name for item in modes[1::3]]
+    assert sorted(names[0] + names[1]) == sorted(item.name for item in modes)
 
 
 def test_an_effect_that_leaves_a_sign_explains_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -120,7 +120,7 @@ def test_the_hidden_effect_is_named_and_measured(
     # What was fitted with it is right as well, and nothing is left.
     np.testing.assert_allclose(best.fit.values[:3], [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
     assert rest[0].verdict.finding is Finding.NOTHING, rest[0].verdict.sentence
-    assert [each.effect.name for each in rest[0].arrangement.added] == [name]
+    assert [item.effect.name for item in rest[0].arrangement.added] == [name]
 
 
 def test_nothing_is_claimed_where_nothing_is_missing(records: dict[str, list[TimeRecord]]) -> None:

@@ -94,16 +94,16 @@ def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
 def test_three_factors_absorb_all_that_is_linear() -> None:
     base = oscillator()
     noisy = [
-        replace(each, values=each.values + 1e-3 * np.random.default_rng(9).normal(size=each.values.shape))
-        for each in (driven(1), driven(2))
+        replace(item, values=item.values + 1e-3 * np.random.default_rng(9).normal(size=item.values.shape))
+        for item in (driven(1), driven(2))
     ]
     found = diagnose_records(
         base, noisy, [*list_calibration_parameters(base), Gain(name="gain of y", sensor="y")], run_in=1.0
     )
-    absorbed = {each.effect.kind for each in found.scores if each.absorbed > 0.9999}
+    absorbed = {item.effect.kind for item in found.scores if item.absorbed > 0.9999}
     # A record is not turned in phase, so that a delay does nothing there.
     assert absorbed == {"spring", "mass", "density", "dashpot", "delay"}
-    assert all(each.gain == 0 for each in found.scores if each.effect.kind in absorbed)
+    assert all(item.gain == 0 for item in found.scores if item.effect.kind in absorbed)
     assert found.verdict.finding is Finding.NOTHING
 
 

@@ -80,11 +80,11 @@ def test_the_held_out_error_falls_at_least_five_times(rounds: list[RecordDiagnos
 
 
 def test_other_effects_hardly_help(rounds: list[RecordDiagnosis]) -> None:
-    others = [each for each in rounds[0].scores if each.effect.kind != "cubic"]
-    assert {each.effect.kind for each in others} >= {"air damping", "spring", "mass", "gain", "dashpot"}
+    others = [item for item in rounds[0].scores if item.effect.kind != "cubic"]
+    assert {item.effect.kind for item in others} >= {"air damping", "spring", "mass", "gain", "dashpot"}
     # Shares of the squared error.
     chi2 = rounds[0].arrangement.fit.chi2
-    assert max(each.gain / chi2 for each in others) < 0.05
+    assert max(item.gain / chi2 for item in others) < 0.05
 
 
 def test_another_training_finds_the_same_spring(whole: TimeRecord, rounds: list[RecordDiagnosis]) -> None:

@@ -80,9 +80,9 @@ def test_places_that_move_alike_are_all_told_with_the_mass_there(hung: Arrangeme
     model = replace(hung.fit.model, places={**hung.fit.model.places, "lever z": half})
     best, other = found_in(replace(hung, fit=replace(hung.fit, model=model)))[:2]
     assert {best.name, other.name} == {"tip z", "lever z"}
-    ((name, mass),) = [(each.name, each.mass) for each in best.alike]
+    ((name, mass),) = [(item.name, item.mass) for item in best.alike]
     assert (name, mass) == (other.name, other.mass)
-    masses = {each.name: each.mass for each in (best, other)}
+    masses = {item.name: item.mass for item in (best, other)}
     # A quarter of the motion's square is felt at half of the motion.
     assert masses["lever z"] == pytest.approx(4 * masses["tip z"])
     assert f" g at {best.name} or {1e3 * mass:.2g} g at {name} (to first order), in the jointed" in best.sentence
@@ -100,7 +100,7 @@ def test_without_one_the_best_gains_what_chance_does(small: Model, paper: Module
     n_tried = sum(len(list_tunings(np.array(grid))) * 2 for grid in paper.GRID.values())
     # The best of so many squares of normals, each of its own: exceeded once in a thousand at twice that much, as in
     # the test of forces without one.
-    assert max(compute_excess_gain(each) for each in found_in(arrangement)) < 4 * np.log(1e3 * n_tried)
+    assert max(compute_excess_gain(item) for item in found_in(arrangement)) < 4 * np.log(1e3 * n_tried)
 
 
 def test_tunings_cover_the_band_more_densely_than_resonances_are_wide() -> None:

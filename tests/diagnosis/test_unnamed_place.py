@@ -54,16 +54,16 @@ def find(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue, kno
 def test_effects_act_at_unnamed_places_alone(
     heavy_campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue
 ) -> None:
-    names = [each.name for each in list_effects_elsewhere(heavy_campaign, arrangement)]
+    names = [item.name for item in list_effects_elsewhere(heavy_campaign, arrangement)]
     assert TRUE in names
     # The mass of a node moves along z and x: that at "root z" is there already, and is not listed once more.
     assert {name.partition(" at ")[2] for name in names} <= {"node 1 z", "node 0 x", "node 1 x"}
     assert "mass at node 0 x" not in names
     again = replace(arrangement, added=(list_effects_elsewhere(heavy_campaign, arrangement)[0],))
-    assert again.added[0].name not in [each.name for each in list_effects_elsewhere(heavy_campaign, again)]
+    assert again.added[0].name not in [item.name for item in list_effects_elsewhere(heavy_campaign, again)]
     assert not {*names} & {*catalogue.names}
     without = list_effects_elsewhere(heavy_campaign, arrangement, without={"mass"})
-    assert not any(each.kind == "mass" for each in without)
+    assert not any(item.kind == "mass" for item in without)
     finer: Any = replace(arrangement, finer=(SimpleNamespace(),))
     assert list_effects_elsewhere(heavy_campaign, finer) == []
 

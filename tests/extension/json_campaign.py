@@ -27,17 +27,17 @@ def read(path: Path) -> Campaign:
         found = json.loads(path.read_text(encoding="utf-8"))
         table = {name: np.array(column) for name, column in found["measurement"].items()}
         table["value"] = table.pop("real") + 1j * table.pop("imag")
-        sensors = [{**each, "coordinates": _array(each["coordinates"])} for each in found["sensors"]]
+        sensors = [{**item, "coordinates": _array(item["coordinates"])} for item in found["sensors"]]
         return Campaign(
             title=found["campaign of"],
             folder=path,
-            sensors=tuple(MeasuredSensor(**each) for each in sensors),
-            tests=tuple(Test(**each) for each in found["tests"]),
+            sensors=tuple(MeasuredSensor(**item) for item in sensors),
+            tests=tuple(Test(**item) for item in found["tests"]),
             measurement=Measurement(**table),
             held_out=HeldOut(**{name: tuple(values) for name, values in found["held_out"].items()}),
             records=tuple(
-                TimeRecord(**{**each, "channels": tuple(each["channels"]), "units": tuple(each["units"])})
-                for each in found["records"]
+                TimeRecord(**{**item, "channels": tuple(item["channels"]), "units": tuple(item["units"])})
+                for item in found["records"]
             ),
         )
     except (ValueError, LookupError, TypeError, AttributeError) as error:
@@ -45,15 +45,15 @@ def read(path: Path) -> Campaign:
 
 
 def write(campaign: Campaign, path: Path) -> None:
-    table = {each.name: getattr(campaign.measurement, each.name) for each in fields(Measurement)}
+    table = {item.name: getattr(campaign.measurement, item.name) for item in fields(Measurement)}
     value = table.pop("value")
     content = {
         "campaign of": campaign.title,
-        "sensors": [asdict(each) for each in campaign.sensors],
-        "tests": [asdict(each) for each in campaign.tests],
+        "sensors": [asdict(item) for item in campaign.sensors],
+        "tests": [asdict(item) for item in campaign.tests],
         "measurement": {**table, "real": value.real, "imag": value.imag},
         "held_out": asdict(campaign.held_out),
-        "records": [asdict(each) for each in campaign.records],
+        "records": [asdict(item) for item in campaign.records],
     }
     path.write_text(json.dumps(content, default=_list), encoding="utf-8")
 

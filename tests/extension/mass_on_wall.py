@@ -32,7 +32,7 @@ def structure(opened: OpenCase, run: RunContext) -> Structure:
         matrices=StructureMatrices(
             mass=mass, stiffness=stiffness, damping=2 * RATIO * np.sqrt(table.mass * table.stiffness) * np.eye(2)
         ),
-        dofs=tuple(Dof(body="mass", node=1, direction=each, coordinates=np.zeros(3)) for each in "xy"),
+        dofs=tuple(Dof(body="mass", node=1, direction=item, coordinates=np.zeros(3)) for item in "xy"),
         places={"along": along, "across": across},
         sensors=(Sensor(name="along", row=along),),
     )

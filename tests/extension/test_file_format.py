@@ -58,7 +58,7 @@ def test_matrices_by_name_make_a_system(matrix_suffix: str, tmp_path: Path) -> N
 
 
 def test_files_of_one_suffix_go_to_the_format_that_recognises_them(mesh_suffix: str, tmp_path: Path) -> None:
-    (ours,) = (each for each in MESH_FORMATS if mesh_suffix in each.suffixes)
+    (ours,) = (item for item in MESH_FORMATS if mesh_suffix in item.suffixes)
     mesh = test_mesh_file.bent_bar(HEX8)
     write_mesh(mesh, tmp_path / "own.msh")
     write_mesh(mesh, tmp_path / f"theirs{mesh_suffix}")
@@ -84,7 +84,7 @@ def test_files_of_one_suffix_go_to_the_format_that_recognises_them(mesh_suffix: 
 def test_a_format_that_another_contradicts_is_refused(
     mesh_suffix: str, change: dict[str, object], message: str
 ) -> None:
-    (ours,) = (each for each in MESH_FORMATS if mesh_suffix in each.suffixes)
+    (ours,) = (item for item in MESH_FORMATS if mesh_suffix in item.suffixes)
     with pytest.raises(RegistryError, match=message):
         MESH_FORMATS.register(replace(ours, **{"name": "spoilt", **change}))
 

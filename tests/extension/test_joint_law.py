@@ -65,8 +65,8 @@ def test_the_chain_is_four_jenkins_elements(law: type[Joint]) -> None:
     )
     (together,) = contact_motion(one, state)
     apart = contact_motion(other, expected)
-    np.testing.assert_allclose(together.force, sum(each.force for each in apart), atol=1e-6)
-    np.testing.assert_allclose(together.slider, np.vstack([each.slider for each in apart]), atol=1e-12)
+    np.testing.assert_allclose(together.force, sum(item.force for item in apart), atol=1e-6)
+    np.testing.assert_allclose(together.slider, np.vstack([item.slider for item in apart]), atol=1e-12)
     assert 0 < together.share[1] < 1
 
 

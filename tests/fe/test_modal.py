@@ -142,8 +142,8 @@ def test_dense_and_sparse_solutions_agree(box: BoxMesher, monkeypatch: pytest.Mo
 
 def test_all_back_ends_give_the_same_frequencies(box: BoxMesher) -> None:
     system = cantilever(box)
-    present = [each for each in Backend if is_available(each)]
-    first, *others = (modes(system, 8, factorise(system.stiffness, backend=each)).angular_frequency for each in present)
+    present = [item for item in Backend if is_available(item)]
+    first, *others = (modes(system, 8, factorise(system.stiffness, backend=item)).angular_frequency for item in present)
     for other in others:
         # Two factorisations differ by round-off times the stiffness' condition, some 1e6.
         np.testing.assert_allclose(other, first, rtol=1e-9)

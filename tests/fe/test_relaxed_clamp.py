@@ -61,7 +61,7 @@ def test_the_dropped_ones_are_every_kth_by_x_then_y_then_z() -> None:
 def test_the_choice_depends_on_places_and_not_on_numbers_or_round_off(seed: int, drop_every: int) -> None:
     mesh = plate(HEX20)
     other, new = renumbered(mesh, seed)
-    kept, other_kept = (thin_nodes(each, each.nodes("clamp"), drop_every) for each in (mesh, other))
+    kept, other_kept = (thin_nodes(item, item.nodes("clamp"), drop_every) for item in (mesh, other))
     np.testing.assert_array_equal(np.sort(new[kept]), other_kept)
 
 

@@ -14,7 +14,7 @@ def place(frequencies: list[np.ndarray], wanted: list[float]) -> np.ndarray:
     figure = bare_figure(6, 3)
     axes = add_axes(figure, 1.0, 0.5, 4.0, 2.0)
     use_band_axis(axes, [np.concatenate(frequencies)])
-    at = axes.transData.transform([(each, 0.0) for each in wanted])[:, 0]
+    at = axes.transData.transform([(item, 0.0) for item in wanted])[:, 0]
     low, high = axes.transAxes.transform([(0.0, 0.0), (1.0, 0.0)])[:, 0]
     return (at - low) / (high - low)
 

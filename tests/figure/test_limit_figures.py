@@ -105,4 +105,4 @@ def test_a_bar_goes_from_the_lower_to_the_upper_force_and_is_not_cut_off() -> No
     low, high = axes.get_ylim()
     assert low < -2
     assert high > 3
-    assert [each.get_title("left") for each in drawn.axes] == ["left: T0", "right: T0", "left: N0", "right: N0"]
+    assert [item.get_title("left") for item in drawn.axes] == ["left: T0", "right: T0", "left: N0", "right: N0"]

@@ -85,11 +85,11 @@ def test_micrometres_of_results_and_of_names_at_an_axis_are_printed_with_their_l
 def test_an_axis_of_numbers_names_its_unit(figure: Figure) -> None:
     names = FixedFormatter | FuncFormatter | NullFormatter
     for which in ("xaxis", "yaxis"):
-        axes = [getattr(each, which) for each in shown_axes(figure)]
-        axes = [each for each in axes if any(tick.get_text() for tick in each.get_ticklabels())]
-        numbers = [each for each in axes if not isinstance(each.get_major_formatter(), names)]
+        axes = [getattr(item, which) for item in shown_axes(figure)]
+        axes = [item for item in axes if any(tick.get_text() for tick in item.get_ticklabels())]
+        numbers = [item for item in axes if not isinstance(item.get_major_formatter(), names)]
         # The label of several axes stands at one of them, or beside them all.
-        words = [each.get_label_text() for each in numbers]
+        words = [item.get_label_text() for item in numbers]
         words += [text.get_text() for text in (figure._supxlabel, figure._supylabel) if text is not None]
         labelled = [word for word in words if word]
         assert labelled or not numbers

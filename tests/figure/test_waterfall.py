@@ -39,7 +39,7 @@ def test_an_error_that_is_not_known_is_said_to_be_unknown(known: int) -> None:
     assert "nan" not in words
 
     bars: Candidates = EXAMPLES[Candidates]()
-    nothing = [replace(each, held_out=None if each.held_out is None else np.nan) for each in bars.candidates]
+    nothing = [replace(item, held_out=None if item.held_out is None else np.nan) for item in bars.candidates]
     candidates = [*bars.candidates[:known], *nothing[known:]]
     drawn = candidates_figure(replace(bars, candidates=candidates, before=np.nan))
     assert png(drawn)

@@ -148,6 +148,6 @@ def test_two_stations_at_least() -> None:
 
 
 def test_the_normal_is_that_of_the_cone(damper: Damper) -> None:
-    (normal,) = {tuple(each) for each in contact_lines(damper)["contact_decoupler"].normal}
+    (normal,) = {tuple(item) for item in contact_lines(damper)["contact_decoupler"].normal}
     assert normal[1] / normal[2] == pytest.approx(tan(damper.cone_half_angle), rel=1e-15)
-    assert sqrt(sum(each**2 for each in normal)) == pytest.approx(1, rel=1e-15)
+    assert sqrt(sum(item**2 for item in normal)) == pytest.approx(1, rel=1e-15)

@@ -634,7 +634,7 @@ def test_damping_that_takes_energy_or_none_is_not(
     damping: NDArray[np.float64], recwarn: pytest.WarningsRecorder
 ) -> None:
     assert balance(damping=damping).n_harmonic == 4
-    assert not [each for each in recwarn if issubclass(each.category, DampingWarning)]
+    assert not [item for item in recwarn if issubclass(item.category, DampingWarning)]
 
 
 def test_a_complex_array_without_imaginary_parts_loses_nothing() -> None:
@@ -645,7 +645,7 @@ def test_a_complex_array_without_imaginary_parts_loses_nothing() -> None:
 
 def test_numbers_of_numpy_count_as_well() -> None:
     made = HarmonicBalance(system=system(), n_harmonic=np.int64(4), n_sample=np.uint8(128), level=np.float32(0.5))  # type: ignore[arg-type]
-    assert [type(each) for each in (made.n_harmonic, made.n_sample, made.level)] == [int, int, float]
+    assert [type(item) for item in (made.n_harmonic, made.n_sample, made.level)] == [int, int, float]
     at = np.array(0.5)
     assert steady_state(made, at).residual_norm < 1e-9  # type: ignore[arg-type]
 

@@ -65,8 +65,8 @@ def test_full_responses_at_several_frequencies_are_those_of_the_matrices(
     moved, recoveries = own.displacements_at_each(several, forces), own.recoveries(several)
     # One force at each frequency, in the same order: round-off, as above.
     at_own = own.displacements_at_own_frequency(several[:5], forces[: len(several)])
-    for motion, each, number in zip(moved, at_own, range(5), strict=False):
-        np.testing.assert_allclose(each, motion[number], atol=1e-11)
+    for motion, item, number in zip(moved, at_own, range(5), strict=False):
+        np.testing.assert_allclose(item, motion[number], atol=1e-11)
     for omega, motion, recovery in zip(SEVERAL, moved, recoveries, strict=True):
         for k in range(HARMONICS):
             alpha = np.linalg.inv(stuck - (k * omega) ** 2 * own.mass + 1j * k * omega * own.damping)

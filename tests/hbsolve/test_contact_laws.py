@@ -240,8 +240,8 @@ def test_the_play_has_the_fundamental_of_a_wave_without_its_middle(gap: float) -
 def test_two_piecewise_springs_with_a_kink_are_a_play() -> None:
     k, gap, A = 3.0, 0.4, 1.1
     pieces = [PiecewiseSpring(name="p", direction=side * ONE, width=gap, stiffness=(0.0, k)) for side in (1.0, -1.0)]
-    both = sum(Prescribed(each, side * cosine(A, 4)).coefficients[:, 0] * side
-               for each, side in zip(pieces, (1.0, -1.0), strict=True))  # fmt: skip
+    both = sum(Prescribed(item, side * cosine(A, 4)).coefficients[:, 0] * side
+               for item, side in zip(pieces, (1.0, -1.0), strict=True))  # fmt: skip
     play = Prescribed(Play(name="p", direction=ONE, stiffness=k, gap=gap), cosine(A, 4)).coefficients[:, 0]
     np.testing.assert_allclose(both, play, atol=ROUND_OFF)
 
@@ -250,7 +250,7 @@ def test_a_piecewise_damper_of_one_piece_is_a_dashpot() -> None:
     c, A = 0.7, 1.1
     piece = PiecewiseDamper(name="p", direction=ONE, width=0.3, damping=(c, 0.0))
     dashpot = ViscousDamper(name="d", direction=ONE, damping=c)
-    found, expected = (Prescribed(each, cosine(A, 3)).coefficients for each in (piece, dashpot))
+    found, expected = (Prescribed(item, cosine(A, 3)).coefficients for item in (piece, dashpot))
     np.testing.assert_allclose(found, expected, atol=ROUND_OFF)
 
 

@@ -73,7 +73,7 @@ def changed(what: str) -> DynamicStiffness:
 
 def check_condensed(model: DynamicStiffness, omega: np.ndarray, B: np.ndarray, force: np.ndarray) -> None:
     """What directions see, and its derivatives, are those of the inverse."""
-    alpha = np.array([inverse(model, float(each)) for each in omega])
+    alpha = np.array([inverse(model, float(item)) for item in omega])
     A, dA, x, dx = model.condense_with_slopes(omega, B, force)
     slope = -alpha @ (1j * model.damping - 2 * omega[:, None, None] * model.mass) @ alpha
     for found, expected in ((A, B @ alpha @ B.T), (dA, B @ slope @ B.T)):
@@ -90,7 +90,7 @@ def test_what_was_put_on_a_damped_structure_takes_no_dense_solves(what: str) -> 
     V = model.modes.shapes
     modal = V.T @ model.damping @ V
     assert np.abs(modal - np.diag(np.diag(modal))).max() > 1e-3 * np.abs(modal).max()
-    alpha = np.array([inverse(model, float(each)) for each in omega])
+    alpha = np.array([inverse(model, float(item)) for item in omega])
     size = np.abs(alpha).max()
     np.testing.assert_allclose(model.receptance(omega), alpha, atol=ROUND_OFF * size)
     real, imaginary = np.random.default_rng(2).standard_normal((2, 4, 12))

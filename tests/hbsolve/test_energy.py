@@ -143,10 +143,10 @@ def test_a_cubic_spring_under_a_static_load_stores_what_its_tangent_does() -> No
 
 def test_a_spring_changed_along_a_branch_stores_as_a_system_made_with_it() -> None:
     made = [JenkinsElement(name="slider", direction=ONE, tangential_stiffness=kt, limit_force=0.5) for kt in (0.5, 2.0)]
-    before, after = (HarmonicBalance(system=oscillator(each, force=2.0), n_harmonic=6) for each in made)
+    before, after = (HarmonicBalance(system=oscillator(item, force=2.0), n_harmonic=6) for item in made)
     path = JointPath(balance=before, angular_frequency=0.7, joint="slider", parameter="tangential_stiffness")
     changed, _ = path.at(2.0)
-    energies = [energy_balance(each, steady_state(each, 0.7)).stored for each in (changed, after)]
+    energies = [energy_balance(item, steady_state(item, 0.7)).stored for item in (changed, after)]
     np.testing.assert_allclose(energies[0], energies[1], rtol=1e-7)  # both to a residual of 1e-9
 
 

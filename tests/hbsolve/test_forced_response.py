@@ -53,9 +53,9 @@ def test_each_harmonic_answers_its_own_force() -> None:
     model, force = chain(), force_on(4, static=3.0)
     omega = np.array([2.0, 9.0])
     branch = forced_response(model, force, omega)
-    for p, each in enumerate(omega):
+    for p, item in enumerate(omega):
         for k in range(3):
-            w = k * each
+            w = k * item
             expected = np.linalg.solve(
                 model.stiffness - w**2 * model.mass + 1j * w * model.damping, force.coefficients[k]
             )

@@ -158,8 +158,8 @@ def test_the_jacobian_is_exact_for_any_linear_reference(law: str) -> None:
         exact = joint_forces(x, OMEGA, table, start, samples, PARAMETERS)
         differences = central(lambda y, s=start: evaluate(y, table, s, samples), x)
         check(exact.jacobian.reshape(d, nh, 3, nh)[:, :, :d], differences)
-        for each, rows in enumerate(exact.active):
-            assert np.abs(differences[each, rows:]).max(initial=0.0) < TOLERANCE
+        for item, rows in enumerate(exact.active):
+            assert np.abs(differences[item, rows:]).max(initial=0.0) < TOLERANCE
 
 
 @pytest.mark.parametrize("law", LAWS)

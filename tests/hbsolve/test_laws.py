@@ -45,7 +45,7 @@ def law(request: pytest.FixtureRequest) -> type[Joint]:
 
 def typical(law: type[Joint]) -> dict[str, Any]:
     """Typical parameters; lists of three, the first of which is the typical one."""
-    return {each.name: (each.typical * THIRDS).tolist() if each.is_list else each.typical for each in law.parameters}
+    return {item.name: (item.typical * THIRDS).tolist() if item.is_list else item.typical for item in law.parameters}
 
 
 def variants(law: type[Joint]) -> Iterator[Joint]:
@@ -56,8 +56,8 @@ def variants(law: type[Joint]) -> Iterator[Joint]:
         places = [place for place in law.places if place not in left_out]
         # Tangents first: so are the rows of `directions`, and each direction is a degree of freedom of its own.
         rows = dict(zip(sorted(places, key=lambda place: place == "normal"), np.eye(len(places)), strict=True))
-        for choice in product(*(each.choices for each in law.options)):
-            chosen = dict(zip((each.name for each in law.options), choice, strict=True))
+        for choice in product(*(item.choices for item in law.options)):
+            chosen = dict(zip((item.name for item in law.options), choice, strict=True))
             yield law.build("joint", rows, typical(law) | chosen)
 
 

@@ -173,7 +173,7 @@ def test_gmres_is_used_where_it_is_fast_and_elimination_elsewhere(radius: float,
     none = np.empty(0)
     y, solved = gmres(matrix, Border(none, none, 0.0), moved, 1e-8, len(moved) // ROWS_PER_VECTOR)
     assert solved == fast
-    steps = [newton_step(case.forces, case.columns, case.first, case.size, right, each) for each in (1e-8, 0.0)]
+    steps = [newton_step(case.forces, case.columns, case.first, case.size, right, item) for item in (1e-8, 0.0)]
     assert np.array_equal(*steps) == (not fast)
     if solved:
         Z = small_matrix(case.rows, case.forces.jacobian, case.first, case.size, case.columns, NH)

@@ -81,8 +81,8 @@ def test_a_structure_with_contacts_is_condensed_as_by_dense_solves() -> None:
         )
         for basis in (one.basis, None)
     ]  # fmt: skip
-    assert [each.is_dense for each in both] == [False, True]
-    found, exact = (each.at(OMEGA) for each in both)
+    assert [item.is_dense for item in both] == [False, True]
+    found, exact = (item.at(OMEGA) for item in both)
     (condensed, recovery) = both[1].at_with_recovery(OMEGA)
     rows = random.standard_normal((2, R))
     for name in ("receptance", "static", "dynamic"):

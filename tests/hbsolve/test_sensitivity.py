@@ -107,8 +107,8 @@ def factor(*names: str) -> Change:
 def joint(name: str, parameter: str) -> Change:
     def change(s: JointedSystem, h: float) -> JointedSystem:
         changed = [
-            replace(each, **{parameter: getattr(each, parameter) + h}) if each.name == name else each
-            for each in s.joints
+            replace(item, **{parameter: getattr(item, parameter) + h}) if item.name == name else item
+            for item in s.joints
         ]
         return replace(s, joints=changed)
 

@@ -95,7 +95,7 @@ def test_with_friction_and_one_harmonic_it_is_viscous_damping_of_that_frequency(
         stiffness=STIFFNESS, damping=ETA * STIFFNESS / omega, harmonic_force=force, joints=[jenkins], static_load=None
     )
     structural = chain(harmonic_force=force, joints=[jenkins], static_load=None)
-    states = [steady_state(HarmonicBalance(system=each, n_harmonic=2), omega) for each in (viscous, structural)]
+    states = [steady_state(HarmonicBalance(system=item, n_harmonic=2), omega) for item in (viscous, structural)]
     # Both balances have the same equations: what is left are the ends of two iterations.
     np.testing.assert_allclose(states[1].coefficients, states[0].coefficients, rtol=0, atol=1e-9)
     linear = steady_state(HarmonicBalance(system=chain(harmonic_force=force, static_load=None), n_harmonic=2), omega)
@@ -123,9 +123,9 @@ def test_complex_stiffness_and_sparse_matrices_are_the_same_system() -> None:
         mass=sp.csr_array(MASS), damping=sp.coo_array((3, 3)), stiffness=sp.csc_matrix((1 + 1j * ETA) * STIFFNESS)
     )
     third = chain(stiffness=STIFFNESS, structural_damping=sp.csr_array(ETA * STIFFNESS))
-    for each in (other, third):
+    for item in (other, third):
         for name in ("mass", "damping", "stiffness", "structural_damping"):
-            np.testing.assert_array_equal(getattr(each, name), getattr(dense, name))
+            np.testing.assert_array_equal(getattr(item, name), getattr(dense, name))
     assert chain(stiffness=STIFFNESS + 0j).structural_damping is None
 
 

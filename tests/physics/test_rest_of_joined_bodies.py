@@ -75,7 +75,7 @@ def bodies(tangents: Tangents) -> tuple[JoinedBodies, StaticState]:
 def sliders(rest: StaticState) -> Array:
     """Where the sliders are when springs without tension were loaded."""
     parts = zip(rest.contacts, rest.tangential, strict=True)
-    return np.concatenate([-force / each.tangential_stiffness for each, force in parts])
+    return np.concatenate([-force / item.tangential_stiffness for item, force in parts])
 
 
 @pytest.fixture(scope="module", params=Tangents, ids=lambda tangents: str(tangents.value))
@@ -113,7 +113,7 @@ def test_a_small_force_moves_it_as_if_stuck_where_it_is_closed(loaded: tuple[Joi
     level = 1e-3
     balance = balance_at(loaded, level)
     state = steady_state(balance, OMEGA, slider=sliders(rest))
-    closed = [each for each, N in zip(rest.contacts, rest.normal, strict=True) if N > 0]
+    closed = [item for item, N in zip(rest.contacts, rest.normal, strict=True) if N > 0]
     dynamic = stuck_stiffness(made.stiffness, closed) + 1j * OMEGA * balance.system.damping - OMEGA**2 * made.mass
     expected = np.linalg.solve(dynamic, level * balance.system.dynamic[1])
     scale = np.abs(expected).max()

@@ -17,7 +17,7 @@ def test_what_was_saved_is_loaded_bit_by_bit_and_the_last_one_counts(tmp_path: P
     found = Checkpoint(file, "key").load()
     np.testing.assert_array_equal(found["points"], points)
     assert found["step"] == 0.1
-    assert [each.name for each in tmp_path.iterdir()] == ["curve.part"]
+    assert [item.name for item in tmp_path.iterdir()] == ["curve.part"]
     checkpoint.remove()
     checkpoint.remove()
     assert checkpoint.load() is None

@@ -104,7 +104,7 @@ def test_models_and_thresholds_of_a_diagnosis_come_back() -> None:
     limits = Thresholds(gain=1, misfit=2)
     back = there_and_back({"model": model, "limits": limits, "list": [1 + 2j, np.float64(3), {4}]})
     np.testing.assert_array_equal(back["model"].system.mass, model.system.mass)
-    assert [type(each) for each in back["model"].system.joints] == [type(each) for each in model.system.joints]
+    assert [type(item) for item in back["model"].system.joints] == [type(item) for item in model.system.joints]
     assert back["list"] == [1 + 2j, 3.0, {4}]
     assert back["limits"] == limits
 
@@ -190,7 +190,7 @@ def outside(tmp_path: Path) -> Mapping[str, Any]:
     file = tmp_path / "mine.py"
     file.write_text(EFFECTS + "def candidates(model): return LISTED\n")
     read_effects(file)
-    (module,) = (each for each in sys.modules.values() if getattr(each, "__file__", "") == str(file))
+    (module,) = (item for item in sys.modules.values() if getattr(item, "__file__", "") == str(file))
     return vars(module)
 
 

@@ -48,7 +48,7 @@ def test_what_fails_leaves_no_empty_folder_and_keeps_all_others(tmp_path: Path) 
     for name in ("mine", "new/deep", "full/deep"):
         with pytest.raises(KeyboardInterrupt), removed_if_empty():
             interrupted(name)
-    assert sorted(str(each.relative_to(tmp_path)) for each in tmp_path.rglob("*")) == [
+    assert sorted(str(item.relative_to(tmp_path)) for item in tmp_path.rglob("*")) == [
         "full",
         "full/deep",
         "full/deep/table.csv",

@@ -29,7 +29,7 @@ def test_a_record_has_its_name_key_and_cost(file: Path) -> None:
     assert (record.name, record.key, record.seconds) == ("curve", "abc", 1.5)
     assert record.value["names"] == VALUE["names"]
     np.testing.assert_array_equal(record.value["points"], VALUE["points"])
-    assert [each.name for each in file.parent.iterdir()] == ["one.npz"]
+    assert [item.name for item in file.parent.iterdir()] == ["one.npz"]
 
 
 def test_numpy_and_any_zip_program_read_it(file: Path) -> None:
@@ -94,7 +94,7 @@ def test_a_value_that_cannot_be_stored_leaves_the_record_before(file: Path) -> N
     before = file.read_bytes()
     with pytest.raises(TypeError, match="cannot be stored"):
         write_record(file, Record(value=print))
-    assert [each.read_bytes() for each in file.parent.iterdir()] == [before]
+    assert [item.read_bytes() for item in file.parent.iterdir()] == [before]
 
 
 #: Writes a record in place of the one before, and is killed, or finds the disk full, after the array.

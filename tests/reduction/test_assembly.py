@@ -65,7 +65,7 @@ def test_stuck_frequencies_are_those_of_the_whole(whole: Whole, reduced: Reduced
 def test_modes_are_the_lowest_of_all_bodies(whole: Whole, reduced: ReducedAssembly) -> None:
     every = {body: reduce_bodies({body: system}, {body: whole.boundary[body]}, {body: 24})
              for body, system in whole.systems.items()}  # fmt: skip
-    frequency = np.sort(np.concatenate([each.bodies[b].fixed_interface_frequency for b, each in every.items()]))
+    frequency = np.sort(np.concatenate([item.bodies[b].fixed_interface_frequency for b, item in every.items()]))
     kept = np.concatenate([rom.fixed_interface_frequency for rom in reduced.bodies.values()])
     np.testing.assert_allclose(np.sort(kept), frequency[:24], rtol=1e-9)
     assert reduced.n_dof == 24 + 9 + 12

@@ -133,13 +133,13 @@ def test_all_stuck_it_is_the_bodies_with_a_spring_at_each_station(stack: Stack, 
     np.testing.assert_array_equal(made.mass, stack.assembly.mass)
     across = made.stiffness - stack.assembly.stiffness
     assert np.any(across) == (tangents is Tangents.ALONG)
-    assert {len(each.tangents) for each in made.contacts} == {1 if tangents is Tangents.ALONG else 2}
+    assert {len(item.tangents) for item in made.contacts} == {1 if tangents is Tangents.ALONG else 2}
 
 
 def test_contacts_are_named_by_line_and_station(both: JoinedBodies) -> None:
     assert both.lines == {name: (f"{name}.1", f"{name}.2", f"{name}.3") for name in LINES}
-    assert [each.name for each in both.contacts] == [name for line in both.lines.values() for name in line]
-    assert {each.friction_coefficient for each in both.contacts} == {0.6}
+    assert [item.name for item in both.contacts] == [name for line in both.lines.values() for name in line]
+    assert {item.friction_coefficient for item in both.contacts} == {0.6}
 
 
 @pytest.mark.parametrize("tangents", Tangents)
@@ -151,9 +151,9 @@ def test_at_rest_normal_forces_balance_the_weight_and_its_moments(stack: Stack, 
     # rigid-body motions to about 1e-10.
     np.testing.assert_allclose(rest.normal.sum(), PULL, rtol=1e-8)
     np.testing.assert_allclose(rest.normal @ places[:, :2], PULL * POINT[:2], rtol=1e-8)
-    along = np.array([each[0] for each in rest.tangential])
+    along = np.array([item[0] for item in rest.tangential])
     np.testing.assert_allclose(along.sum(), 0, atol=1e-8 * PULL)
-    assert [each.preload for each in rest.contacts] == list(rest.normal)
+    assert [item.preload for item in rest.contacts] == list(rest.normal)
 
 
 def test_a_weight_beyond_one_line_or_upwards_has_no_rest(stack: Stack, both: JoinedBodies) -> None:
@@ -172,7 +172,7 @@ def test_a_line_that_nothing_presses_is_named(stack: Stack) -> None:
 
 def test_gaps_are_those_of_their_line(stack: Stack) -> None:
     made = join_bodies(stack.assembly, [pair("front"), pair("back", [0.0, 1e-6, 2e-6])])
-    assert [each.gap for each in made.contacts] == [0, 0, 0, 0, 1e-6, 2e-6]
+    assert [item.gap for item in made.contacts] == [0, 0, 0, 0, 1e-6, 2e-6]
     with pytest.raises(JointError, match=r'"back" has 3 stations but gaps of shape \(2,\)'):
         join_bodies(stack.assembly, [pair("back", [0.0, 1e-6])])
 

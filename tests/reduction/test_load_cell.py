@@ -71,7 +71,7 @@ def test_a_rigid_damper_at_rest_in_its_grooves_obeys_them(softer: float) -> None
     ]
     weight = 54.9
     rest = static_state(np.zeros((2, 2)), contacts, np.array([0.0, weight]))
-    T, N = [float(each[0]) for each in rest.tangential], rest.normal
+    T, N = [float(item[0]) for item in rest.tangential], rest.normal
     assert T[0] < -0.1  # friction has its part
     beyond = blade_contact(LineReaction(np.array(T[0]), np.array(N[0])), weight, THETA)
     np.testing.assert_allclose([beyond.tangential, beyond.normal], [T[1], N[1]], rtol=1e-11)

@@ -84,7 +84,7 @@ def test_the_estimate_of_a_mesh_is_that_of_its_matrices_and_of_the_matrices_them
     mesh = bar((3, 3, 12))
     mass, stiffness = assemble_compact(mesh, STEEL)
     matrices = (mass.nodes.data, mass.nodes.indices, stiffness.values, stiffness.column)
-    expected = reduction_memory(stiffness, 60, 40) + sum(each.nbytes for each in matrices)
+    expected = reduction_memory(stiffness, 60, 40) + sum(item.nbytes for item in matrices)
     # Rows of nodes and rows of degrees of freedom may begin at another end.
     assert mesh_memory(mesh, 60, 40) == pytest.approx(expected, rel=0.05)
 
@@ -103,7 +103,7 @@ def test_the_factor_grows_faster_than_the_system_and_less_for_slender_bodies() -
 def test_bodies_that_nothing_joins_are_no_wider_than_all_of_them() -> None:
     one = assemble(bar((2, 2, 10)), STEEL)[1]
     two = sp.csr_array(sp.block_diag([one, one]))
-    single, double = (reduction_memory(each, 0, 0) - LIBRARIES for each in (one, two))
+    single, double = (reduction_memory(item, 0, 0) - LIBRARIES for item in (one, two))
     # Up to a body as wide as both together.
     assert 2 * single * (1 - 1e-12) <= double <= 2**1.75 * single
 

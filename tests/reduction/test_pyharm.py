@@ -63,8 +63,8 @@ def test_the_input_has_the_layout_of_pyharm() -> None:
     assert connectors["cubic"] == {
         "type": "CubicSpring", "connect": {"structure": [0]}, "dirs": [0], "k": 1.5**4 * 4e10,
     }  # fmt: skip
-    loads = [each for each in connectors.values() if each["type"] == "GOForcing"]
-    assert [(each["ho"], each["connect"]["structure"][0]) for each in loads] == [(0, 1), (1, 0), (1, 2), (2, 1)]
+    loads = [item for item in connectors.values() if item["type"] == "GOForcing"]
+    assert [(item["ho"], item["connect"]["structure"][0]) for item in loads] == [(0, 1), (1, 0), (1, 2), (2, 1)]
     assert loads[0]["amp"] == -0.7
     np.testing.assert_allclose([loads[1]["amp"], loads[1]["phi"]], [np.sqrt(5), np.arctan2(2, 1)], rtol=1e-15)
 

@@ -31,15 +31,15 @@ def every_rest(stiffness: Array, contacts: list[FrictionContact], load: Array) -
     found = []
     for closed in product([False, True], repeat=len(contacts)):
         matrix, force = stiffness.copy(), load.copy()
-        for each, on in zip(contacts, closed, strict=True):
+        for item, on in zip(contacts, closed, strict=True):
             if on:
-                matrix += each.normal_stiffness * np.outer(each.normal, each.normal)
-                matrix += each.tangential_stiffness * each.tangents.T @ each.tangents
-                force += each.normal_stiffness * each.gap * each.normal
+                matrix += item.normal_stiffness * np.outer(item.normal, item.normal)
+                matrix += item.tangential_stiffness * item.tangents.T @ item.tangents
+                force += item.normal_stiffness * item.gap * item.normal
         if np.linalg.cond(matrix) > 1e13:
             continue
         q: Array = np.asarray(np.linalg.solve(matrix, force), dtype=np.float64)
-        if all((float(each.normal @ q) > each.gap) == on for each, on in zip(contacts, closed, strict=True)):
+        if all((float(item.normal @ q) > item.gap) == on for item, on in zip(contacts, closed, strict=True)):
             found.append((closed, q))
     return found
 
@@ -48,8 +48,8 @@ def check_balance(stiffness: Array, contacts: list[FrictionContact], load: Array
     """Elastic and contact forces make up the load; pressed contacts push."""
     held = sum(
         (
-            N * each.normal + T @ each.tangents
-            for each, N, T in zip(contacts, rest.normal, rest.tangential, strict=True)
+            N * item.normal + T @ item.tangents
+            for item, N, T in zip(contacts, rest.normal, rest.tangential, strict=True)
         ),
         start=np.zeros(len(load)),
     )
@@ -157,7 +157,7 @@ def test_forces_of_a_pressed_end_are_those_of_a_wedge() -> None:
     )
     assert rest.ratio[2] > 0.4
     # The line through the deflections is that of the wedge: gaps seen from rest go on where it rises from the ground.
-    gaps = [each.gap for each in rest.contacts]
+    gaps = [item.gap for item in rest.contacts]
     np.testing.assert_allclose(gaps, [-(a - 2 * b) / 1e6, -(a - b) / 1e6, 0, 0, 0], rtol=1e-9)
 
 

@@ -25,11 +25,11 @@ def test_every_name_is_there_and_lies_in_its_room() -> None:
 
 def test_type_checkers_see_the_same_names_from_the_same_modules() -> None:
     tree = ast.parse(Path(stickslip.__file__).read_text(encoding="utf-8"))
-    block = next(each for each in tree.body if isinstance(each, ast.If))
+    block = next(item for item in tree.body if isinstance(item, ast.If))
     seen = {}
     for line in block.body:
         assert isinstance(line, ast.ImportFrom)
-        seen |= {each.asname: f"{line.module}:{each.name}" for each in line.names}
+        seen |= {item.asname: f"{line.module}:{item.name}" for item in line.names}
     assert seen == stickslip._HOME
 
 

@@ -15,7 +15,7 @@ from study.case.structure import Structure
 def structure(*directions: str) -> Structure:
     n = len(directions)
     matrices = StructureMatrices(mass=np.eye(n), damping=np.zeros((n, n)), stiffness=np.eye(n))
-    return Structure(matrices=matrices, dofs=tuple(Dof(direction=each) for each in directions))
+    return Structure(matrices=matrices, dofs=tuple(Dof(direction=item) for item in directions))
 
 
 def test_a_base_moves_what_moves_along_its_axis() -> None:

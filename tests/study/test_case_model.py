@@ -138,7 +138,7 @@ def test_all_that_the_file_says_is_in_the_model(folder: Path) -> None:
     assert [part.name for part in model.parts] == ["base", "tip"]
     np.testing.assert_array_equal(model.parts[1].stiffness, 0 * K)
     assert (model.n_harmonic, model.n_sample) == (4, 64)
-    assert {each.name: each.deviation for each in setup.calibration_parameters} == {
+    assert {item.name: item.deviation for item in setup.calibration_parameters} == {
         "kt": 0.07,
         "kn": 0.1,
         "mu": 0.1,
@@ -165,7 +165,7 @@ def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:
             np.testing.assert_array_equal(ours.directions, theirs.directions)
             for field in ("normal_stiffness", "tangential_stiffness", "friction_coefficient", "preload", "gap"):
                 assert getattr(ours, field) == pytest.approx(getattr(theirs, field), rel=1e-12, abs=1e-18), field
-    assert [each.name for each in read.sensors] == [each.name for each in model.sensors]
+    assert [item.name for item in read.sensors] == [item.name for item in model.sensors]
     for ours, theirs in zip(read.sensors, model.sensors, strict=True):
         assert type(ours) is type(theirs)
         if isinstance(ours, Sensor) and isinstance(theirs, Sensor):

@@ -129,9 +129,9 @@ def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pyt
         assert np.sqrt(np.mean(np.square(numbers))) == pytest.approx(part["whitened"], rel=1e-5)
     assert {(row["level_N"], row["level_unit"]) for row in rows if row["set"] == "training"} == {("3", "N")}
     # Two grams at the tip: the real beam is slower than its model, at every level of the free structure.
-    free = [each for each in document["resonances"] if each["configuration"] == "free"]
-    assert [each["level_n"] for each in free] == [3.0, 5.0]
-    assert all(each["frequency_error"] > 0.003 for each in free)
+    free = [item for item in document["resonances"] if item["configuration"] == "free"]
+    assert [item["level_n"] for item in free] == [3.0, 5.0]
+    assert all(item["frequency_error"] > 0.003 for item in free)
     pictures = [Path(file) for file in document["files"] if file.endswith(".png")]
     assert {file.stem for file in pictures} >= {
         "beam_compare_map_jointed",
@@ -151,16 +151,16 @@ def test_the_answer_is_in_words() -> None:
 
 def test_calibrating_a_perfect_model_changes_nothing() -> None:
     found = compare(setup(), measured_from_the_model(), calibrate=True)
-    assert {each.name for each in found.calibrated} == {"kt", "kn", "mu", "zeta", "E", "bearing"}
-    for each in found.calibrated:
+    assert {item.name for item in found.calibrated} == {"kt", "kn", "mu", "zeta", "E", "bearing"}
+    for item in found.calibrated:
         # The start is the truth, the end its estimate: five of the standard deviations that it gives itself.
-        assert abs(each.factor - 1) < 5 * each.deviation
-        assert each.deviation < 0.1
+        assert abs(item.factor - 1) < 5 * item.deviation
+        assert item.deviation < 0.1
     assert "Calibrated on the training data: kt x " in format_report(found)
 
 
 def renamed(sensors: Sequence[MeasuredSensor], which: str, **changes: object) -> tuple[MeasuredSensor, ...]:
-    return tuple(replace(each, **changes) if each.name == which else each for each in sensors)  # type: ignore[arg-type]
+    return tuple(replace(item, **changes) if item.name == which else item for item in sensors)  # type: ignore[arg-type]
 
 
 def test_swapped_cables_and_angular_frequencies_are_flagged() -> None:
@@ -168,10 +168,10 @@ def test_swapped_cables_and_angular_frequencies_are_flagged() -> None:
     swap = np.array([1, 0, 2])
     table = replace(campaign.measurement, sensor=swap[campaign.measurement.sensor])
     found = compare(setup(), replace(campaign, measurement=table))
-    assert 'sensors "tip" and "mid" look swapped' in [each.where for each in found.suspicions]
+    assert 'sensors "tip" and "mid" look swapped' in [item.where for item in found.suspicions]
     table = replace(campaign.measurement, frequency=2 * np.pi * campaign.measurement.frequency)
     found = compare(setup(), replace(campaign, measurement=table))
-    (suspicion,) = [each for each in found.suspicions if "rad/s" in each.sentence]
+    (suspicion,) = [item for item in found.suspicions if "rad/s" in item.sentence]
     assert "2 pi times the model's resonance" in suspicion.sentence
 
 
@@ -194,11 +194,11 @@ def test_a_contact_stiffness_in_another_unit_is_flagged(factor: float, is_unit: 
     names = [joint.name for joint in model.system.joints if joint.name in model.lines["left"]]
     values = {name: {"tangential_stiffness": factor * model.contact(name).tangential_stiffness} for name in names}
     found = [
-        each
-        for each in find_all_suspicions(measured_from_the_model(), model.with_joints(values))
-        if "check its unit" in each.sentence
+        item
+        for item in find_all_suspicions(measured_from_the_model(), model.with_joints(values))
+        if "check its unit" in item.sentence
     ]
-    assert [(each.where, f"tangential_stiffness {1 / factor:g} times" in each.sentence) for each in found] == (
+    assert [(item.where, f"tangential_stiffness {1 / factor:g} times" in item.sentence) for item in found] == (
         [('line "left"', True)] if is_unit else []
     )
 
@@ -211,7 +211,7 @@ def test_readings_of_unknown_size_tell_nothing_of_a_stiffness(unknown: str) -> N
     if unknown == "drive":
         campaign = replace(campaign, drive=Drive(unit="V", calibrated=False))
     else:
-        campaign = replace(campaign, sensors=tuple(replace(each, calibrated=False) for each in campaign.sensors))
+        campaign = replace(campaign, sensors=tuple(replace(item, calibrated=False) for item in campaign.sensors))
     assert "check its unit" not in str(find_all_suspicions(campaign, model.with_joints(values)))
 
 
@@ -223,7 +223,7 @@ def test_a_sensor_is_placed_by_its_coordinates() -> None:
     found = compare(setup(), measured)
     assert summarise_misfit(found.train).deviations < 1.33
     # The case that tells the numerical error does not know it, and need not.
-    assert "laser" in [each.name for each in read_case(BEAM, measured).setup.model.sensors]
+    assert "laser" in [item.name for item in read_case(BEAM, measured).setup.model.sensors]
     assert "laser" in found.train.points.sensor
 
 
@@ -283,5 +283,5 @@ def test_no_campaign_and_no_case(at_home: Path, capfd: pytest.CaptureFixture[str
 
 
 def test_the_shipped_sensors_are_those_of_the_bench() -> None:
-    names = [each.name for each in setup().model.sensors if isinstance(each, Sensor)]
+    names = [item.name for item in setup().model.sensors if isinstance(item, Sensor)]
     assert names == ["tip", "slot", "excitation", "mid"]

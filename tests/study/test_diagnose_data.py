@@ -75,7 +75,7 @@ def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest
     found = run(folder, "modal", capfdbinary)
     assert found["finding"] == "missing"
     assert found["effects"] == ["mass at middle"]
-    best = next(each for each in found["candidates"] if each["effect"] == "mass at middle")
+    best = next(item for item in found["candidates"] if item["effect"] == "mass at middle")
     assert best["strength"] == pytest.approx(0.05, abs=4 * best["deviation"])
     html = (folder / "out" / "chain_diagnosis.html").read_text(encoding="utf-8")
     assert "mass at middle" in html

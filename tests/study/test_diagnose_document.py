@@ -57,7 +57,7 @@ def test_an_effect_of_ones_own_is_found_added_and_compared(two_masses: TwoMasses
     case.write_text(f'{read_text(case)}\n[effects]\nfiles = ["mine.py"]\n', encoding="utf-8")
     two_masses({name: 0.05}, case=read_text(case))
     done = diagnose_file(case, read_campaign(folder), folder, without=["spring", "dashpot", "cubic"], auto=True)
-    assert [each.diagnosis.verdict.finding.value for each in done.rounds] == ["missing", "nothing"]
+    assert [item.diagnosis.verdict.finding.value for item in done.rounds] == ["missing", "nothing"]
     assert [step.effect for step in done.history.active_steps] == [name]
     (added,) = read_case(case).setup.added
     assert added.values[0] == pytest.approx(0.05, rel=0.02)

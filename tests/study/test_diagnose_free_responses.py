@@ -27,7 +27,7 @@ def test_a_response_of_the_free_structure_shows_the_mass_that_is_missing(two_mas
     natural = np.sqrt(eigh(system.stiffness, mass, eigvals_only=True)) / (2 * np.pi)
     line = np.linspace(0.8 * natural[0], 1.2 * natural[-1], 801)
     impedance = [system.stiffness - w**2 * mass + 1j * w * 1.1 * system.damping for w in 2 * np.pi * line]
-    value = np.array([np.linalg.solve(each, [1.0, 0.0]) for each in impedance]).T
+    value = np.array([np.linalg.solve(item, [1.0, 0.0]) for item in impedance]).T
     random = np.random.default_rng(7)
     noise = random.standard_normal((2, *value.shape))
     sensors = [sensor for name in ("base", "tip") for sensor in campaign.sensors if sensor.name == name]

@@ -34,7 +34,7 @@ def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses,
     case, folder = two_masses(HIDDEN), Path("campaign")
     drawn, campaign = read_text(case), read_campaign(folder)
     found = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
-    assert [each.effect.name for each in found.diagnosis.verdict.effects if each.effect] == ["mass at tip"]
+    assert [item.effect.name for item in found.diagnosis.verdict.effects if item.effect] == ["mass at tip"]
     # Three standard deviations of its own.
     assert found.best is not None
     assert found.best.strength == pytest.approx(0.006, abs=3 * found.best.deviation)
@@ -49,14 +49,14 @@ def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses,
     # The case is the fitted model: six digits are written, and the mass of the place is 0.5 kg.
     np.testing.assert_allclose(setup.complete.system.mass, found.best.fit.model.system.mass, rtol=1e-7)
     np.testing.assert_allclose(setup.complete.system.damping, found.best.fit.model.system.damping, rtol=1e-5)
-    before, after = (compare(each, campaign).train.whitened for each in (_plain(drawn), setup))
+    before, after = (compare(item, campaign).train.whitened for item in (_plain(drawn), setup))
     assert np.nanmean(after**2) < 1.5 < 10 < np.nanmean(before**2)
 
     again = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
     assert again.diagnosis.verdict.finding.value == "nothing"
     assert undo(case).effect == "mass at tip"
     assert read_text(case) == drawn
-    assert [each.what for each in history_of(case).steps] == ["diagnosis", "add", "undo"]
+    assert [item.what for item in history_of(case).steps] == ["diagnosis", "add", "undo"]
     assert history_of(case).active_steps == ()
 
 
@@ -78,11 +78,11 @@ def test_auto_goes_on_until_nothing_is_missing_and_a_second_run_computes_nothing
     words += [word for kind in FEW for word in ("--without", kind)]
     assert cli.main(words) == 0
     document = json.loads(capfdbinary.readouterr().out)
-    assert [each["finding"] for each in document["rounds"]] == ["missing", "nothing"]
-    assert [(each["what"], each["effect"]) for each in document["history"]] == [("add", "mass at tip")]
-    (candidate,) = [each for each in document["rounds"][0]["candidates"] if each["named"]]
+    assert [item["finding"] for item in document["rounds"]] == ["missing", "nothing"]
+    assert [(item["what"], item["effect"]) for item in document["history"]] == [("add", "mass at tip")]
+    (candidate,) = [item for item in document["rounds"][0]["candidates"] if item["named"]]
     assert candidate["strength"] == pytest.approx(0.006, rel=0.1)
-    assert {each["effect"] for each in document["untestable"]} >= {"preload", "gap"}
+    assert {item["effect"] for item in document["untestable"]} >= {"preload", "gap"}
     errors = document["history"][0]
     assert errors["errors_after"]["held_out"] < 0.05 * errors["errors_before"]["held_out"]
     assert json.loads(Path("out/chain_diagnosis.json").read_text())["verdict"] == document["verdict"]
@@ -141,7 +141,7 @@ def test_a_given_value_needs_no_diagnosis(two_masses: TwoMasses, capsys: pytest.
     assert 'mass = "5 g"' in read_text(case)
     assert read_text(case).startswith(drawn)
     assert cli.main(["add", "spring at base", "--case", "chain.toml", "--value", "-3 N/mm"]) == 0
-    assert [each.effect for each in history_of(case).active_steps] == ["mass at tip", "spring at base"]
+    assert [item.effect for item in history_of(case).active_steps] == ["mass at tip", "spring at base"]
     case.write_text(read_text(case).replace("as drawn.", "as drawn by me."), encoding="utf-8")
     assert cli.main(["undo"]) == 0
     assert cli.main(["undo"]) == 0

@@ -74,7 +74,7 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     assert "a mass of 3 g added at tip" in page
     shown = show_next_tests(found)
     assert shown is not None
-    assert [row["probability"] for row in shown["rows"]] == [each.probability for each in found.next_step.shown]
+    assert [row["probability"] for row in shown["rows"]] == [item.probability for item in found.next_step.shown]
     assert b64decode(shown["picture"]).startswith(b"\x89PNG")
     assert show_next_tests(diagnosed.last) is None
     told = json.loads(json.dumps(to_json(make_document(found))))["next_test"]
@@ -87,9 +87,9 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
 
 def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: DiagnosisResult) -> None:
     assert diagnosed.last.next_step.advice is None  # one effect is named alone: nothing is to be separated
-    titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.1)).shown]
+    titles = [item.test.title for item in NextStep(advice=make_advice(0.93, 0.5, 0.1)).shown]
     assert titles[1] == "the same tests again, and a further sensor at base"
-    titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.5)).shown]
+    titles = [item.test.title for item in NextStep(advice=make_advice(0.93, 0.5, 0.5)).shown]
     assert titles[1:] == ["the same tests again"]
 
 

@@ -112,17 +112,17 @@ def test_the_page_heads_and_advises_as_the_terminal_does(diagnosed: DiagnosisRes
 
 def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:
     forces = diagnosed.last.diagnosis.places
-    resonators = [each for each in forces if isinstance(each, Resonator)]
+    resonators = [item for item in forces if isinstance(item, Resonator)]
     assert 0 < len(resonators) < len(forces)
     page = References()
     page.feed(make_files(diagnosed.last, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode())
     written = make_document(diagnosed.last)
     assert len(written["places"]) == len(forces) - len(resonators)
-    for row, each in zip(written["resonators"], resonators, strict=True):
+    for row, item in zip(written["resonators"], resonators, strict=True):
         assert (row["place"], row["frequency_hz"], row["mass"], row["unit"]) == (
-            each.name, each.frequency, each.mass, "kg",
+            item.name, item.frequency, item.mass, "kg",
         )  # fmt: skip
-        assert f"{each.frequency:.4g} Hz" in page.words
+        assert f"{item.frequency:.4g} Hz" in page.words
 
 
 def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: DiagnosisResult) -> None:
@@ -132,7 +132,7 @@ def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: DiagnosisR
     curves = data["curves"]
     assert curves["stages"] == ["as drawn", "calibrated", "with mass at tip"]
     assert curves["levels"] == ["1 N", "4 N (held out)", "10 N"]
-    panel = next(each for each in curves["panels"] if each["label"] == "tip, fundamental")
+    panel = next(item for item in curves["panels"] if item["label"] == "tip, fundamental")
     for group in panel["groups"]:
         at = [group["line_frequency"].index(frequency) for frequency in group["frequency"]]
         off = [
@@ -248,7 +248,7 @@ def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagno
 
 def test_unknown_moments_stand_on_the_page_in_their_units(diagnosed: DiagnosisResult) -> None:
     forces = [
-        replace(each, units=ANGULAR) for each in diagnosed.last.diagnosis.places if isinstance(each, UnknownForcePlace)
+        replace(item, units=ANGULAR) for item in diagnosed.last.diagnosis.places if isinstance(item, UnknownForcePlace)
     ]
     found = replace(diagnosed.last, diagnosis=replace(diagnosed.last.diagnosis, places=forces))
     text = make_files(found, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode()

@@ -29,7 +29,7 @@ def test_effects_of_one_kind_are_written_in_the_unit_of_the_first() -> None:
         [row("cubic at m0", CUBIC, 9.8e11), row("mass at m0", MASS, 0.0), row("cubic at m7", CUBIC, 1e8, 3e9),
          row("mass at m7", MASS, 0.02), row("mass at m1", MASS, -4e-5)]
     )  # fmt: skip
-    assert [each.in_words for each in rows] == [
+    assert [item.in_words for item in rows] == [
         "980 +- 190 N/mm^3", "0 g", "0.1 +- 0.02 N/mm^3", "20 +- 3.9 g", "-0.04 +- 0.0078 g"
     ]  # fmt: skip
     assert rows[2].detectable_in_words == "3 N/mm^3"

@@ -62,7 +62,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     half = 1.96 * named["deviation"]  # 95 % of a normal distribution
     assert named["interval_95"] == pytest.approx([named["strength"] - half, named["strength"] + half])
     assert all(
-        each["interval_95"][0] < each["factor"] < each["interval_95"][1] for each in found["calibrated"].values()
+        item["interval_95"][0] < item["factor"] < item["interval_95"][1] for item in found["calibrated"].values()
     )
     (told,) = found["added"]
     assert told["in_case"] == 0.0055
@@ -97,7 +97,7 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     case, campaign = two_masses({"mass at tip": 0.006}), read_campaign(Path("campaign"))
     result = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
     (best,) = result.diagnosis.verdict.effects
-    further = next(each for each in result.diagnosis.refits if each.name != best.name)
+    further = next(item for item in result.diagnosis.refits if item.name != best.name)
     together = replace(best, beside=further.effect)
     # The values of the further effect come last.
     values, variances = (
@@ -110,7 +110,7 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     fit = replace(best.fit, values=values, covariance=np.diag(variances))
     together, further = replace(together, fit=fit), replace(further, fit=fit)
     assert together.strength == best.strength
-    first, second = (Finalist(refit=each, arrangement=result.diagnosis.arrangement) for each in (together, further))
+    first, second = (Finalist(refit=item, arrangement=result.diagnosis.arrangement) for item in (together, further))
     pair = Pair(first=first, second=second, alone=second, alternatives=(), force=0.0)
     verdict = replace(result.diagnosis.verdict, effects=(together,), pair=pair)
     two = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))

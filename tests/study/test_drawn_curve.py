@@ -56,6 +56,6 @@ def test_a_broken_line_is_drawn_on_both_sides() -> None:
     )
     for axes in (figure.axes[0], figure.axes[2]):
         drawn = next(
-            np.asarray(each.get_ydata(), dtype=float) for each in axes.lines if len(each.get_ydata()) == len(fine)
+            np.asarray(item.get_ydata(), dtype=float) for item in axes.lines if len(item.get_ydata()) == len(fine)
         )
         np.testing.assert_array_equal(np.isnan(drawn), np.isnan(line))

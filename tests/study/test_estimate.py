@@ -180,10 +180,10 @@ def test_undo_takes_written_estimates_back(folder: Path, capfdbinary: pytest.Cap
 def test_a_value_beyond_what_its_prior_lets_a_fit_reach_is_said(
     folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
-    assert not any("its prior" in str(each) for each in run(folder, capfdbinary)["warnings"])  # type: ignore[union-attr]
+    assert not any("its prior" in str(item) for item in run(folder, capfdbinary)["warnings"])  # type: ignore[union-attr]
     case = folder / "chain.toml"
     case.write_text(case.read_text(encoding="utf-8").replace("[accepted]", "[accepted]\nkt = 0.01"), encoding="utf-8")
-    (said,) = (each for each in run(folder, capfdbinary)["warnings"] if "its prior" in each)  # type: ignore[union-attr]
+    (said,) = (item for item in run(folder, capfdbinary)["warnings"] if "its prior" in item)  # type: ignore[union-attr]
     assert "holds fits back at 1.05" in said
     wide = float(said.split("kt = ")[1].split(" in [accepted]")[0])
     assert 2 * wide == pytest.approx(MORE_KT - 1, rel=0.05)  # two digits
@@ -240,7 +240,7 @@ def test_a_jointed_resonance_is_laid_beside_the_free_mode_that_it_goes_back_to(f
             source="hammer",
         )  # fmt: skip
 
-    measured = [resonance(each, is_free=True) for each in np.sort(free).tolist()]
+    measured = [resonance(item, is_free=True) for item in np.sort(free).tolist()]
     # The contact does not change the order of the two modes along the chain.
     for number, frequency in enumerate(np.sort(stuck).tolist()):
         assert find_partners(model, resonance(frequency, is_free=False), measured) == [measured[number]]

@@ -59,7 +59,7 @@ def test_nodes_that_face_each_other_are_joined(order: str, at_home: Path) -> Non
     write_mesh(two, at_home / "two.vtu")
     (at_home / "two.toml").write_text(CASE)
     model = read_case(at_home / "two.toml").model
-    places = np.array([each.coordinates if each.coordinates is not None else [np.nan] * 3 for each in model.dofs])
+    places = np.array([item.coordinates if item.coordinates is not None else [np.nan] * 3 for item in model.dofs])
     assert len(model.system.joints) == len(upper)
     for joint in model.system.joints:
         for row in (joint.normal, *np.atleast_2d(joint.tangents)):

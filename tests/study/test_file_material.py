@@ -224,7 +224,7 @@ def test_a_seam_of_nodes_that_are_not_merged_is_told(home: Path, bar: Mesh, capf
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             read_case(home / "my.toml")
-        assert any("pairs of nodes" in str(each.message) for each in caught) == is_told
+        assert any("pairs of nodes" in str(item.message) for item in caught) == is_told
 
 
 PARTED = (

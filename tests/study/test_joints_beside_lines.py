@@ -64,14 +64,14 @@ def campaign(configuration: str) -> Campaign:
 
 
 def test_a_free_test_beside_a_joint_that_stays_is_remarked() -> None:
-    said = [str(each) for each in find_all_suspicions(campaign("free"), model(slider())) if '"hammer"' in each.where]
+    said = [str(item) for item in find_all_suspicions(campaign("free"), model(slider())) if '"hammer"' in item.where]
     assert len(said) == 1
     assert "rub" in said[0]
     for clean in (
         find_all_suspicions(campaign("free"), model()),
         find_all_suspicions(campaign("jointed"), model(slider())),
     ):
-        assert not any('"hammer"' in each.where for each in clean)
+        assert not any('"hammer"' in item.where for item in clean)
 
 
 def test_a_headline_says_which_joints_are_kept_in_a_free_structure() -> None:

@@ -196,7 +196,7 @@ def test_what_history_cannot_change_is_bounded_by_the_stuck_response_in_all_file
         "my_limit_levels.png",
         "my_limits.html",
     }
-    assert {Path(file).name for file in document["files"]} == names == {each.name for each in Path("out").iterdir()}
+    assert {Path(file).name for file in document["files"]} == names == {item.name for item in Path("out").iterdir()}
     found = load_limits("out/my_limits.nc")
     # A step of 8 Hz at the most makes three equal ones; both lists ascend.
     assert found.frequency == pytest.approx([130, 136 + 2 / 3, 143 + 1 / 3, 150], rel=1e-12)

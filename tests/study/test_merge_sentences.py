@@ -31,7 +31,7 @@ def test_one_sentence_of_many_places_is_printed_once_with_their_names() -> None:
 def test_remarks_of_many_places_are_one_and_suspected_places_stay_apart() -> None:
     for remark in (True, False):
         found = [Suspicion(where=f"decay {number}", sentence="is odd", remark=remark) for number in (1, 2)]
-        assert [each.where for each in merge_suspicions(found)] == ["decay 1"] if remark else ["decay 1", "decay 2"]
+        assert [item.where for item in merge_suspicions(found)] == ["decay 1"] if remark else ["decay 1", "decay 2"]
 
 
 def test_suspicions_keep_the_place_of_the_first() -> None:

@@ -60,9 +60,9 @@ def bending(model: Model) -> float:
 def measured(model: Model, around: float) -> Campaign:
     """Noisy readings of a model about a frequency."""
     frequencies = around * np.array([0.97, 0.99, 0.995, 1.0, 1.01])
-    keys = [(level, frequency, *each) for level in LEVELS for frequency in frequencies for each in READ]
+    keys = [(level, frequency, *item) for level in LEVELS for frequency in frequencies for item in READ]
     level, frequency, sensor, harmonic = (np.array(column) for column in zip(*keys, strict=True))
-    n, names = len(keys), np.array([each.name for each in CHANNELS])
+    n, names = len(keys), np.array([item.name for item in CHANNELS])
     points = Points(
         free=np.zeros(n, dtype=bool), level=level, frequency=frequency, sensor=names[sensor], harmonic=harmonic
     )

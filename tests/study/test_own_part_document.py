@@ -16,7 +16,7 @@ CASE = ROOT / "examples" / "parts" / "screw.toml"
 
 def blocks() -> list[str]:
     """Indented blocks, without their indent."""
-    return [textwrap.dedent(each) for each in re.findall(r"(?:^ {4}.*\n|^\n(?= {4}))+", DOCUMENT, re.MULTILINE)]
+    return [textwrap.dedent(item) for item in re.findall(r"(?:^ {4}.*\n|^\n(?= {4}))+", DOCUMENT, re.MULTILINE)]
 
 
 def test_the_case_is_the_example_word_for_word() -> None:

@@ -39,7 +39,7 @@ def test_a_plan_sees_what_a_diagnosis_of_such_tests_sees(two_masses: TwoMasses, 
     # The campaign's repeats have one frequency; a plan expects that it differs by 0.03 %, which hides a part of each.
     assert np.all((ratio > 0.2) & (ratio < 1.3))
     written = json.loads((tmp_path / "chain_plan.json").read_text(encoding="utf-8"))
-    by_name = {each["effect"]: each for each in written["effects"]}
+    by_name = {item["effect"]: item for item in written["effects"]}
     # One resonance alone cannot tell its mass from its stiffness.
     assert "density of all" in by_name["mass at tip"]["confused_with"]
     assert (tmp_path / "chain_plan.png").stat().st_size > 1000

@@ -99,7 +99,7 @@ def stickslip(*words: str) -> int:
 
 def bar(element: str = "tet10") -> Mesh:
     """20 x 10 x 60 mm in blocks of 5 mm, with faces and a belt of four corner nodes."""
-    kind = {each.name: each for each in (HEX8, HEX20, TET10)}[element]
+    kind = {item.name: item for item in (HEX8, HEX20, TET10)}[element]
     block = Block(
         shape=lambda u, v, w: (0.02 * u, 0.01 * v, 0.06 * w),
         counts=(4, 2, 12),
@@ -501,7 +501,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     found = document(capfd, "reduce", "bar.toml", "--out", "out")
     assert found["boundary"] == {"tip": 3, "rub": 9, "rim": 12}
     assert found["least_scaled_jacobian"] > 0.02
-    assert {name: each["n_face"] for name, each in found["faces"].items()} == {"foot": 1, "top": 1, "side": 1}
+    assert {name: item["n_face"] for name, item in found["faces"].items()} == {"foot": 1, "top": 1, "side": 1}
     assert found["faces"]["side"]["area_mm2"] == pytest.approx(20 * 60)
     assert found["faces"]["side"]["centre_mm"] == pytest.approx([10, 0, 30])
     # Tetrahedra of 6 mm against such of 5 mm cut from bricks: both a few parts in a thousand too stiff.

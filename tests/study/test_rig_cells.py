@@ -72,8 +72,8 @@ def test_a_prediction_of_a_campaign_reads_them_too(rig: Read) -> None:
 def test_at_rest_cells_and_blade_carry_the_dead_weights(rig: Read) -> None:
     rest, line = rig.preloaded.static_state, {}
     for name, members in rig.preloaded.joined.lines.items():
-        own = [each for each in rest.contacts if each.name in members]
-        rows = [rest.contacts.index(each) for each in own]
+        own = [item for item in rest.contacts if item.name in members]
+        rows = [rest.contacts.index(item) for item in own]
         theta = rig.preloaded.model.rig.damper.cone_half_angle
         # T of a contact is reckoned along its tangent, away from the damper's middle on both lines.
         line[name] = sum(rest.normal[row] for row in rows) * np.cos(theta)
@@ -111,7 +111,7 @@ def test_a_stiffer_structure_under_the_same_weights_pushes_its_cells_as_much(rig
         assert isinstance(one, LoadCell)
         assert isinstance(other, LoadCell)
         np.testing.assert_allclose(other.row, 1.02 * one.row)
-    before, after = (state_of(each, 0.5)[0] for each in (rig, changed))
+    before, after = (state_of(entry, 0.5)[0] for entry in (rig, changed))
     # Equilibrium decides, up to what the arms' bending takes part in: 2 % of 2 %.
     np.testing.assert_allclose(after[0], before[0], rtol=5e-3, atol=5e-3 * np.abs(before[0]).max())
 

@@ -42,7 +42,7 @@ def mean_forces(model: Model, rest: StaticState) -> np.ndarray:
     solver = ModelSolver.from_model(replace(model, sensors=tuple(sensors)), free=False, slider=lambda _: rest.slider)
     state = solver.solve(1e-6, 100.0, solver.slider, ())
     assert state is not None
-    names = np.array([each.name for each in sensors])
+    names = np.array([item.name for item in sensors])
     return solver.read(state, names, np.zeros(len(names), dtype=int)).real.reshape(2, 4)
 
 
@@ -74,9 +74,9 @@ def test_a_wire_that_is_moved_presses_as_the_case_that_says_so(
 
 def test_the_width_of_a_wire_changes_its_load_and_hardly_the_contacts(read_rig: ReadRig, plain: ReadCase) -> None:
     thin = read_rig(MORE + '[structure.dead_weight]\nwidth = "1 mm"\n')
-    own, other = (each.model.dead_weights["left dead weight"].row for each in (plain, thin))
+    own, other = (item.model.dead_weights["left dead weight"].row for item in (plain, thin))
     assert np.abs(own - other).max() > 1e-3 * np.abs(own).max()
-    found, expected = (mean_forces(each.model, each.structure.details.static_state)[0] for each in (thin, plain))
+    found, expected = (mean_forces(item.model, item.structure.details.static_state)[0] for item in (thin, plain))
     # A damper is nearly rigid beside its contacts.
     np.testing.assert_allclose(found, expected, rtol=0.01)
 
@@ -128,7 +128,7 @@ def test_the_typical_compliance_lowers_the_first_resonance_by_half_a_percent(
         for model in (plain.model, softer)
     )
     # The free blade is the first one above the pendulums of the dampers at 20 Hz, of six motions.
-    blade = [np.sqrt(each[each > (2 * np.pi * 50) ** 2][0]) for each in (own, other)]
+    blade = [np.sqrt(item[item > (2 * np.pi * 50) ** 2][0]) for item in (own, other)]
     assert 0.001 < 1 - blade[1] / blade[0] < 0.006
 
 
@@ -141,20 +141,20 @@ def test_density_modulus_and_clamp_change_the_model_as_the_case(
     light = listed.effect("density of blade").apply(plain.model, [0.9])
     both = listed.effect("compliance of the clamp of blade").apply(light, [1e-9])
     # Another density changes which modes are the lowest of all bodies and kept.
-    own, columns = (each.structure.details.reduction.assembly.columns("blade") for each in (plain, said))
+    own, columns = (item.structure.details.reduction.assembly.columns("blade") for item in (plain, said))
     one, other = (
-        compute_dense_modes(each.system.mass[of, of], each.system.stiffness[of, of]).frequency[:3]
-        for each, of in ((both, own), (said.model, columns))
+        compute_dense_modes(item.system.mass[of, of], item.system.stiffness[of, of]).frequency[:3]
+        for item, of in ((both, own), (said.model, columns))
     )
     np.testing.assert_allclose(one, other, rtol=1e-4)
-    (modulus,) = (each for each in list_calibration_parameters(said.model) if each.name == "E")
+    (modulus,) = (item for item in list_calibration_parameters(said.model) if item.name == "E")
     stiffer = modulus.apply(said.model, [1.01])
-    before, after = (each.elastic_bodies["blade"].matrices[1] for each in (said.model, stiffer))
+    before, after = (item.elastic_bodies["blade"].matrices[1] for item in (said.model, stiffer))
     others = sum(part.stiffness for part in said.model.parts if part.name != "blade")
     change = stiffer.system.stiffness - said.model.system.stiffness
     np.testing.assert_allclose(change, after - before + 0.01 * others, atol=1e-9 * np.abs(before).max())
     mass = said.model.elastic_bodies["blade"].matrices[0][columns, columns]
-    low, high = (compute_dense_modes(mass, each[columns, columns]).frequency[0] for each in (before, after))
+    low, high = (compute_dense_modes(mass, item[columns, columns]).frequency[0] for item in (before, after))
     # The springs of the clamp stay: the frequency rises by less than the root of 1.01.
     assert 1.003 < high / low < 1.0049
 
@@ -163,7 +163,7 @@ def test_a_leaning_head_is_the_case_with_the_angle(read_rig: ReadRig, plain: Rea
     said = read_rig(MORE + '[structure.laser]\nblade = "7 deg"\n').model
     name = "damper left against blade"
     turned = listed.effect(f"lean of {name} at blade").apply(plain.model, [np.deg2rad(7.0)])
-    one, other = (next(each for each in m.sensors if each.name == name) for m in (turned, said))
+    one, other = (next(item for item in m.sensors if item.name == name) for m in (turned, said))
     assert isinstance(one, Sensor)
     assert isinstance(other, Sensor)
     np.testing.assert_allclose(one.row, other.row, atol=1e-14)
@@ -211,7 +211,7 @@ def test_derivatives_of_forces_and_motion_are_those_of_differences(plain: ReadCa
     lines = [LineSensor(name=f"{line} {what}", line=line, component=what) for line in LINES for what in WHATS]
     base = replace(plain.model, sensors=(plain.model.sensors[0], *lines))
     unknowns = Unknowns.from_effects(base, (), effects)
-    seen = [("tip", 1), *((each.name, 0) for each in lines)]
+    seen = [("tip", 1), *((item.name, 0) for item in lines)]
     sensor, harmonic = (np.array(column) for column in zip(*seen, strict=True))
     n = len(seen)
     points = Points(
@@ -223,7 +223,7 @@ def test_derivatives_of_forces_and_motion_are_those_of_differences(plain: ReadCa
     model = unknowns.compose(values)
     prediction = predictor.predict(model)
     tangents = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
-    known = [each for each in tangents if each is not None]
+    known = [item for item in tangents if item is not None]
     assert len(known) == len(names)
     slopes = predictor.derivatives(model, prediction, known) * unknowns.size
     for number in range(len(names)):

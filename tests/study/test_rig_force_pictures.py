@@ -13,7 +13,7 @@ from study.kind.rig.pictures import AMPLITUDE, SHARE, _amplitude
 
 
 def peak(*ratio: float) -> Any:
-    return SimpleNamespace(lines={str(k): SimpleNamespace(ratio=each) for k, each in enumerate(ratio)})
+    return SimpleNamespace(lines={str(k): SimpleNamespace(ratio=item) for k, item in enumerate(ratio)})
 
 
 def test_of_each_level_the_most_loaded_curve_is_drawn() -> None:

@@ -110,7 +110,7 @@ def test_the_model_is_the_rig_at_rest(folder: Path, document: dict[str, Any]) ->
     assert np.count_nonzero(np.isclose(alone, 20.0, rtol=1e-3)) == 6
     assert np.abs(alone / document["blade_frequency_hz"][0] - 1).min() < 1e-4
     # Where contacts press with their preloads, the static load balances them but for what the tangents carry.
-    pushed = sum(each.preload * each.normal for each in system.joints if isinstance(each, FrictionContact))
+    pushed = sum(item.preload * item.normal for item in system.joints if isinstance(item, FrictionContact))
     assert 0 < np.linalg.norm(system.static - pushed) < 0.2 * np.linalg.norm(pushed)
     weight = model.dead_weights["left dead weight"].row
     assert np.linalg.norm(weight) > 0
@@ -312,7 +312,7 @@ def test_the_modes_of_all_bodies_can_be_checked(model: RigModel, by_body: dict[s
     found = {body: by_body[body] for body in ("blade", "damper_right", "decoupler_right")}
     checked = checks(model, found, Store(None), SilentProgress())
     assert set(checked) == set(found)
-    assert all(each.n_missed == 0 and each.residual.max() < 1e-8 for each in checked.values())
+    assert all(item.n_missed == 0 and item.residual.max() < 1e-8 for item in checked.values())
 
 
 def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:

@@ -148,7 +148,7 @@ def test_histories_leave_each_line_a_share_of_its_limit(plain: Solved) -> None:
 
 def test_crowned_lines_press_in_the_middle(store: Path, short_rig: str, plain: Solved) -> None:
     crowned = solved(store, short_rig.replace("mu = 0.8", 'mu = 0.8\ncrowning = "2.5 um"') + SWEEP)
-    normal, even = (np.split(each.preloaded.static_state.normal, 4)[0] for each in (crowned, plain))
+    normal, even = (np.split(item.preloaded.static_state.normal, 4)[0] for item in (crowned, plain))
     per_length = np.array([2, 1, 1, 1, 1, 1, 2])  # the end stations stand for half as much
     assert (normal * per_length)[3] > 2 * (normal * per_length)[[0, 6]].max()
     assert normal.sum() == pytest.approx(even.sum(), rel=0.02)
@@ -191,7 +191,7 @@ def test_gaps_that_a_rigid_motion_of_the_damper_absorbs_change_no_limit(store: P
     np.testing.assert_allclose(
         absorbed.preloaded.static_state.slider, crowned.preloaded.static_state.slider, atol=1e-11
     )
-    limits = [normal_force_limits(each) for each in (crowned, absorbed)]
+    limits = [normal_force_limits(item) for item in (crowned, absorbed)]
     # Both searches take the same steps but for round-off, and stop at 1e-4.
     assert limits[1] == pytest.approx(limits[0], rel=1e-4)
     # What the damper cannot absorb presses other stations.
@@ -201,7 +201,7 @@ def test_gaps_that_a_rigid_motion_of_the_damper_absorbs_change_no_limit(store: P
             crowned.preloaded.static_state.contacts, tilted.preloaded.static_state.contacts, strict=True
         )
     ]
-    assert max(moved) > 0.1 * max(each.preload for each in crowned.preloaded.static_state.contacts)
+    assert max(moved) > 0.1 * max(item.preload for item in crowned.preloaded.static_state.contacts)
 
 
 def normal_force_limits(found: Solved) -> np.ndarray:

@@ -49,7 +49,7 @@ def test_a_mirror_image_has_the_reflected_faces_around_the_same_volume(model: Ri
     )
     assert integrate_volume(image.mesh) == pytest.approx(integrate_volume(place.mesh), rel=1e-12)
     for name, faces in place.mesh.face_sets.items():
-        own, reflected = (area_vectors(each.mesh, each.mesh.face_sets[name])[0] for each in (place, image))
+        own, reflected = (area_vectors(item.mesh, item.mesh.face_sets[name])[0] for item in (place, image))
         np.testing.assert_allclose(reflected, own * [1, -1, 1], atol=1e-15)
         np.testing.assert_array_equal(image.mesh.nodes(name), place.mesh.nodes(name))
         assert len(faces)
@@ -86,10 +86,10 @@ def test_a_damper_by_tetwild_has_its_stations_and_the_frequencies_of_bricks(mode
         np.testing.assert_allclose(place.places[mesh.node_sets[name]], at, atol=2e-5)
     assert integrate_areas(mesh, mesh.face_sets["cylinder"]).sum() > 0
     tets, bricks = (
-        reduced_body(each, BODY) for each in (replace(model, element="tet10", tetrahedra={BODY: place}), model)
+        reduced_body(item, BODY) for item in (replace(model, element="tet10", tetrahedra={BODY: place}), model)
     )
     assert set(tets.rom.boundary_sets) == set(bricks.rom.boundary_sets)
-    own, other = (each.rom.modes(10).frequency for each in (tets, bricks))
+    own, other = (item.rom.modes(10).frequency for item in (tets, bricks))
     # A rigid body, and then elastic modes of meshes of two or three cells across.
     np.testing.assert_allclose(own[6:], other[6:], rtol=1e-2)
     stiff = tets.rom.stiffness

@@ -103,7 +103,7 @@ def test_clean_removes_what_the_run_wrote_and_nothing_else(two_runs: Path, capfd
 
 def test_a_record_that_was_tampered_with_removes_nothing_outside_its_folder(two_runs: Path) -> None:
     (file,) = [
-        each for each in (two_runs / "cache" / RECORDS).iterdir() if "/a" in json.loads(each.read_text())["output"]
+        item for item in (two_runs / "cache" / RECORDS).iterdir() if "/a" in json.loads(item.read_text())["output"]
     ]
     document = json.loads(file.read_text())
     file.write_text(json.dumps(document | {"files": ["../one.npz", "..", "a_response.csv"]}))

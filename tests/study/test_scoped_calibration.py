@@ -55,7 +55,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     model = read_case(tmp_path / "lap.toml").model
     joint = model.system.joints[0]
     true = model.with_joints({"lap": {key[4:]: factor * getattr(joint, key[4:]) for key, factor in TRUE.items()}})
-    level, frequency = (each.ravel() for each in np.meshgrid(LEVELS, FREQUENCIES, indexing="ij"))
+    level, frequency = (item.ravel() for item in np.meshgrid(LEVELS, FREQUENCIES, indexing="ij"))
     n, one = len(level), np.ones(len(level), dtype=int)
     points = Points(free=one == 0, level=level, frequency=frequency, sensor=np.array(["tip"] * n), harmonic=one)
     exact = Predictor(points=points).predict(true).value

@@ -116,7 +116,7 @@ def test_every_output_and_force_has_its_closed_form_in_all_files(home: Path, cap
     content = loadmat("out/my_limits.mat")
     assert [str(item[0][0]) for item in content["quantity_name"]] == names
     assert content["value"].shape == (6, 2, 2, 2)
-    assert {Path(file).name for file in document["files"]} == {each.name for each in Path("out").iterdir()} == {
+    assert {Path(file).name for file in document["files"]} == {entry.name for entry in Path("out").iterdir()} == {
         "my_limits.nc", "my_limits.mat", "my_limits.csv", "my_limits.html", "my_limit_forces_pad.png",
         *(f"my_{kind}_{name}.png" for kind in ("limits", "limit_states", "limit_levels")
           for name in ("mass", "other_mass")),
@@ -181,7 +181,7 @@ def test_a_sweep_of_everything_has_the_limits_of_each_point_and_a_picture_of_all
         # Of quantity, point, level and frequency; the CSV has ten digits.
         found = np.array([float(row[word]) for row in rows]).reshape(6, 2, 2, 2)
         np.testing.assert_allclose(found, data["limit"].values[:, :, side], rtol=1e-9, atol=1e-12)
-    assert {Path(file).name for file in document["files"]} == {each.name for each in Path("swept").iterdir()} == {
+    assert {Path(file).name for file in document["files"]} == {entry.name for entry in Path("swept").iterdir()} == {
         "my_sweep.nc", "my_sweep_limits.csv", "my_sweep.html", "my_sweep_limit_forces_1.png",
         "my_sweep_limit_forces_2.png",
         *(f"my_sweep_limits_{name}_{number}.png" for name in ("mass", "other_mass") for number in (1, 2)),

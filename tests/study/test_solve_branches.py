@@ -70,7 +70,7 @@ def test_twins_that_need_not_move_alike_have_two_mirrored_branches(
     one, other = (data.isel(point=np.flatnonzero(data["curve"] == number)) for number in (1, 2))
     # Each begins at a branch point, and they are mirror images: rounding of two continuations.
     assert np.abs(np.array([item["frequency_hz"] for item in points]) - float(one["frequency"][0])).min() < 1e-9
-    motion, mirrored = (each["output_real"].values for each in (one, other))  # sensors last
+    motion, mirrored = (entry["output_real"].values for entry in (one, other))  # sensors last
     np.testing.assert_allclose(motion, mirrored[..., ::-1], rtol=0, atol=1e-6 * np.abs(motion).max())
     assert not np.allclose(motion, motion[..., ::-1], rtol=0, atol=0.1 * np.abs(motion).max())
 

@@ -246,7 +246,7 @@ preload = "5 N"
         drawn["One mass: what the contacts do"],
         drawn["One mass: contacts at the highest point of each curve"],
     )
-    assert [each.get_text() for each in states.legends[0].get_texts()] == ["stuck", "slipping", "closed", "separated"]
+    assert [item.get_text() for item in states.legends[0].get_texts()] == ["stuck", "slipping", "closed", "separated"]
     colours = [{to_hex(area.get_facecolor()[0]) for area in axes.collections} for axes in states.axes]
     legend = [to_hex(patch.get_facecolor()) for patch in states.legends[0].get_patches()]
     assert colours == [{legend[0], legend[1], legend[3]}, {legend[2], legend[3]}, {legend[0], legend[1], legend[3]}]

@@ -43,7 +43,7 @@ def test_a_thinned_sphere_has_few_points_and_is_one_still() -> None:
                        np.outer(np.cos(up), np.ones(around))], axis=-1).reshape(-1, 3)  # fmt: skip
     corner = np.arange((n + 1) * around).reshape(n + 1, around)
     a, b, c, d = (
-        each.ravel() for each in (corner[:-1], corner[1:], np.roll(corner, -1, 1)[1:], np.roll(corner, -1, 1)[:-1])
+        item.ravel() for item in (corner[:-1], corner[1:], np.roll(corner, -1, 1)[1:], np.roll(corner, -1, 1)[:-1])
     )
     nodes, thin = thin_surface(points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
     assert 500 < len(nodes) <= surface.MOST_POINTS

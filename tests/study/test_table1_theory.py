@@ -37,9 +37,9 @@ def energy_of_exact_bending(mesh: Mesh, material: Material) -> float:
     # Axial strain y, contracted across: strains -nu y along x and y, no shear.
     displacement = np.stack([-nu * x * y, -(z**2 + nu * (y**2 - x**2)) / 2, y * z], axis=1)
     cells = mesh.cells["hexahedron"]
-    each = np.ones(len(cells))
+    item = np.ones(len(cells))
     stiffness, _ = element_matrices(
-        HEX8, mesh.points[cells], material.lame * each, material.shear * each, material.density * each
+        HEX8, mesh.points[cells], material.lame * item, material.shear * item, material.density * item
     )
     u = displacement[cells].reshape(len(cells), -1)
     return float(np.einsum("ci,cij,cj->", u, stiffness, u) / 2)

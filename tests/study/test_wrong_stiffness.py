@@ -37,7 +37,7 @@ def read(case: Model) -> MotionReadings:
         free=np.zeros(k, dtype=bool), level=level, frequency=frequency, sensor=np.array(["a"] * k),
         harmonic=np.ones(k, dtype=np.int64),
     )  # fmt: skip
-    value, stated = (Predictor(points=points).predict(each).value for each in (model(), case))
+    value, stated = (Predictor(points=points).predict(item).value for item in (model(), case))
     return MotionReadings(points=points, value=value, stated=stated)
 
 

@@ -88,8 +88,8 @@ def test_histories_of_forces_that_depend_on_the_velocity_converge_with_order_two
         (outside,) = LAWS.load(file)
         joint = outside.build("joint", {"direction": np.ones(1)}, {"cubic": 0.5, "quintic": 1.0})
     else:
-        variants = [each for kind in LAWS for each in test_laws.variants(kind)]
-        joint = next(each for each in variants if each.force_law == law)
+        variants = [entry for kind in LAWS for entry in test_laws.variants(kind)]
+        joint = next(entry for entry in variants if entry.force_law == law)
     exact = forces_of(joint, 8192)
     coarse, fine = (np.abs(forces_of(joint, steps) - exact).max() for steps in (128, 1024))
     if law == "from outside":

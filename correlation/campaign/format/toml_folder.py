@@ -222,7 +222,7 @@ def _check_constant(manifest: Manifest, measurement: Measurement, test: int, sen
 def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
     for level in manifest.held_out.levels:
         if not same_level(measurement.level, level).any():
-            measured = ", ".join(f"{each / manifest.units.level_factor:g}" for each in np.unique(measurement.level))
+            measured = ", ".join(f"{item / manifest.units.level_factor:g}" for item in np.unique(measurement.level))
             raise CampaignError(
                 f"{MANIFEST}: held_out.levels = {level / manifest.units.level_factor:g} was not measured; "
                 f"hold out some of {measured}"

@@ -108,7 +108,7 @@ def _matrix(cards: _Cards) -> FileMatrix:
     cols = [place[column] for _, column in entries]
     values = np.array(list(entries.values()), dtype=np.float64)
     matrix = sp.csr_array(sp.coo_array((values, (rows, cols)), shape=(len(dofs),) * 2))
-    table = DofLabels(node=np.array([node for node, _ in dofs]), direction=np.array([each for _, each in dofs]))
+    table = DofLabels(node=np.array([node for node, _ in dofs]), direction=np.array([item for _, item in dofs]))
     return FileMatrix(matrix=matrix, dofs=table)
 
 
@@ -147,7 +147,7 @@ def _fields(text: str) -> list[str]:
     """Data fields of one line: eight of the usual width, four of the double one."""
     if "," in text:
         wide = "*" in text.partition(",")[0]
-        fields = [each.strip() for each in text.split(",")][1:]
+        fields = [item.strip() for item in text.split(",")][1:]
     else:
         wide = "*" in text[:_FIELD]
         width = 2 * _FIELD if wide else _FIELD

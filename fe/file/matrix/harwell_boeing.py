@@ -34,9 +34,9 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
     """
     try:
         lines = path.read_text(encoding="ascii").splitlines()
-        counts = [int(each) for each in lines[1].split()]
+        counts = [int(item) for item in lines[1].split()]
         kind = lines[2][:3].upper()
-        n_row, n_column, n_entry = (int(each) for each in lines[2][3:].split()[:3])
+        n_row, n_column, n_entry = (int(item) for item in lines[2][3:].split()[:3])
         widths = [int(width) for width in _FORMAT.findall(lines[3])]
         n_start, n_index, n_value = counts[1:4]
     except (UnicodeDecodeError, ValueError, LookupError):
@@ -51,7 +51,7 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
     try:
         starts, rows = (
             np.array(
-                [int(each) for each in _entries(lines[blocks[k] : blocks[k + 1]], widths[k], count)], dtype=np.int64
+                [int(item) for item in _entries(lines[blocks[k] : blocks[k + 1]], widths[k], count)], dtype=np.int64
             )
             - 1
             for k, count in ((0, n_column + 1), (1, n_entry))

@@ -87,7 +87,7 @@ def _text(path: Path, lines: list[str]) -> Iterator[tuple[str, sp.csr_array]]:
         strings: list[String] = []
         column = 0
         while True:
-            numbers = [int(each) for each in lines[at].split()]
+            numbers = [int(item) for item in lines[at].split()]
             at += 1
             if len(numbers) == 3:
                 column, row = numbers[0] - 1, numbers[1] - 1

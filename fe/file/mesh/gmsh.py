@@ -150,7 +150,7 @@ def _meshio_as_gmsh_writes() -> Iterator[None]:
 
     def without_signs(*arguments: Any) -> Any:
         groups, bounds = read_entities(*arguments)
-        return tuple({tag: [abs(each) for each in found] for tag, found in kind.items()} for kind in groups), bounds
+        return tuple({tag: [abs(item) for item in found] for tag, found in kind.items()} for kind in groups), bounds
 
     _gmsh41.Mesh, _gmsh41._read_entities = tolerant, without_signs
     try:

@@ -37,7 +37,7 @@ def show_diagnosis(result: Round) -> dict[str, Any]:
     verdict = result.diagnosis.verdict
     scores = {score.effect.name: score for score in result.diagnosis.scores}
     confused = find_confused(result.diagnosis.scores)
-    order = [each.effect.name for each in verdict.effects if each.effect is not None]
+    order = [entry.effect.name for entry in verdict.effects if entry.effect is not None]
     # Of one effect alone the verdict says all.
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     return {

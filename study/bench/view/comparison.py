@@ -31,7 +31,7 @@ def show_comparison(compared: ComparisonResult, lines: Mapping[str, Lines]) -> d
     lines
         Its lines that move, by configuration.
     """
-    points = {free: (each.points, each.prediction.value) for free, each in _by_free(lines).items()}
+    points = {free: (item.points, item.prediction.value) for free, item in _by_free(lines).items()}
     drawing = Drawing.of(compared, points)
     (responses,), (misfit,) = response_sections(compared, drawing), misfit_sections(compared, drawing)
     data = {**responses.data, "dark_colours": choose_family_colours(len(responses.data["levels"]), dark=True)}
@@ -84,7 +84,7 @@ def list_errors(compared: ComparisonResult, lines: Mapping[bool, tuple[Points, C
 
 
 def _by_free(lines: Mapping[str, Lines]) -> dict[bool, Lines]:
-    return {name == "free": each for name, each in lines.items()}
+    return {name == "free": item for name, item in lines.items()}
 
 
 def _lines(panel: SensorPanel, lines: Lines) -> list[dict[str, Any]]:

@@ -29,13 +29,13 @@ def show_next_tests(result: Round) -> dict[str, Any] | None:
     step = result.next_step
     if step.advice is None:
         return {"sentence": step.reason, "rows": [], "remark": "", "picture": ""} if step.reason else None
-    units = {each.name: each.unit for each in result.campaign.sensors}
+    units = {item.name: item.unit for item in result.campaign.sensors}
     return {
         "sentence": f"{step.sentence[0].upper()}{step.sentence[1:]}.",
         "between": list(step.advice.names),
         "rows": [
-            {"probability": each.probability, "minutes": each.test.minutes, "title": each.test.title}
-            for each in step.shown
+            {"probability": item.probability, "minutes": item.test.minutes, "title": item.test.title}
+            for item in step.shown
         ],
         "remark": step.remark,
         "picture": _draw(make_next_tests(step, result.setup.title, units)),

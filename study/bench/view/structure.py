@@ -100,9 +100,9 @@ def _list_bodies(model: Model, surfaces: Mapping[str, BodySurface]) -> list[Body
     """Surfaces where they are known, and nodes along the longest side of each other body."""
     n_dof = model.system.n_dof
     bodies = [
-        Body(name=name, points=each.points, triangles=each.triangles, motion=each.motion)
-        for name, each in surfaces.items()
-        if each.motion.shape[2] == n_dof
+        Body(name=name, points=item.points, triangles=item.triangles, motion=item.motion)
+        for name, item in surfaces.items()
+        if item.motion.shape[2] == n_dof
     ]
     if bodies:
         return bodies
@@ -162,7 +162,7 @@ def _columns(values: Float[NDArray[np.float64], "p 3"]) -> list[list[float | Non
 
 def _list_marks(model: Model) -> list[tuple[str, Body]]:
     """Sensors, contacts and the load where their rows are, each with its kind."""
-    rows = [("sensor", each.name, [each.row]) for each in model.sensors if not isinstance(each, LineSensor)]
+    rows = [("sensor", item.name, [item.row]) for item in model.sensors if not isinstance(item, LineSensor)]
     rows += [
         ("contact line", line, [model.contact(name).normal for name in members])
         for line, members in model.lines.items()

@@ -143,8 +143,8 @@ def make_matrices_structure(opened: OpenCase, run: RunContext) -> Structure:
     # The case speaks of nodes by the numbers of the files; rotations stand on nodes of their own after the others.
     label = np.unique(read.dofs.node)
     dofs = [
-        each if each.direction == "modal" else replace(each, node=int(label[each.node % len(label)]))
-        for each in structure.dofs
+        item if item.direction == "modal" else replace(item, node=int(label[item.node % len(label)]))
+        for item in structure.dofs
     ]
     return replace(structure, dofs=tuple(dofs))
 

@@ -33,7 +33,7 @@ def files(path: Path) -> list[Path]:
 
 def same(one: object, other: object) -> bool:
     if isinstance(one, MeasuredSensor | Measurement) and type(one) is type(other):
-        return all(same(getattr(one, each.name), getattr(other, each.name)) for each in fields(one))
+        return all(same(getattr(one, item.name), getattr(other, item.name)) for item in fields(one))
     return bool(np.array_equal(one, other)) if isinstance(one, np.ndarray) else one == other
 
 
@@ -56,7 +56,7 @@ def test_what_is_written_is_read_to_the_last_digit(campaign_format: CampaignForm
 
 def test_no_other_format_takes_it_for_its_own(campaign_format: CampaignFormat, tmp_path: Path) -> None:
     path = written(campaign_format, tmp_path)
-    assert [each.name for each in FORMATS if each.recognise(path)] == [campaign_format.name]
+    assert [item.name for item in FORMATS if item.recognise(path)] == [campaign_format.name]
     for nothing in (tmp_path, tmp_path / "missing", Path(__file__)):
         assert not campaign_format.recognise(nothing)
 
@@ -92,7 +92,7 @@ def test_a_damaged_file_is_read_or_refused_in_a_sentence(campaign_format: Campai
                 refusals.append(str(error))
         file.write_bytes(content)
     assert len(refusals) > len(files(path))  # cut short, or empty, at the least
-    assert all(each.strip() and "\n\n" not in each for each in refusals)
+    assert all(item.strip() and "\n\n" not in item for item in refusals)
     read_campaign(path)
 
 

@@ -18,7 +18,7 @@ def make(places: tuple[str, ...], level: float, value: complex) -> Campaign:
     one = np.ones(2 * n)
     return Campaign(
         title="", folder=Path("a"), tests=(Test(name="sweep"),), held_out=HeldOut(levels=(level,)),
-        sensors=tuple(MeasuredSensor(name=each, quantity="displacement", direction="z", place=each) for each in places),
+        sensors=tuple(MeasuredSensor(name=item, quantity="displacement", direction="z", place=item) for item in places),
         measurement=Measurement(
             test=0 * one, order=np.arange(2 * n), repeat=np.repeat([1, 2], n), sweep=one, level=level * one,
             frequency=10 * one, sensor=np.tile(np.arange(n), 2), harmonic=one, value=value * np.arange(1, 2 * n + 1),
@@ -30,13 +30,13 @@ def test_joined_readings_keep_their_values_sensors_and_levels_as_other_repeats_o
     first, further = make(("tip", "base"), 1.0, 1.0), make(("mid", "tip"), 3.0, 1j)
     both = join_campaigns(first, further)
     table = both.measurement
-    assert [each.name for each in both.sensors] == ["tip", "base", "mid"]
-    assert [each.name for each in both.tests] == ["sweep", "sweep 2"]
+    assert [item.name for item in both.sensors] == ["tip", "base", "mid"]
+    assert [item.name for item in both.tests] == ["sweep", "sweep 2"]
     assert (both.held_out.levels, both.held_out.repeats) == (first.held_out.levels, ())
     held = join_campaigns(first, replace(further, held_out=HeldOut(repeats=(2,))))
     assert held.held_out.repeats == (4,)
     later = table.where(table.test == 1)
-    assert [both.sensors[each].name for each in later.sensor] == ["mid", "tip"] * 2
+    assert [both.sensors[item].name for item in later.sensor] == ["mid", "tip"] * 2
     assert later.repeat.tolist() == [3, 3, 4, 4]
     assert later.value.tolist() == further.measurement.value.tolist()
     assert len(np.unique(table.order)) == len(table)

@@ -122,7 +122,7 @@ def test_a_sweep_that_is_stated_is_in_the_order_of_its_direction_however_a_table
     campaign = read_campaign(tmp_path)
     table = campaign.measurement
     assert table.frequency[np.argsort(table.order)].tolist() == [13, 12, 11, 10]
-    assert not any("mixed up" in each.sentence for each in campaign.suspicions)
+    assert not any("mixed up" in item.sentence for item in campaign.suspicions)
 
 
 def passes(frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -179,7 +179,7 @@ def test_branches_that_a_table_lists_one_after_the_other_are_sweeps(
     table = campaign.measurement
     by_order = np.argsort(table.order)
     way = table.sweep[by_order]
-    told = [each for each in campaign.suspicions if "read as branches" in each.sentence]
+    told = [item for item in campaign.suspicions if "read as branches" in item.sentence]
     if factor == 1.0:
         assert len(np.unique(way)) == 1
         assert not told

@@ -166,6 +166,6 @@ def test_a_mistake_has_the_line_of_its_key_or_else_of_its_table(
     tmp_path: Path, old: str, new: str, words: str, key: str
 ) -> None:
     lines = MANIFEST.replace(old, new, 1).splitlines()
-    line = 1 + next(number for number, each in enumerate(lines) if words in each)
+    line = 1 + next(number for number, item in enumerate(lines) if words in item)
     with pytest.raises(CampaignError, match=rf"^campaign\.toml:{line}: {key}"):
         read_campaign(write(tmp_path, lines))

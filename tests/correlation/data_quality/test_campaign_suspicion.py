@@ -125,12 +125,12 @@ def test_few_equal_readings_of_many_are_chance() -> None:
 @pytest.mark.parametrize("together", [True, False])
 def test_sensors_at_one_place_are_suspected_if_a_test_has_two_of_them(together: bool) -> None:
     made = campaign()
-    here = replace(made, sensors=tuple(replace(each, place="tip") for each in made.sensors))
+    here = replace(made, sensors=tuple(replace(item, place="tip") for item in made.sensors))
     if not together:
         table = here.measurement
         tests = tuple(replace(here.tests[0], name=sensor.name) for sensor in here.sensors)
         here = replace(here, tests=tests, measurement=replace(table, test=table.sensor))
-    (found,) = (each for each in find_suspicions(here) if 'at "tip" along z' in each.sentence)
+    (found,) = (item for item in find_suspicions(here) if 'at "tip" along z' in item.sentence)
     assert found.remark is not together
 
 
@@ -229,11 +229,11 @@ def test_swapped_sensors_are_found_though_the_resonance_is_off(i: int, j: int, f
     swap = np.arange(3)
     swap[[i, j]] = j, i
     swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
-    for each, expected in ((made, 0), (swapped, 1)):
-        table = extract_features(each)
+    for item, expected in ((made, 0), (swapped, 1)):
+        table = extract_features(item)
         gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
         predicted = gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)]
-        found = find_swapped_sensors(each, table, predicted)
+        found = find_swapped_sensors(item, table, predicted)
         assert len(found) == expected
     names = list(SHAPE)
     assert found[0].where == f'sensors "{names[min(i, j)]}" and "{names[max(i, j)]}" look swapped'
@@ -248,12 +248,12 @@ def test_sensors_that_read_nearly_alike_are_found_where_a_third_one_confirms(f0:
     made = with_values(made, np.where(made.measurement.sensor == 1, 0.88 / 0.55, 1.0) * made.measurement.value)
     swap = np.array([1, 0, 2])
     swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
-    alone = [replace(each, measurement=each.measurement.where(each.measurement.sensor < 2)) for each in (swapped, made)]
-    for each, expected in ((made, 0), (swapped, 1), (alone[0], 0), (alone[1], 0)):
-        table = extract_features(each)
+    alone = [replace(item, measurement=item.measurement.where(item.measurement.sensor < 2)) for item in (swapped, made)]
+    for item, expected in ((made, 0), (swapped, 1), (alone[0], 0), (alone[1], 0)):
+        table = extract_features(item)
         gain = np.array([1.0, 0.88, -0.16])[table.sensor] / table.harmonic**3
         predicted = gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)]
-        assert len(find_swapped_sensors(each, table, predicted)) == expected
+        assert len(find_swapped_sensors(item, table, predicted)) == expected
 
 
 @pytest.mark.parametrize("errors", [(0.06, -0.06, 0.0), (0.06, -0.06, 0.03), (-0.1, 0.02, 0.05)])
@@ -288,9 +288,9 @@ def test_forces_along_and_across_a_line_that_are_swapped_are_found() -> None:
     )
     swap = np.array([1, 0, 2])
     swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
-    for each, expected in ((made, 0), (swapped, 1)):
-        there = replace(each, sensors=sensors)
-        assert len(find_swapped_sensors(there, extract_features(there), predictions(each))) == expected
+    for item, expected in ((made, 0), (swapped, 1)):
+        there = replace(item, sensors=sensors)
+        assert len(find_swapped_sensors(there, extract_features(there), predictions(item))) == expected
 
 
 def test_points_without_a_prediction_are_passed_over() -> None:
@@ -322,15 +322,15 @@ def test_velocities_that_are_called_displacements_are_told_as_such_and_not_as_ph
     table = made.measurement
     called = with_values(made, 2j * np.pi * table.harmonic * table.frequency * table.value)
     found = list(find_conjugate_tests(called, extract_features(called), predictions(called, f0)))
-    assert [each.where for each in found] == [f'test "stepped", sensor "{name}"' for name in SHAPE]
-    assert all("those of a velocity in SI" in each.sentence for each in found)
+    assert [item.where for item in found] == [f'test "stepped", sensor "{name}"' for name in SHAPE]
+    assert all("those of a velocity in SI" in item.sentence for item in found)
 
 
 @pytest.mark.parametrize(("f0", "expected"), [(100.0, 1), (85.0, 0), (97.0, 0), (120.0, 0)])
 def test_phases_that_are_not_relative_to_the_force_are_turned_by_one_angle(f0: float, expected: int) -> None:
     made = campaign()
     assert not [
-        each for each in find_conjugate_tests(made, extract_features(made), predictions(made, f0)) if each.of_test
+        item for item in find_conjugate_tests(made, extract_features(made), predictions(made, f0)) if item.of_test
     ]
     if expected:
         turned = with_values(made, np.exp(1.7j) * made.measurement.value)

@@ -36,7 +36,7 @@ def test_repeats_without_an_order_seldom_look_ordered(n_repeat: int) -> None:
 
 
 def settling_campaign() -> Campaign:
-    seed = next(each for each in range(100) if draw_campaign(each).measurement.repeat.max() == 6)
+    seed = next(item for item in range(100) if draw_campaign(item).measurement.repeat.max() == 6)
     campaign = insert_mistake(draw_campaign(seed), "settling")
     assert campaign is not None
     return campaign
@@ -54,7 +54,7 @@ def test_early_repeats_of_a_settling_test_are_left_out() -> None:
     seen = arrange_campaign(known)
     assert np.isnan(seen.repeat[:, 0]).all()
     assert np.isfinite(seen.repeat[:, 2:]).any(axis=0).all()
-    assert not any("still settle" in each.sentence for each in find_channel_suspicions(known))
+    assert not any("still settle" in item.sentence for item in find_channel_suspicions(known))
     assert np.isfinite(arrange_campaign(campaign).repeat[:, 0]).any()
 
 

@@ -20,8 +20,8 @@ def response(rng: np.random.Generator, shape: np.ndarray, error: float) -> np.nd
     moved = np.exp(error * rng.standard_normal(2)) ** 0.1 * (100.0, 230.0)
     damping = 0.02 * np.exp(error * rng.standard_normal()) * level**0.3
     shapes = shape * np.exp(error * rng.standard_normal((4, 2))) * np.exp(error * rng.standard_normal())
-    each = 1 / (moved**2 - frequency[:, None] ** 2 + 2j * damping[:, None] * moved * frequency[:, None])
-    return np.asarray(-level * frequency**2 * (each * shapes[sensor.astype(int)]).sum(axis=1))
+    item = 1 / (moved**2 - frequency[:, None] ** 2 + 2j * damping[:, None] * moved * frequency[:, None])
+    return np.asarray(-level * frequency**2 * (item * shapes[sensor.astype(int)]).sum(axis=1))
 
 
 def suspected(seed: int, error: float, *factors: float) -> tuple[Suspicion, ...]:
@@ -88,6 +88,6 @@ def test_amplitudes_of_one_channel_and_of_all_are_a_remark(factor: float, is_in:
 
 def test_a_factor_of_ten_is_no_sure_unit() -> None:
     """The model is 5 % off: g and ten are not told apart."""
-    told = [each for seed in range(10) for each in suspected(seed, 0.05, 1.0, 10.0)]
+    told = [item for seed in range(10) for item in suspected(seed, 0.05, 1.0, 10.0)]
     assert told
-    assert all("ten times another looks alike" in each.sentence for each in told)
+    assert all("ten times another looks alike" in item.sentence for item in told)

@@ -35,7 +35,7 @@ def test_a_dead_channel_is_named_with_its_runs(value: complex, where: dict[str, 
     assert found.where == 'test "stepped", sensor "slot"'
     assert words in found.sentence
     # What is dead is no copy of another repeat.
-    assert not any("copies" in each.sentence for each in find_suspicions(made))
+    assert not any("copies" in item.sentence for item in find_suspicions(made))
 
 
 def test_live_channels_and_amplitudes_that_a_control_holds_are_not_suspected() -> None:

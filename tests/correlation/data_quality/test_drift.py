@@ -19,7 +19,7 @@ def grown(campaign: Campaign, factors: list[float]) -> Campaign:
 
 
 def told(campaign: Campaign) -> list[str]:
-    return [each.sentence for each in find_drift_suspicions(campaign)]
+    return [item.sentence for item in find_drift_suspicions(campaign)]
 
 
 @pytest.mark.parametrize("jitter", [0.0, 3e-4])
@@ -52,9 +52,9 @@ def test_what_is_below_two_per_cent_is_none(small: Model, paper: ModuleType, fac
 def test_one_sensor_of_another_gain_in_a_repeat_is_named(small: Model, paper: ModuleType, factor: float) -> None:
     campaign = paper.make_campaign(small, seed=3)
     table = campaign.measurement
-    (odd,) = (number for number, each in enumerate(campaign.sensors) if each.name == "tip")
+    (odd,) = (number for number, item in enumerate(campaign.sensors) if item.name == "tip")
     other = np.where((table.sensor == odd) & (table.repeat == 2), factor, 1.0)
     found = [*find_drift_suspicions(replace(campaign, measurement=replace(table, value=other * table.value)))]
     assert found
-    assert all('sensor "tip"' in each.where for each in found)
-    assert all("repeat 2" in each.sentence for each in found)
+    assert all('sensor "tip"' in item.where for item in found)
+    assert all("repeat 2" in item.sentence for item in found)

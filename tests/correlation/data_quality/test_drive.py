@@ -16,7 +16,7 @@ LEVELS, FREQUENCY = np.array([1.0, 3.0, 10.0]), np.linspace(90.0, 110.0, 11)
 
 def campaign(largest: float = np.inf, drop: float = 0.0, gain: float = 1.0, *, measured: bool = True) -> Campaign:
     """A force with 0.2 % of noise that goes no further than the largest one, and drops at a resonance."""
-    level, frequency = (each.ravel() for each in np.meshgrid(LEVELS, FREQUENCY, indexing="ij"))
+    level, frequency = (item.ravel() for item in np.meshgrid(LEVELS, FREQUENCY, indexing="ij"))
     noise = 0.002 * np.random.default_rng(1).standard_normal(len(level))
     shape: NDArray[np.float64] = 1 - drop / (1 + ((frequency - 100) / 2) ** 2)
     force = gain * np.minimum(level * shape * (1 + noise), largest)
@@ -38,7 +38,7 @@ def test_a_drive_that_clips_is_suspected_at_the_levels_that_it_does_not_reach() 
     assert "at most 8 N, 80% of its set point" in found.sentence
     assert "11 of 11 readings" in found.sentence
     assert str(found) in map(str, find_suspicions(campaign(largest=8.0)))
-    assert [each.where[-4:] for each in find_drive_suspicions(campaign(largest=2.0))] == [" 3 N", "10 N"]
+    assert [item.where[-4:] for item in find_drive_suspicions(campaign(largest=2.0))] == [" 3 N", "10 N"]
 
 
 def test_lower_levels_whose_force_is_their_set_point_in_every_digit_hide_no_drive_that_clips() -> None:
@@ -66,17 +66,17 @@ def relabelled(level: dict[float, float]) -> Campaign:
     """Forces as they are, with other set points."""
     made = campaign()
     table = made.measurement
-    return replace(made, measurement=replace(table, level=np.array([level.get(each, each) for each in table.level])))
+    return replace(made, measurement=replace(table, level=np.array([level.get(item, item) for item in table.level])))
 
 
 def test_levels_with_the_forces_of_each_other_are_exchanged() -> None:
     first, second = find_drive_suspicions(relabelled({3.0: 10.0, 10.0: 3.0}))
-    assert [each.where for each in (first, second)] == ['test "stepped", level 3 N', 'test "stepped", level 10 N']
+    assert [item.where for item in (first, second)] == ['test "stepped", level 3 N', 'test "stepped", level 10 N']
     assert "333% of its set point, and that of the level 10 N: are levels exchanged?" in first.sentence
     assert "30% of its set point, and that of the level 3 N: are levels exchanged?" in second.sentence
     mixed = list(find_drive_suspicions(relabelled({1.0: 3.0, 3.0: 10.0, 10.0: 1.0})))
     assert len(mixed) == 3
-    assert all("are levels mixed up?" in each.sentence for each in mixed)
+    assert all("are levels mixed up?" in item.sentence for item in mixed)
 
 
 def test_a_force_far_above_its_set_point_makes_one_level_doubtful() -> None:

@@ -86,8 +86,8 @@ def test_repeats_that_are_left_out_in_one_sweep_alone_are_told_with_it(small: Mo
     """Where other repeats jump in each sweep no repeat is free of it, and none is beside others."""
     campaign = paper.make_campaign(small, seed=3, n_repeat=6, held=())
     up, down = (jumped(campaign, repeats).measurement for repeats in ((1, 2), (4, 5)))
-    ways = [replace(each, sweep=np.full_like(each.sweep, way)) for way, each in ((1, up), (-1, down))]
-    both = replace(up, **{name: np.concatenate([getattr(each, name) for each in ways]) for name in vars(up)})
+    ways = [replace(item, sweep=np.full_like(item.sweep, way)) for way, item in ((1, up), (-1, down))]
+    both = replace(up, **{name: np.concatenate([getattr(item, name) for item in ways]) for name in vars(up)})
     (suspicion,) = find_jump_suspicions(replace(campaign, measurement=both))
     assert "repeats 1 and 2 of the sweep up are on" in suspicion.sentence
     assert "repeats 4 and 5 of the sweep down are on" in suspicion.sentence
@@ -109,7 +109,7 @@ def test_sweeps_that_disagree_in_every_repeat_are_two_rows(
         for way, by in ((1, apart), (-1, 1.0))
         for noise in [1 + 1e-3 * random.standard_normal(len(table.value))]
     ]
-    both = replace(ways[0], **{name: np.concatenate([getattr(each, name) for each in ways]) for name in vars(table)})
+    both = replace(ways[0], **{name: np.concatenate([getattr(item, name) for item in ways]) for name in vars(table)})
     seen = arrange_campaign(replace(campaign, measurement=both))
     points = seen.points
     expected = found & (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)

@@ -153,7 +153,7 @@ def test_points_that_a_repeat_lacks_and_orders_that_begin_anew_do_not_hide_it() 
     table = campaign.measurement
     fewer = replace(campaign, measurement=table.where((table.repeat != 2) | (table.frequency > 47)))
     anew = replace(campaign, measurement=replace(table, order=table.order % len(LEVELS)))
-    assert all(not told(each).remark for each in (fewer, anew))
+    assert all(not told(item).remark for item in (fewer, anew))
 
 
 def test_a_test_that_settles_has_no_repeats() -> None:
@@ -163,7 +163,7 @@ def test_a_test_that_settles_has_no_repeats() -> None:
 
 def test_a_campaign_has_it_once_among_its_suspicions() -> None:
     def of_time(run: Run, n_repeat: int) -> list[str]:
-        return [each.sentence for each in find_suspicions(campaign_of(run, by_repeats(n_repeat))) if each.of_time]
+        return [item.sentence for item in find_suspicions(campaign_of(run, by_repeats(n_repeat))) if item.of_time]
 
     (trend,) = of_time(with_damping(np.linspace(0, 0.4, 5)), 5)
     assert "did the structure change during the test" in trend

@@ -77,14 +77,14 @@ def test_a_factor_on_all_sensors_is_named_with_what_it_may_be(
     # A model that is 3 % off does not hide it.
     model = chain(np.exp(0.03 * np.random.default_rng(2).standard_normal(7)))
     found = find_response_suspicions(chain(), [times(right, factor)])
-    assert [each.where for each in found] == ["hammer"]
+    assert [item.where for item in found] == ["hammer"]
     assert all(word in found[0].sentence for word in words)
-    assert [each.where for each in find_response_suspicions(model, [times(right, factor)])] == ["hammer"]
+    assert [item.where for item in find_response_suspicions(model, [times(right, factor)])] == ["hammer"]
 
 
 def test_a_factor_of_one_sensor_is_its_own(right: MeasuredResponse) -> None:
     wrong = times(right, np.array([1.0, 1e3, 1.0]))
-    assert [each.where for each in find_response_suspicions(chain(), [wrong]) if "1,000" in each.sentence] == [
+    assert [item.where for item in find_response_suspicions(chain(), [wrong]) if "1,000" in item.sentence] == [
         'hammer, "b"'
     ]
 

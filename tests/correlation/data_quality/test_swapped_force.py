@@ -70,7 +70,7 @@ def predict(table: FeatureTable) -> np.ndarray:
 
 def beside_the_model(made: Campaign) -> list[str]:
     table = extract_features(made)
-    return [str(each) for each in find_swapped_forces(made, table, predict(table))]
+    return [str(item) for item in find_swapped_forces(made, table, predict(table))]
 
 
 @pytest.mark.parametrize("pair", [("left_T", "right_T"), ("left_N", "right_N"), ("left_T", "left_N")])

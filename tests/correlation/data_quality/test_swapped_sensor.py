@@ -26,8 +26,8 @@ def draw_campaign(seed: int, n_repeat: int, scatter: float = SCATTER) -> Campaig
             wobble = np.exp(scatter * rng.standard_normal(9))
             for sweep in SWEEPS:
                 moved = natural * wobble[:1] ** 0.2
-                each = 1 / (moved**2 - frequency[:, None] ** 2 + 2j * damping * wobble[1] * moved * frequency[:, None])
-                clean = level * wobble[2] * each @ (shapes * wobble[3:].reshape(3, 2)).T
+                item = 1 / (moved**2 - frequency[:, None] ** 2 + 2j * damping * wobble[1] * moved * frequency[:, None])
+                clean = level * wobble[2] * item @ (shapes * wobble[3:].reshape(3, 2)).T
                 dirt = rng.standard_normal((2, *clean.shape))
                 rows += [(repeat, sweep, level, at, sensor) for at in frequency for sensor in range(3)]
                 values.append((clean * (1 + noise * (dirt[0] + 1j * dirt[1]))).ravel())
@@ -67,10 +67,10 @@ def test_sensors_swapped_in_some_runs_are_named_with_them(n_repeat: int, level: 
         table = campaign.measurement
         rows = (table.repeat == 2) & (table.level == level) & ((table.sweep == sweep) | (sweep == 0))
         suspicions = [*find_sensors_swapped_in_a_repeat(swap(campaign, rows))]
-        named = [each for each in suspicions if '"a" and "b"' in each.sentence]
+        named = [item for item in suspicions if '"a" and "b"' in item.sentence]
         found += len(named) == 1
-        for each in named:
-            assert each.where == f'test "sine", repeat 2, level 3 N{", sweep down" if sweep else ""}'
+        for item in named:
+            assert item.where == f'test "sine", repeat 2, level 3 N{", sweep down" if sweep else ""}'
     # 36 to 40 of 40 by the number of repeats: of the rest the shapes of both are nearly alike.
     assert found >= 8
 
@@ -82,9 +82,9 @@ def test_a_repeat_that_is_right_at_one_level_is_not_swapped_as_a_whole(n_repeat:
         campaign = draw_campaign(seed, n_repeat, 0.02)
         table = campaign.measurement
         swapped = swap(campaign, (table.repeat == 2) & (table.level != LEVELS[1]))
-        for each in find_sensors_swapped_in_a_repeat(swapped):
-            if '"a" and "b"' in each.sentence:
-                assert each.where.endswith((f"level {LEVELS[0]:g} N", f"level {LEVELS[2]:g} N"))
+        for item in find_sensors_swapped_in_a_repeat(swapped):
+            if '"a" and "b"' in item.sentence:
+                assert item.where.endswith((f"level {LEVELS[0]:g} N", f"level {LEVELS[2]:g} N"))
                 named += 1
     # Two levels each, but for shapes that are nearly alike; of two repeats the other levels hardly say what is usual.
     assert named >= (8 if n_repeat > 2 else 1)

@@ -57,5 +57,5 @@ def test_a_column_of_steady_states_in_kilohertz_is_suspected(factor: float, unit
     frequency = measured.measurement.frequency
     found = find_model_suspicions(measured, [factor * float(np.median(frequency))])
     assert len(found) == len(measured.tests)
-    assert all(unit in each.sentence for each in found)
+    assert all(unit in item.sentence for item in found)
     assert not find_model_suspicions(measured, [float(np.median(frequency))])

@@ -25,7 +25,7 @@ def response(frequency: NDArray[np.float64], f0: float = 100.0, zeta: float = 0.
 def campaign() -> Campaign:
     """Four sensors of one mode in two tests, three repeats, up and down, 1 % of noise."""
     axes = (range(len(TESTS)), (1, 2, 3), (1, -1), LEVELS, FREQUENCY, range(len(SHAPE)))
-    test, repeat, sweep, level, frequency, sensor = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
+    test, repeat, sweep, level, frequency, sensor = (item.ravel() for item in np.meshgrid(*axes, indexing="ij"))
     gain, random = np.array(list(SHAPE.values()))[sensor.astype(int)], np.random.default_rng(1)
     noise = 0.01 * (random.standard_normal(len(level)) + 1j * random.standard_normal(len(level)))
     sensors = [
@@ -47,7 +47,7 @@ def campaign() -> Campaign:
 def suspected(made: Campaign, f0: float = 100.0, zeta: float = 0.02, gain: float = 1.0) -> tuple[Suspicion, ...]:
     """Beside a model of one mode, whose resonance, damping and size may be wrong."""
     level, frequency, sensor = (
-        each.ravel() for each in np.meshgrid(LEVELS, FREQUENCY, np.arange(len(SHAPE)), indexing="ij")
+        item.ravel() for item in np.meshgrid(LEVELS, FREQUENCY, np.arange(len(SHAPE)), indexing="ij")
     )
     points = Points(
         free=np.zeros(len(level), dtype=bool), level=level, frequency=frequency,
@@ -98,7 +98,7 @@ def test_readings_of_noise_raise_no_suspicion(stated: bool) -> None:
         table = made.measurement
         real, imaginary = 2e-4 * random.standard_normal((2, len(table)))
         noisy = replace(table, value=table.value + real + 1j * imaginary)
-        moving = [replace(each, noise=(0.01, 2e-4) if stated else (0.0, 0.0)) for each in made.sensors]
+        moving = [replace(item, noise=(0.01, 2e-4) if stated else (0.0, 0.0)) for item in made.sensors]
         assert suspected(replace(made, measurement=noisy, sensors=tuple(moving)), 60.0, 0.3) == ()
 
 
@@ -108,8 +108,8 @@ def test_readings_of_noise_raise_no_suspicion(stated: bool) -> None:
 )
 def test_a_channel_that_is_wrong_in_all_tests_is_named(factor: float, sensor: int, unit: str) -> None:
     found = suspected(spoilt(campaign(), factor, sensor=sensor))
-    assert [each.where for each in found] == [f'test "{test}", sensor "{[*SHAPE][sensor]}"' for test in TESTS]
-    assert all(f"are its values in {unit}?" in each.sentence for each in found)
+    assert [item.where for item in found] == [f'test "{test}", sensor "{[*SHAPE][sensor]}"' for test in TESTS]
+    assert all(f"are its values in {unit}?" in item.sentence for item in found)
 
 
 def test_a_factor_of_ten_is_suspected_where_the_channel_is_right_elsewhere() -> None:
@@ -154,7 +154,7 @@ def test_one_level_that_is_wrong_is_named(factor: float) -> None:
     )
     found = suspected(replace(made, measurement=table))
     assert found
-    assert all(f"level {LEVELS[-1]:g} N" in each.where and "is this level right" in each.sentence for each in found)
+    assert all(f"level {LEVELS[-1]:g} N" in item.where and "is this level right" in item.sentence for item in found)
 
 
 def test_a_peak_that_moves_between_the_points_at_one_level_is_no_wrong_level() -> None:
@@ -177,7 +177,7 @@ def test_one_level_that_is_wrong_is_named_where_a_sensor_reads_the_other_way_rou
     value = np.where(table.sensor == 1, sign, 1) * value
     found = suspected(replace(made, measurement=replace(table, value=value)))
     assert found
-    assert all("is this level right" in each.sentence for each in found)
+    assert all("is this level right" in item.sentence for item in found)
 
 
 def test_a_channel_of_noise_or_of_nothing_in_the_model_is_passed_over() -> None:

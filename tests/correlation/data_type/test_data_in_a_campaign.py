@@ -126,7 +126,7 @@ def test_a_window_that_leaves_no_damping_gives_no_mode(tmp_path: Path) -> None:
         write(tmp_path, stated, frf=columns("f,re,im", frequency, response.real, response.imag))
     ).data
     assert frf.modes == ()
-    assert any("leaves no damping" in each for each in frf.suspicions)
+    assert any("leaves no damping" in item for item in frf.suspicions)
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def decay(softening: float, drag: float, seed: int, noise: float = 1e-3) -> Free
 
 def trends(model: Model, softening: float, drag: float) -> dict[str, Indication]:
     decays = [decay(softening, drag, seed) for seed in (1, 2, 3)]
-    indications = list_ring_down_indications(model, decays, [predict_ring_down(model, each) for each in decays])
+    indications = list_ring_down_indications(model, decays, [predict_ring_down(model, item) for item in decays])
     return {indication.kind: indication for indication in indications}
 
 
@@ -72,7 +72,7 @@ def test_decays_of_two_structures_and_sensors_are_not_averaged(oscillator: Calla
     falling, linear = decay(0.01, 0.5, 1), decay(0.0, 0.0, 2)
     others = [replace(linear, configuration="free"), replace(linear, sensor="accelerometer", unit="m/s^2")]
     decays, model = [falling, *others], oscillator()
-    indications = list_ring_down_indications(model, decays, [predict_ring_down(model, each) for each in decays])
+    indications = list_ring_down_indications(model, decays, [predict_ring_down(model, item) for item in decays])
     alone = list_ring_down_indications(model, [falling], [predict_ring_down(model, falling)])
     assert len(indications) == 6
     assert len({indication.quantity for indication in indications}) == 6
@@ -86,10 +86,10 @@ def test_channels_of_one_place_are_one_trend_named_by_its_own_frequency(oscillat
     model = oscillator()
     sensor = model.sensors[0]
     channels = [replace(decay(0.01, 0.5, seed), sensor=f"v{seed}") for seed in (1, 2, 3)]
-    model = Model(**{**vars(model), "sensors": tuple(replace(sensor, name=each.sensor) for each in channels)})
-    found = list_ring_down_indications(model, channels, [predict_ring_down(model, each) for each in channels])
-    assert [each.kind for each in found] == ["frequency", "damping"]
-    assert all(each.is_clear and "at v1 and 2 more" in each.quantity for each in found)
+    model = Model(**{**vars(model), "sensors": tuple(replace(sensor, name=item.sensor) for item in channels)})
+    found = list_ring_down_indications(model, channels, [predict_ring_down(model, item) for item in channels])
+    assert [item.kind for item in found] == ["frequency", "damping"]
+    assert all(item.is_clear and "at v1 and 2 more" in item.quantity for item in found)
 
 
 def test_a_linear_decay_shows_nothing(oscillator: Callable[..., Model]) -> None:
@@ -146,10 +146,10 @@ def test_loops_show_work_and_play_that_the_model_lacks(
     x = 1e-3 * STROKE
     own, model = STIFFNESS * x, oscillator(jenkins)
     same = loop(own + slide(x, jenkins.tangential_stiffness, jenkins.limit_force))
-    indications = {each.kind: each for each in list_loop_indications(model, [same], [predict_loop(model, same)])}
+    indications = {item.kind: item for item in list_loop_indications(model, [same], [predict_loop(model, same)])}
     assert not any(indication.is_clear for indication in indications.values())
     loose = loop(slide(x, 1e6, 200.0, play=3e-4))
-    indications = {each.kind: each for each in list_loop_indications(model, [loose], [predict_loop(model, loose)])}
+    indications = {item.kind: item for item in list_loop_indications(model, [loose], [predict_loop(model, loose)])}
     assert indications["play"].is_clear
     # W = 4 F (A - F/k - play/2) over the way 2 (2 A - play): 200 N (1 - 0.2 / 0.85), with the samples of the stroke.
     near, force = indications["play"].measured.removesuffix(" N in the mean over the rest of the way").split(", and ")
@@ -166,8 +166,8 @@ def test_work_in_proportion_to_the_amplitude_is_a_sign_of_sliding(
     """W = 4 F (A - F/k - play/2), beside the square of a linear model."""
     model = oscillator()
     loops = [loop(slide(size * STROKE, 1e6, 200.0, play), size) for size in (1e-3, 1.5e-3, 2.2e-3)]
-    found = list_loop_indications(model, loops, [predict_loop(model, each) for each in loops])
-    (growth,) = (each for each in found if each.kind == "slow growth")
+    found = list_loop_indications(model, loops, [predict_loop(model, item) for item in loops])
+    (growth,) = (item for item in found if item.kind == "slow growth")
     lost = 200.0 / 1e6 + play / 2
     expected = np.log((2.2e-3 - lost) / (1e-3 - lost)) / np.log(2.2)
     # The slope of the line through three points of a slightly bent curve is within a few per cent of that of its chord.

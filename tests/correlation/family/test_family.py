@@ -116,7 +116,7 @@ def test_stops_are_those_of_each_curve_the_longest_steps_first() -> None:
     every = tuple(np.abs(frequency[:, None] - FREQUENCY).argmin(axis=0).tolist())
     assert find_stops(families, frequency) == (every,)
     coarse = replace(families[0], curves=tuple(
-        each.where(slice(None, None, 2)) for each in families[0].curves
+        item.where(slice(None, None, 2)) for item in families[0].curves
     ))  # fmt: skip
     assert find_stops([*families, coarse], frequency) == (every[::2], every)
 

@@ -127,7 +127,7 @@ def test_scatter_of_curves_that_are_too_short_for_a_roughness_claims_no_failure(
                 jump=np.zeros((2, 6), dtype=bool),
             )  # fmt: skip
             leaves += judge_family(
-                item, closed, noise, shift=0.0, n_reading=sum(each.n_point for each in short)
+                item, closed, noise, shift=0.0, n_reading=sum(entry.n_point for entry in short)
             ).leaves_band
     # Without histories scatter is noise: 18 degrees of freedom each, a standard error of 0.033 of the mean of 100. The
     # absolute part, which is never negative, takes some of the variance where there is none, as above.

@@ -32,7 +32,7 @@ def test_a_jump_in_one_of_two_bands_is_found(far: float) -> None:
     band, other = np.linspace(48, 54, 121), np.linspace(far, far + 3, 30)
     frequency, value = (
         np.concatenate([other, band]),
-        np.concatenate([DUFFING.sweep(FORCE, each, 1) for each in (other, band)]),
+        np.concatenate([DUFFING.sweep(FORCE, item, 1) for item in (other, band)]),
     )
     order = np.argsort(frequency)
     (found,) = find_curve_jumps(frequency[order], value[order])

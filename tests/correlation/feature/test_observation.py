@@ -25,11 +25,11 @@ def test_every_reading_is_in_the_row_of_its_point_and_the_column_of_its_repeat(c
     points = seen.points
     keys = zip(points.free, points.level, points.frequency, points.sensor, points.harmonic, strict=True)
     row = {key: number for number, key in enumerate(keys)}
-    for each in range(len(table)):
-        sensor = campaign.sensors[table.sensor[each]].name
-        free = campaign.tests[table.test[each]].configuration == "free"
-        key = (free, table.level[each], table.frequency[each], sensor, table.harmonic[each])
-        assert seen.repeat[row[key], table.repeat[each] - 1] == table.value[each]
+    for item in range(len(table)):
+        sensor = campaign.sensors[table.sensor[item]].name
+        free = campaign.tests[table.test[item]].configuration == "free"
+        key = (free, table.level[item], table.frequency[item], sensor, table.harmonic[item])
+        assert seen.repeat[row[key], table.repeat[item] - 1] == table.value[item]
     np.testing.assert_array_equal(seen.motion, np.isin(points.sensor, ["tip", "root"]))
 
 

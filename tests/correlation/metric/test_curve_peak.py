@@ -14,8 +14,8 @@ GRID = np.linspace(20.0, 80.0, 241)
 
 def modes(frequency: NDArray[np.float64], *resonances: float, damping: float = 0.01) -> NDArray[np.complex128]:
     """Modes of one sensor, all as high, shape (1, f)."""
-    each = [r**2 / (r**2 - frequency**2 + 2j * damping * r * frequency) for r in resonances]
-    return np.sum(each, axis=0)[None]
+    item = [r**2 / (r**2 - frequency**2 + 2j * damping * r * frequency) for r in resonances]
+    return np.sum(item, axis=0)[None]
 
 
 @pytest.mark.parametrize("resonances", [(40.0,), (30.0, 70.0), (30.0, 33.0, 70.0)])

@@ -48,13 +48,13 @@ def test_measured_jumps_lie_where_the_sweeps_leave_their_branches(sweeps: tuple[
     of = observed(sweeps)
     errors = compute_jump_errors(of, prediction(of), sweeps)
     assert len(errors) == len(sweeps)
-    for each in errors:
-        curve = np.abs(DUFFING.sweep(FORCE, GRID, each.sweep))
+    for item in errors:
+        curve = np.abs(DUFFING.sweep(FORCE, GRID, item.sweep))
         step = int(np.argmax(np.abs(np.diff(curve))))
-        assert each.frequency == pytest.approx(GRID[step : step + 2].mean(), abs=1e-9)
-        assert each.falls == (each.sweep == 1)
-        assert np.isnan(each.predicted_frequency)
-        assert each.swept_both_ways == (len(sweeps) == 2)
+        assert item.frequency == pytest.approx(GRID[step : step + 2].mean(), abs=1e-9)
+        assert item.falls == (item.sweep == 1)
+        assert np.isnan(item.predicted_frequency)
+        assert item.swept_both_ways == (len(sweeps) == 2)
 
 
 def test_measured_jumps_are_found_where_the_sweeps_were_read_at_other_frequencies() -> None:
@@ -62,11 +62,11 @@ def test_measured_jumps_are_found_where_the_sweeps_were_read_at_other_frequencie
     rows = [(f, way, v) for way, at in grids.items() for f, v in zip(at, DUFFING.sweep(FORCE, at, way), strict=True)]
     of = arrange(rows)
     errors = compute_jump_errors(of, prediction(of), (1, -1))
-    assert [(each.sweep, each.falls) for each in errors] == [(1, True), (-1, False)]
-    for each in errors:
-        curve = np.abs(DUFFING.sweep(FORCE, grids[each.sweep], each.sweep))
+    assert [(item.sweep, item.falls) for item in errors] == [(1, True), (-1, False)]
+    for item in errors:
+        curve = np.abs(DUFFING.sweep(FORCE, grids[item.sweep], item.sweep))
         step = int(np.argmax(np.abs(np.diff(curve))))
-        assert each.frequency == pytest.approx(grids[each.sweep][step : step + 2].mean(), abs=1e-9)
+        assert item.frequency == pytest.approx(grids[item.sweep][step : step + 2].mean(), abs=1e-9)
 
 
 def test_points_between_a_measured_and_a_predicted_jump_are_found() -> None:
@@ -78,10 +78,10 @@ def test_points_between_a_measured_and_a_predicted_jump_are_found() -> None:
         SweepJump(False, 3.0, 1, 49.0, False),
     )
     errors = compute_jump_errors(of, prediction(of, *model), (1, -1))
-    matched = [each for each in errors if np.isfinite(each.frequency_error)]
-    assert [round(each.frequency_error, 9) for each in matched] == [-0.4, -0.2]
+    matched = [item for item in errors if np.isfinite(item.frequency_error)]
+    assert [round(item.frequency_error, 9) for item in matched] == [-0.4, -0.2]
     # What the model alone has is an error as well.
-    assert [each.predicted_frequency for each in errors if np.isnan(each.frequency)] == [49.0]
+    assert [item.predicted_frequency for item in errors if np.isnan(item.frequency)] == [49.0]
     between, points = find_rows_between_jumps(of, errors), of.points
     above = (points.frequency > up.frequency - 0.4) & (points.frequency < up.frequency)
     below = (points.frequency > down.frequency - 0.2) & (points.frequency < down.frequency)
@@ -103,7 +103,7 @@ def test_between_two_jumps_the_model_is_read_on_the_branch_of_the_structure(
 ) -> None:
     """The upper branch of the model ends later than the structure leaves it, or earlier."""
     of = observed(sweeps)
-    up = next(each for each in compute_jump_errors(of, prediction(of), sweeps) if each.sweep == 1)
+    up = next(item for item in compute_jump_errors(of, prediction(of), sweeps) if item.sweep == 1)
     end, frequency = up.frequency + error, of.points.frequency
     below = DUFFING.sweep(FORCE, frequency, -1)
     upper = np.where(frequency < up.frequency, DUFFING.sweep(FORCE, frequency, 1), 5 * below)

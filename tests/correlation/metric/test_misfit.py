@@ -34,7 +34,7 @@ def response(
 
 
 def observed(noise: float = 0.0) -> Observation:
-    level, sensor, frequency = (each.ravel() for each in np.meshgrid(LEVELS, SENSORS, GRID, indexing="ij"))
+    level, sensor, frequency = (item.ravel() for item in np.meshgrid(LEVELS, SENSORS, GRID, indexing="ij"))
     k = len(level)
     points = Points(
         free=np.zeros(k, dtype=bool), level=level.astype(float), frequency=frequency.astype(float), sensor=sensor,

@@ -20,8 +20,8 @@ def sweeps(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> tuple[Fe
     A state has a motion and a mean force, three numbers, whose mean square is the size given.
     """
     rows = []
-    for place, each in enumerate(sizes):
-        for number in np.random.default_rng(place).permutation(len(each)):
+    for place, item in enumerate(sizes):
+        for number in np.random.default_rng(place).permutation(len(item)):
             rows += [(bool(free and free[place]), 1.0 + place, 20.0 + number, name) for name in ("tip", "left_N")]
     is_free, level, frequency, sensor = (np.array(column) for column in zip(*rows, strict=True))
     motion = sensor == "tip"
@@ -42,9 +42,9 @@ def factors(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> list[np
     assert factor.shape == residual.shape
     found = []
     for level, size in enumerate(sizes):
-        each = [factor[(which == (level, number)).all(axis=1)] for number in range(len(size))]
-        assert all(len(numbers) == 3 and np.ptp(numbers) == 0 for numbers in each)
-        found.append(np.array([numbers[0] for numbers in each]))
+        item = [factor[(which == (level, number)).all(axis=1)] for number in range(len(size))]
+        assert all(len(numbers) == 3 and np.ptp(numbers) == 0 for numbers in item)
+        found.append(np.array([numbers[0] for numbers in item]))
     return found
 
 

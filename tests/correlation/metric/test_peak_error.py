@@ -50,7 +50,7 @@ def peak(seen: Observation, predicted: NDArray[np.complex128], noise: float = 1e
     """With noise of a single repeat, a share of each modulus, and a shift of all frequencies in common."""
     features = FeatureVector.choose(seen.points, seen.value, seen.motion)
     modulus = np.tile(np.abs(1 / seen.value), 2)
-    ends = [features.of_values(response(seen.points.frequency * (1 + each))) for each in (1e-6, -1e-6)]
+    ends = [features.of_values(response(seen.points.frequency * (1 + item))) for item in (1e-6, -1e-6)]
     modes = shift * (ends[0] - ends[1])[:, None] / 2e-6
     whitening = Whitening(deviation=noise / 2 * modulus, modes=modes)
     source = PeakSource(observed=seen, predicted=predicted, features=features, whitening=whitening)
@@ -72,8 +72,8 @@ def test_a_peak_scatters_by_its_deviation(grid: NDArray[np.float64]) -> None:
     noise, exact = 0.01, response(grid)
     found = [peak(observed(exact, grid, noise, seed), exact, noise) for seed in range(200)]
     for errors in (
-        [(each.frequency - each.predicted_frequency) / each.frequency_deviation for each in found],
-        [(each.damping - each.predicted_damping) / each.damping_deviation for each in found],
+        [(item.frequency - item.predicted_frequency) / item.frequency_deviation for item in found],
+        [(item.damping - item.predicted_damping) / item.damping_deviation for item in found],
     ):
         # 200 draws tell a standard deviation to 5 %, of which three are allowed; where noise bends a peak more than it
         # does on average, the deviation is too large.
@@ -91,7 +91,7 @@ def test_what_all_points_have_in_common_moves_the_frequency_alone() -> None:
 def test_repeats_whose_resonances_are_apart_do_not_look_more_damped() -> None:
     apart = 0.2 * DAMPING  # by which a reading at the peak scatters by some 10 %
     seen = observed(response(COARSE), COARSE)
-    repeat = np.column_stack([response(COARSE, FREQUENCY * (1 + each * apart)) for each in (-1, 1, -1, 1)])
+    repeat = np.column_stack([response(COARSE, FREQUENCY * (1 + item * apart)) for item in (-1, 1, -1, 1)])
     found = peak(Observation(points=seen.points, repeat=repeat, motion=seen.motion, taken=seen.taken), response(COARSE))
     # Two in each direction: what is left is of second order, the square of the shift over the damping, 4e-4; the mean
     # of the responses is broader by a hundredth and more.
@@ -168,18 +168,18 @@ def test_each_mode_is_compared_with_itself_whichever_is_the_highest() -> None:
     seen = two_modes(MEASURED)
     found = compute_peak_errors([source(seen, two_modes(model, (1.01, 0.99)).value)])
     assert found.unread == ()
-    assert [(each.mode, each.level) for each in found.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
+    assert [(item.mode, item.level) for item in found.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
     # What the other mode adds to a peak moves it by less than a thousandth; a mode is off by a hundredth.
-    assert [each.frequency for each in found.errors] == pytest.approx([30.0, 29.5, 72.0, 71.0], rel=1e-3)
-    assert [each.frequency_error for each in found.errors] == pytest.approx([0.01, 0.01, -0.01, -0.01], abs=1e-3)
+    assert [item.frequency for item in found.errors] == pytest.approx([30.0, 29.5, 72.0, 71.0], rel=1e-3)
+    assert [item.frequency_error for item in found.errors] == pytest.approx([0.01, 0.01, -0.01, -0.01], abs=1e-3)
     # The flank of the other mode is a part of a broad peak.
-    assert [each.damping for each in found.errors] == pytest.approx([0.005, 0.02, 0.02, 0.005], rel=0.1)
+    assert [item.damping for item in found.errors] == pytest.approx([0.005, 0.02, 0.02, 0.005], rel=0.1)
 
 
 def test_levels_of_several_sets_are_one_series_of_each_mode() -> None:
     sets = [two_modes({level: modes}) for level, modes in MEASURED.items()]
     joined = compute_peak_errors([source(seen, seen.value) for seen in sets])
-    assert [(each.mode, each.level) for each in joined.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
+    assert [(item.mode, item.level) for item in joined.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
 
 
 def test_a_mode_that_one_side_lacks_is_compared_with_none() -> None:
@@ -187,9 +187,9 @@ def test_a_mode_that_one_side_lacks_is_compared_with_none() -> None:
     seen = two_modes(MEASURED)
     first = two_modes({level: (modes[0], (200.0, 0.01)) for level, modes in MEASURED.items()})
     found = compute_peak_errors([source(seen, first.value)])
-    assert [each.mode for each in found.errors] == [1, 1, 2, 2]
-    assert [np.isfinite(each.predicted_frequency) for each in found.errors] == [True, True, False, False]
+    assert [item.mode for item in found.errors] == [1, 1, 2, 2]
+    assert [np.isfinite(item.predicted_frequency) for item in found.errors] == [True, True, False, False]
     back = compute_peak_errors([source(first, seen.value)])
-    assert [each.mode for each in back.errors] == [1, 1]
+    assert [item.mode for item in back.errors] == [1, 1]
     (alone,) = back.unread
     assert "71.49 Hz at 1, 5 N" in alone

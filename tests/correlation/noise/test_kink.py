@@ -70,11 +70,11 @@ def shift(slope: np.ndarray) -> JitterShift:
 
 def remainders_of(response: Response, *slopes: np.ndarray) -> list[Remainder]:
     nominal = made(response)
-    return [compute_remainder(nominal, shift(each)) for each in slopes]
+    return [compute_remainder(nominal, shift(item)) for item in slopes]
 
 
 def modes_of(response: Response, *slopes: np.ndarray, deviation: np.ndarray = QUIET, n: float = N_REPEAT) -> np.ndarray:
-    kinks = [each.kink for each in remainders_of(response, *slopes)]
+    kinks = [item.kink for item in remainders_of(response, *slopes)]
     return np.asarray(make_kink_modes(made(response).features.state, kinks, deviation, n))
 
 

@@ -71,7 +71,7 @@ def test_an_error_is_found_in_its_size(whitening: Whitening, patterns: ErrorPatt
     for name in ("frequency", "damping", "reading", "shape"):
         true = getattr(size, name)
         # Four columns tell a size to 35 %, twelve parts and 240 numbers far better: 20 draws to a tenth in the median.
-        assert np.median([getattr(each, name) for each in found]) == pytest.approx(true, rel=0.35, abs=2e-4)
+        assert np.median([getattr(item, name) for item in found]) == pytest.approx(true, rel=0.35, abs=2e-4)
 
 
 def test_noise_alone_is_no_error(whitening: Whitening, patterns: ErrorPatterns) -> None:
@@ -82,4 +82,4 @@ def test_noise_alone_is_no_error(whitening: Whitening, patterns: ErrorPatterns) 
         for _ in range(30)
     ]
     # Expected are 5 % or fewer of 30: more than 5 come once in 300 times at 5 %.
-    assert sum(each != ErrorSize() for each in found) <= 5
+    assert sum(item != ErrorSize() for item in found) <= 5

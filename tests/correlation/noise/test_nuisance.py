@@ -48,7 +48,7 @@ class Bench:
         self.features = FeatureVector.choose(points, self.prediction.value, motion)
 
     def change(self, plus: Model, minus: Model) -> np.ndarray:
-        ends = [self.features.of_values(self.predictor.predict(each, self.prediction).value) for each in (minus, plus)]
+        ends = [self.features.of_values(self.predictor.predict(item, self.prediction).value) for item in (minus, plus)]
         return (ends[1] - ends[0]) / (2 * STEP)
 
     @property
@@ -206,7 +206,7 @@ def test_few_errors_of_shapes_say_what_many_modes_do(amplitudes: list[list[compl
         return np.asarray(mixed + mixed.T)
 
     taken = np.array(
-        [shift(each.free.matrices.stiffness) for each in found if each.free.matrices.stiffness is not None]
+        [shift(item.free.matrices.stiffness) for item in found if item.free.matrices.stiffness is not None]
     )
     exact = np.array([shift(pair(i, j)) for i in range(3) for j in range(i + 1, n)])
     covariance = exact.T @ exact
@@ -245,13 +245,13 @@ def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
 def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: ModuleType) -> None:
     finer = bench.model.with_system(stiffness=1.001 * bench.model.system.stiffness)
     modes = make_nuisance_modes(bench.nominal, Budget(), [finer]).budget[:, bench.n_mode + N_LINE :]
-    values = [bench.predictor.predict(each).value for each in (finer, bench.model)]
+    values = [bench.predictor.predict(item).value for item in (finer, bench.model)]
     change = bench.features.of_values(values[0]) - bench.features.of_values(values[1])
     level = bench.features.points.level[bench.features.row]
     assert modes.shape[1] == len(paper.LEVELS)
     # Newton's 1e-9, from other starts; third harmonics are 1e-2 of the motion.
-    for mode, each in zip(modes.T, paper.LEVELS, strict=True):
-        expected = np.where(level == each, change, 0.0)
+    for mode, item in zip(modes.T, paper.LEVELS, strict=True):
+        expected = np.where(level == item, change, 0.0)
         np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
@@ -322,9 +322,9 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
                     static += side * STEP * rate * before * contact.normal
         ends.append(long.model.with_joints(values).with_system(static_load=static))
     change, level = long.change(*ends), long.features.points.level[long.features.row]
-    for place, each in enumerate(paper.LEVELS):
+    for place, item in enumerate(paper.LEVELS):
         mode = modes[:, long.n_mode + N_LINE + number * n_level + place]
-        expected = np.where(level == each, change, 0.0)
+        expected = np.where(level == item, change, 0.0)
         if np.abs(expected).max() > 1e-6:
             same(mode, expected, long)
         else:
@@ -360,7 +360,7 @@ def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: Mo
     )
     np.testing.assert_array_equal(none, plain)
     more = draw_normal(together, n_draw, seed)[:, 0]
-    before, after = (each[:, :-1] * np.sqrt(n_draw - 1) + each[:, -1:] for each in (plain, pressed))
+    before, after = (item[:, :-1] * np.sqrt(n_draw - 1) + item[:, -1:] for item in (plain, pressed))
     # Newton's 1e-9 of forces that are some hundred times what a history leaves of them in a line's sum.
     np.testing.assert_allclose(after, before * (1 + more), rtol=0, atol=1e-6 * np.abs(before).max())
 
@@ -396,7 +396,7 @@ def test_histories_of_contacts_that_stick_have_the_covariance_of_all_that_the_co
     model = replace(
         small,
         system=replace(
-            system, joints=joints, static_load=np.sum([each.preload * each.normal for each in joints], axis=0)
+            system, joints=joints, static_load=np.sum([item.preload * item.normal for item in joints], axis=0)
         ),
         lines={line: small.lines[line] for line in lines},
         sensors=tuple(Sensor(name=f"u{dof}", row=along(4, {dof: 1.0})) for dof in range(4)),
@@ -410,11 +410,11 @@ def test_histories_of_contacts_that_stick_have_the_covariance_of_all_that_the_co
     prediction = predictor.predict(model)
     features = FeatureVector.choose(points, prediction.value, np.ones(4, dtype=bool))
     modes = make_history_modes(ModelFeatures(predictor, features, model, prediction), n_draw, seed)
-    tangents = np.array([np.ravel(each.tangents) for each in joints]).T
-    normals = np.array([each.normal for each in joints]).T
-    springs = [each.tangential_stiffness for each in joints], [each.normal_stiffness for each in joints]
+    tangents = np.array([np.ravel(item.tangents) for item in joints]).T
+    normals = np.array([item.normal for item in joints]).T
+    springs = [item.tangential_stiffness for item in joints], [item.normal_stiffness for item in joints]
     stiffness = system.stiffness + tangents * springs[0] @ tangents.T + normals * springs[1] @ normals.T
-    limit = np.array([each.friction_coefficient * each.preload for each in joints])
+    limit = np.array([item.friction_coefficient * item.preload for item in joints])
     # A share that is even from -HISTORY to HISTORY has a third of its square as variance.
     one = np.linalg.solve(stiffness, tangents * limit) * MAX_HISTORY_SHARE / np.sqrt(3)
     basis, size, _ = np.linalg.svd(one)
@@ -457,7 +457,7 @@ def test_histories_fill_what_two_tangents_can_carry(friction: Friction) -> None:
     model, balance = Model(system=system, sensors=(), n_harmonic=2), HarmonicBalance(system=system, n_harmonic=2)
     assert count_contact_sliders(model) == 2
     histories = np.random.default_rng(1).uniform(size=(2000, 2))
-    forces = 1e5 * np.array([make_slider_start(model, each)(balance) for each in histories])
+    forces = 1e5 * np.array([make_slider_start(model, item)(balance) for item in histories])
     limit = MAX_HISTORY_SHARE * 5.0
     if friction is Friction.COULOMB:
         size = np.hypot(*forces.T)
@@ -473,7 +473,7 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     deviation = {"jointed": 2e-3, "free": 1e-3}
     plus, minus, half_plus, half_minus = (
         reduce(
-            lambda model, each: model.with_frequency_shift(each[0], share * NODE * each[1]),
+            lambda model, item: model.with_frequency_shift(item[0], share * NODE * item[1]),
             deviation.items(),
             bench.model,
         )

@@ -118,7 +118,7 @@ def test_jitter_is_seldom_larger_than_the_covariance_reckons_with(bench: Bench, 
     for cause, size in enumerate(JITTER):
         mode = bench.modes[cause][:, 0]
         # The modes of the mean come first, each along what its cause changes.
-        shares = [float(mode @ each.whitening.modes[:, cause] / (mode @ mode)) ** 2 * n_repeat for each in every]
+        shares = [float(mode @ item.whitening.modes[:, cause] / (mode @ mode)) ** 2 * n_repeat for item in every]
         covered = np.mean([share > size**2 for share in shares])
         assert covered == pytest.approx(0.8, abs=3 * np.sqrt(0.8 * 0.2 / many))
 
@@ -189,7 +189,7 @@ def test_numbers_of_a_state_that_scatters_more_are_all_less_certain(bench: Bench
     mean = calm.repeat.mean(axis=1)[:, None]
     repeat = np.where(rows[:, None], mean + times * (calm.repeat - mean), calm.repeat)
     scattered = Observation(points=points, repeat=repeat, motion=calm.motion, taken=calm.taken)
-    before, after = (bench.scatter(each).whitening.deviation for each in (calm, scattered))
+    before, after = (bench.scatter(item).whitening.deviation for item in (calm, scattered))
     ratio, here = after / before, rows[bench.features.row]
     # 11 numbers of 7 degrees of freedom say that the variance is 9 times as large (see `MOST_EXCESS_SCATTER`), against
     # COMMON_SCATTER * POOLED_FREEDOM = 24 that it is not: (24 + 77 * 9) / (24 + 77) = 7, of which half are three

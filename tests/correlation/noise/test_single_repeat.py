@@ -98,7 +98,7 @@ def test_the_preload_of_one_repeat_is_off_by_a_usual_amount() -> None:
 def test_a_test_without_repeats_beside_one_with_them_has_the_noise_of_its_curve() -> None:
     repeated, single = campaign(n_repeat=3, noise=(0.0, 0.0)), campaign()
     table, other = repeated.measurement, single.measurement
-    columns = {each.name: getattr(other, each.name) for each in fields(Measurement)}
+    columns = {item.name: getattr(other, item.name) for item in fields(Measurement)}
     columns |= {"test": other.test + 1, "value": 10 * other.value}
     both = {name: np.concatenate([getattr(table, name), column]) for name, column in columns.items()}
     tests = (Test(name="jointed"), Test(name="free", configuration="free"))

@@ -30,7 +30,7 @@ def test_one_and_several_differences_agree() -> None:
     whiten = Whitening(deviation=DEVIATION, modes=MODES)
     several = DRAW.standard_normal((M, 3))
     # Sums in another order.
-    np.testing.assert_allclose(whiten(several), np.column_stack([whiten(each) for each in several.T]), rtol=1e-11)
+    np.testing.assert_allclose(whiten(several), np.column_stack([whiten(item) for item in several.T]), rtol=1e-11)
 
 
 def test_without_modes_it_divides() -> None:

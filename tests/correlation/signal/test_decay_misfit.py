@@ -39,7 +39,7 @@ def entangled_decay(seed: int) -> Array:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_decay_is_read_from_where_its_mode_follows_its_amplitude(seed: int) -> None:
     modes = analyse_ring_down(TIME, entangled_decay(seed))
-    mode = min(modes, key=lambda each: abs(float(each.frequency[-1]) - FREQUENCY))
+    mode = min(modes, key=lambda item: abs(float(item.frequency[-1]) - FREQUENCY))
     inner = slice(5, 55)
     # Three standard deviations, beside the differences that no reading tells (1e-4, 2 %).
     frequency = np.hypot(mode.frequency_deviation, 1e-4 * FREQUENCY)[inner]

@@ -18,21 +18,21 @@ OWN = Path(__file__).parents[3] / "examples" / "effects" / "exciter_third_harmon
 
 def offered(found: Catalogue) -> set[str]:
     """Kinds of a catalogue, with those that the bench has no place for."""
-    return {*found.kinds, *(each.name for each in found.untestable if each.name in EFFECTS)}
+    return {*found.kinds, *(item.name for item in found.untestable if item.name in EFFECTS)}
 
 
 def test_all_kinds_are_offered_and_all_names_are_unique(bench: Model) -> None:
     found = list_effects(bench)
     assert offered(found) == set(EFFECTS.names())
-    names = [*found.names, *(each.name for each in found.untestable)]
+    names = [*found.names, *(item.name for item in found.untestable)]
     assert len(names) == len(set(names))
-    assert all(each.reason for each in found.untestable)
+    assert all(item.reason for item in found.untestable)
 
 
 def test_kinds_can_be_left_out(bench: Model) -> None:
     found = list_effects(bench, without=["cubic", "gap"])
     assert offered(found) == set(EFFECTS.names()) - {"cubic", "gap"}
-    assert not any(each.name.startswith(("cubic", "gap")) for each in found.untestable)
+    assert not any(item.name.startswith(("cubic", "gap")) for item in found.untestable)
     assert list_effects(bench, without="cubic").kinds == list_effects(bench, without=["cubic"]).kinds
 
 
@@ -106,4 +106,4 @@ def test_each_configuration_counts_with_its_own_highest_level(small: Model, pape
 
 
 def typical(found: Catalogue) -> dict[str, list[float]]:
-    return {each.name: [parameter.typical for parameter in each.parameters] for each in found.candidates}
+    return {item.name: [parameter.typical for parameter in item.parameters] for item in found.candidates}

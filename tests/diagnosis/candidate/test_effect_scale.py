@@ -76,7 +76,7 @@ def test_typical_springs_and_masses_shift_the_first_frequency_that_is_tested_by_
                 "free": stuck(changed.without_contacts()) / stuck(bench.without_contacts()),
             }
             # Of the tested ones, the one that shifts most.
-            most = max((ratio[each] for each in configurations), key=lambda each: abs(each - 1))
+            most = max((ratio[item] for item in configurations), key=lambda item: abs(item - 1))
             down = effect.kind == "mass" or parameter.typical < 0
             assert most == pytest.approx(0.995 if down else 1.005, rel=1e-9), effect.name
             seen.add(effect.name)
@@ -122,7 +122,7 @@ def test_strengths_scale_with_the_level_as_their_exponents() -> None:
 
 def test_a_rotation_asks_for_moments() -> None:
     found = list_effects(oscillator("rx"))
-    units = {each.kind: each.parameters[0].unit for each in found.candidates}
+    units = {item.kind: item.parameters[0].unit for item in found.candidates}
     assert units["spring"] == units["cubic"] == "N m"
     assert (units["mass"], units["dashpot"], units["air damping"]) == ("kg m^2", "N m s", "N m s^2")
 

@@ -157,7 +157,7 @@ def test_a_calibrated_effect_that_is_held_back_is_told_in_its_unit(small: Model)
 
 def test_parameters_that_are_together_beyond_their_priors_are_held_back_the_furthest_of_them(small: Model) -> None:
     parameters = list_calibration_parameters(small)
-    unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in parameters], [])
+    unknowns = Unknowns.from_effects(small, [(item, item.deviation) for item in parameters], [])
     for residual, beyond_priors in ((1.0, 0), (2.5, len(parameters)), (1.9, 1)):
         residuals = np.full(len(parameters), residual)
         residuals[0] = max(residual, 3.0) if beyond_priors else residual

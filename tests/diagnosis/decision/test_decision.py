@@ -106,8 +106,8 @@ def decided(
     size = left if beside is None else beside
     arrangement = SimpleNamespace(model_error_size=size, fit=SimpleNamespace(model=model), finer=())
     ranked: list[Any] = [
-        SimpleNamespace(name=each.name, refit=each, arrangement=arrangement)
-        for each in sorted(refits, key=lambda each: -compute_log_density(each))
+        SimpleNamespace(name=item.name, refit=item, arrangement=arrangement)
+        for item in sorted(refits, key=lambda item: -compute_log_density(item))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
     refit_one: Any = None if own_law is None else object()
@@ -116,7 +116,7 @@ def decided(
 
 
 def named(verdict: Verdict) -> list[str]:
-    return [each.effect.name for each in verdict.effects if each.effect is not None]
+    return [item.effect.name for item in verdict.effects if item.effect is not None]
 
 
 def test_one_effect_that_explains_is_missing() -> None:
@@ -326,7 +326,7 @@ def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unkn
 def beside(further: Refit, *first: Refit, force: float = 0.0) -> dict[str, Any]:
     """What is left by the first effect, and fits of it, or of others in its place, with a further one."""
     arrangement: Any = SimpleNamespace(model_error_size=NO_ERROR)
-    both = [Finalist(refit=each, arrangement=arrangement) for each in (*first, further)]
+    both = [Finalist(refit=item, arrangement=arrangement) for item in (*first, further)]
     rest = ResidualExplanation(gain=150, effect_name=further.name, places=(), known_effect_gain=150, refit=further)
     pair = Pair(first=both[0], second=both[-1], alone=both[-1], alternatives=tuple(both[1:-1]), force=force)
     return {"rest": rest, "pair": pair}
@@ -610,7 +610,7 @@ def test_a_cubic_spring_may_stand_for_another_law_at_another_place(more: float, 
 
     verdict = decided(best, other, places=(place(90),), laws_of=laws_of)
     assert verdict.finding is finding
-    assert [each.words for each in verdict.laws] == (["a force of the kind even"] if finding is Finding.UNKNOWN else [])
+    assert [item.words for item in verdict.laws] == (["a force of the kind even"] if finding is Finding.UNKNOWN else [])
 
 
 @pytest.mark.parametrize(("whole", "left", "finding"), [
@@ -682,9 +682,9 @@ def test_what_no_data_can_tell_from_the_best_is_named_before_what_is_improbable(
     directions = {"mass": [1.0, 0.0], "spring": [0.0, 1.0], "shift": [-1.0, 0.0]}
     scores: Any = tuple(
         SimpleNamespace(
-            effect=each.effect, direction=np.array(directions[each.name]), size=1.0, detectable=1.0, gain=each.gain
+            effect=item.effect, direction=np.array(directions[item.name]), size=1.0, detectable=1.0, gain=item.gain
         )
-        for each in fits
+        for item in fits
     )
     for score in scores:
         vars(score.effect.parameters[0]).update(lower=-10.0, upper=10.0)

@@ -76,7 +76,7 @@ def test_an_effect_that_gains_no_more_than_chance_is_weighed_by_the_common_covar
         refit_by_own_covariance, campaign, arrangement, baseline_fit(arrangement),
         partial(list_campaign_effects, campaign), arrangement.train,
     )  # fmt: skip
-    (score,) = [each for each in scores if each.effect.name == FALSE]
+    (score,) = [item for item in scores if item.effect.name == FALSE]
     false = refit(arrangement, score)
     both, alone = own(false), own(false, chance=np.inf)
     # The gain is the smaller one of those by both.
@@ -88,7 +88,7 @@ def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
     campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], arrangement: Arrangement,
     finalists: list[Finalist],
 ) -> None:  # fmt: skip
-    found = next(each for each in finalists if each.name == TRUE)
+    found = next(item for item in finalists if item.name == TRUE)
     assert found.refit.effect is not None
     added = AddedEffect(effect=found.refit.effect, values=found.refit.fit.values[-1:])
     listed = partial(list_campaign_effects, campaign)
@@ -109,7 +109,7 @@ def test_what_is_hidden_is_named_with_its_strength(
     before = Finalist(refit=baseline_fit(arrangement), arrangement=arrangement)
     ranked, verdict = judge(before, finalists, find_unknown_forces(arrangement), criteria, compute_step)
     assert verdict.finding is Finding.MISSING
-    assert [each.name for each in verdict.effects] == [TRUE] == [ranked[0].name]
+    assert [item.name for item in verdict.effects] == [TRUE] == [ranked[0].name]
     assert verdict.effects[0].strength == pytest.approx(MASS, abs=3 * verdict.effects[0].deviation)
     # The other is so far behind that its own covariance does not matter.
     assert len(finalists) == 1
@@ -131,8 +131,8 @@ def test_what_explains_alone_what_a_stand_in_and_it_do_together_is_judged_as_wel
     nothing, places = Finalist(refit=before, arrangement=arrangement), find_unknown_forces(arrangement)
     ranked, verdict = judge(nothing, stand_in, places, criteria, compute_step)
     assert verdict.finding is Finding.MISSING
-    assert [each.name for each in verdict.effects] == [TRUE]
-    assert [each.name for each in ranked] == [TRUE, FALSE]
+    assert [item.name for item in verdict.effects] == [TRUE]
+    assert [item.name for item in ranked] == [TRUE, FALSE]
     # Without a way to fit it to the end it is told as something that the stand-in leaves.
     unable = judge(nothing, stand_in, places, replace(criteria, refit_by_own_covariance=None), compute_step)[1]
     assert unable.finding is Finding.UNKNOWN
@@ -162,7 +162,7 @@ def test_an_effect_leaves_less_model_error(
     true = next(score for score in scores if score.effect.name == TRUE)
     before, first = baseline_fit(without), refit(without, true)
     (found,) = weighed(campaign, without, before, [first])
-    deviation_factor = [each.train.deviation_factor for each in (without, found.arrangement)]
+    deviation_factor = [item.train.deviation_factor for item in (without, found.arrangement)]
     np.testing.assert_array_equal(*deviation_factor)
     assert found.arrangement.model_error_size.frequency < 0.2 * without.model_error_size.frequency
     assert found.arrangement.model_error_size.shape < 0.5 * without.model_error_size.shape
@@ -173,7 +173,7 @@ def test_an_effect_leaves_less_model_error(
     assert without.cost_with_error_left(first.fit) < without.cost - found.refit.gain / 2
     # Model error takes up what is missing: less is gained than by the covariance of noise alone, but as clearly.
     plain = leave_out_model_error(without.train)
-    left = [float(np.sum(plain.residual(each.fit.prediction) ** 2)) for each in (before, first)]
+    left = [float(np.sum(plain.residual(item.fit.prediction) ** 2)) for item in (before, first)]
     assert 50 < found.refit.gain < left[0] - left[1]
 
 
@@ -200,7 +200,7 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
 
 def test_the_density_of_held_out_data_has_their_jitter_integrated_out(finalists: list[Finalist]) -> None:
     """Laplace's approximation is exact where readings are linear in the jitter: the covariance has it then."""
-    found = next(each for each in finalists if each.name == TRUE)
+    found = next(item for item in finalists if item.name == TRUE)
     whole, fit = found.arrangement.held_out, found.arrangement.fit
     residual = whole.residual(whole.predictor.predict(fit.model, fit.prediction))
     exact = float(residual @ residual) + whole.whitening.log_determinant

@@ -52,10 +52,10 @@ def pair(listed: Catalogue, small: Model, paper: ModuleType) -> Pair:
 
 
 def test_both_are_found_with_their_strengths_and_each_gains_beside_the_other(pair: Pair) -> None:
-    for each in (pair.first.refit, pair.second.refit):
-        assert each.strength == pytest.approx(HIDDEN[each.name], abs=3 * each.deviation)
-        assert each.gain > CHANCE
-        assert each.held_out_gain > 0
+    for item in (pair.first.refit, pair.second.refit):
+        assert item.strength == pytest.approx(HIDDEN[item.name], abs=3 * item.deviation)
+        assert item.gain > CHANCE
+        assert item.held_out_gain > 0
     assert pair.first.refit.label == f"{MASS} and {GAIN}"
     assert pair.alone.name == GAIN
 
@@ -66,7 +66,7 @@ def test_both_leave_no_model_error_that_an_unknown_force_would_seem_to_explain(p
 
 
 def test_what_is_hidden_explains_more_beside_the_further_effect_than_what_is_not(pair: Pair) -> None:
-    assert [each.name for each in pair.ranked] == [MASS, OTHER]
+    assert [item.name for item in pair.ranked] == [MASS, OTHER]
     (other,) = pair.alternatives
     assert other.refit.gain < pair.first.refit.gain
     assert compute_log_density(other.refit) < compute_log_density(pair.first.refit)

@@ -32,7 +32,7 @@ def refits(heavy: Arrangement, scores: dict[str, Score]) -> dict[str, Refit]:
 
 @pytest.fixture(scope="module")
 def left(heavy: Arrangement, listed: Catalogue, refits: dict[str, Refit]) -> dict[str, ResidualExplanation]:
-    return {name: explain_residual(add_effect(heavy, each), listed.candidates, np.inf) for name, each in refits.items()}
+    return {name: explain_residual(add_effect(heavy, item), listed.candidates, np.inf) for name, item in refits.items()}
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_after_a_wrong_effect_a_good_part_is_left(
 
 def test_the_accepted_effect_counts_as_added(heavy: Arrangement, refits: dict[str, Refit]) -> None:
     accepting = add_effect(heavy, refits[RIGHT])
-    assert [each.name for each in accepting.added] == [RIGHT]
+    assert [item.name for item in accepting.added] == [RIGHT]
     assert accepting.fit.chi2 == refits[RIGHT].fit.chi2
     # Its Jacobian is that of the end, whatever updates the fit went by.
     fit, step = accepting.fit, 1e-5
@@ -159,7 +159,7 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         return SimpleNamespace(chi2=chi2 - kept[score])
 
     monkeypatch.setattr(residual_explanation, "compute_gains_by_covariance", lambda *_: np.array([promised]))
-    monkeypatch.setattr(residual_explanation, "screen", lambda _, effects: [each.number for each in effects])
+    monkeypatch.setattr(residual_explanation, "screen", lambda _, effects: [item.number for item in effects])
     monkeypatch.setattr(residual_explanation, "quick_fit", fit)
     monkeypatch.setattr(residual_explanation, "find_unknown_forces", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]

@@ -145,6 +145,6 @@ def test_the_smallest_detectable_strength_gains_the_threshold() -> None:
 
 def test_a_number_has_the_digits_that_its_interval_leaves() -> None:
     numbers = (0.99996, 0.00024), (918.3, 29.0), (1.0, 0.0), (0.0, 1.0)
-    assert [count_digits(*each) for each in numbers] == [5, 4, 4, 4]
+    assert [count_digits(*item) for item in numbers] == [5, 4, 4, 4]
     assert f"{0.99996:.{count_digits(0.99996, 0.00024)}g}" == "0.99996"
     assert count_digits(12345.6789, 0.02) == 8

@@ -60,8 +60,8 @@ def numbers(model: Model) -> list[np.ndarray]:
     joints = [
         np.array([value for value in vars(joint).values() if isinstance(value, float)]) for joint in system.joints
     ]
-    gains = np.array([(each.gain, each.delay) for each in model.sensors])
-    rows = np.array([each.row for each in model.sensors if isinstance(each, Sensor)])
+    gains = np.array([(item.gain, item.delay) for item in model.sensors])
+    rows = np.array([item.row for item in model.sensors if isinstance(item, Sensor)])
     return [system.mass, system.damping, system.stiffness, system.static, system.dynamic, gains, rows, *joints]
 
 
@@ -71,11 +71,11 @@ def same(one: Model, other: Model) -> bool:
 
 
 def vanishing(effect: Effect) -> list[float]:
-    return [each.vanishes for each in effect.parameters]
+    return [item.vanishes for item in effect.parameters]
 
 
 def typical(effect: Effect) -> list[float]:
-    return [each.typical for each in effect.parameters]
+    return [item.typical for item in effect.parameters]
 
 
 @pytest.fixture(params=EFFECTS.names())
@@ -92,7 +92,7 @@ def planted_kind(request: pytest.FixtureRequest) -> EffectKind:
 def effects(kind: EffectKind, model: Model, level: float = 1.0) -> list[Effect]:
     """All of a kind on a model that can be tested."""
     found = [
-        each for each in kind.candidates(model, measure_scale(model, level=level)) if not isinstance(each, Untestable)
+        item for item in kind.candidates(model, measure_scale(model, level=level)) if not isinstance(item, Untestable)
     ]
     assert found
     return found
@@ -128,11 +128,11 @@ def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(effect_k
     draw = np.random.default_rng(5)
     for effect in effects(effect_kind, bench, level=LEVEL):
         for share in (0.0, 1.0, *draw.uniform(size=5)):
-            values = [each.lower + share * (each.upper - each.lower) for each in effect.parameters]
+            values = [item.lower + share * (item.upper - item.lower) for item in effect.parameters]
             if np.allclose(values, vanishing(effect), rtol=1e-9, atol=0):
                 continue
             changed = effect.apply(bench, values)
-            assert all(np.isfinite(each).all() for each in numbers(changed)), effect.name
+            assert all(np.isfinite(item).all() for item in numbers(changed)), effect.name
             assert not same(changed, bench), effect.name
             # What a harmonic balance asks of a structure.
             assert np.linalg.eigvalsh(changed.system.mass)[0] > 0, effect.name
@@ -141,7 +141,7 @@ def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(effect_k
 
 
 def test_effects_are_pure(effect_kind: EffectKind, bench: Model) -> None:
-    before = [each.copy() for each in numbers(bench)]
+    before = [item.copy() for item in numbers(bench)]
     for effect in effects(effect_kind, bench):
         assert same(effect.apply(bench, typical(effect)), effect.apply(bench, typical(effect)))
     for one, other in zip(before, numbers(bench), strict=True):
@@ -170,15 +170,15 @@ def test_every_effect_speaks_in_sentences(effect_kind: EffectKind, bench: Model)
         for words in (effect.physics, effect.signature):
             assert words.endswith(".")
             assert words[0].isupper()
-        assert all(each.unit for each in effect.parameters)
+        assert all(item.unit for item in effect.parameters)
 
 
 def test_effects_are_as_their_kind_says(effect_kind: EffectKind, bench: Model) -> None:
     for effect in effects(effect_kind, bench):
         assert effect.kind == effect_kind.name
-        assert [each.name for each in effect.parameters] == list(effect_kind.parameters)
-        for each in effect.parameters:
-            assert each.unit in effect_kind.parameters[each.name]
+        assert [item.name for item in effect.parameters] == list(effect_kind.parameters)
+        for item in effect.parameters:
+            assert item.unit in effect_kind.parameters[item.name]
 
 
 def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: ModuleType) -> None:
@@ -186,7 +186,7 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
     effect = effects(planted_kind, small, level=paper.LEVELS[1])[-1]
     parameter = effect.parameters[0]
     strength = parameter.vanishes + 2 * (parameter.typical - parameter.vanishes)
-    rest = [each.typical for each in effect.parameters[1:]]
+    rest = [item.typical for item in effect.parameters[1:]]
     campaign = paper.make_campaign(effect.apply(small, [strength, *rest]), jitter=3e-5, seed=5)
     free = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
     arrangement = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0))
@@ -203,7 +203,7 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
 
 @pytest.mark.parametrize("kind", ["cubic", "air damping"])
 def test_an_effect_on_a_model_that_has_it_adds_up(bench: Model, kind: str) -> None:
-    effect = next(each for each in list_effects(bench).candidates if each.kind == kind)
+    effect = next(item for item in list_effects(bench).candidates if item.kind == kind)
     (strength,) = typical(effect)
     twice = effect.apply(effect.apply(bench, [strength]), [2 * strength])
     assert same(twice, effect.apply(bench, [3 * strength]))

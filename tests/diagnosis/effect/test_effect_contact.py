@@ -26,7 +26,7 @@ def values(model: Model, line: str, quantity: str) -> np.ndarray:
 
 
 def reasons(model: Model) -> dict[str, str]:
-    return {each.name: each.reason for each in list_effects(model).untestable}
+    return {item.name: item.reason for item in list_effects(model).untestable}
 
 
 def with_lines(model: Model, *names: str) -> Model:
@@ -41,7 +41,7 @@ def with_lines(model: Model, *names: str) -> Model:
     [("friction coefficient", "friction_coefficient"), ("tangential stiffness", "tangential_stiffness")],
 )
 def test_two_lines_have_one_ratio_between_them(bench: Model, kind: str, quantity: str) -> None:
-    assert [each for each in list_effects(bench).names if each.startswith(kind)] == [f"{kind} of left against right"]
+    assert [item for item in list_effects(bench).names if item.startswith(kind)] == [f"{kind} of left against right"]
     changed = applied(bench, f"{kind} of left against right", 1.44)
     np.testing.assert_allclose(values(changed, "left", quantity), 1.2 * values(bench, "left", quantity))
     np.testing.assert_allclose(values(changed, "right", quantity), values(bench, "right", quantity) / 1.2)
@@ -53,7 +53,7 @@ def test_two_lines_have_one_ratio_between_them(bench: Model, kind: str, quantity
 )
 def test_of_three_lines_each_has_its_own(bench: Model, kind: str, quantity: str) -> None:
     three = with_lines(bench, "a", "b", "c")
-    assert [each for each in list_effects(three).names if each.startswith(kind)] == [f"{kind} of {x}" for x in "abc"]
+    assert [item for item in list_effects(three).names if item.startswith(kind)] == [f"{kind} of {x}" for x in "abc"]
     changed = applied(three, f"{kind} of b", 1.44)
     for line, factor in {"a": 1.0, "b": 1.44, "c": 1.0}.items():
         np.testing.assert_allclose(values(changed, line, quantity), factor * values(three, line, quantity))
@@ -94,7 +94,7 @@ def weighted(model: Model) -> Model:
 
 
 def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: Model) -> None:
-    names = [each for each in list_effects(weighted(bench)).names if each.startswith("preload")]
+    names = [item for item in list_effects(weighted(bench)).names if item.startswith("preload")]
     assert names == ["preload by weight"]
     only_left = replace(weighted(bench), dead_weights={"weight": DeadWeight(row=np.ones(7), lines=("left",))})
     assert only_left.preloads == ("weight", "right")
@@ -121,7 +121,7 @@ def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
         static, preloads = model.preload_slope(name)
         expected, at_first = (bench if kind == "line" else weighted(bench)).preload_slope(name)
         np.testing.assert_allclose(static, 0.4 * expected, rtol=1e-12)
-        assert preloads == pytest.approx({each: 0.4 * value for each, value in at_first.items()})
+        assert preloads == pytest.approx({item: 0.4 * value for item, value in at_first.items()})
 
 
 def test_what_presses_nothing_is_refused(bench: Model) -> None:

@@ -16,7 +16,7 @@ def applied(model: Model, name: str, value: float) -> Model:
 
 
 def reason(model: Model, name: str) -> str:
-    (left,) = [each for each in list_effects(model).untestable if each.name == name]
+    (left,) = [item for item in list_effects(model).untestable if item.name == name]
     return left.reason
 
 
@@ -67,12 +67,12 @@ def test_cubic_springs_and_drag_are_joints_at_their_place(bench: Model) -> None:
 
 
 def test_a_gain_scales_what_its_sensor_reads(bench: Model) -> None:
-    assert [each.gain for each in applied(bench, "gain of left_N", 1.1).sensors] == [1.0, 1.0, pytest.approx(1.65)]
+    assert [item.gain for item in applied(bench, "gain of left_N", 1.1).sensors] == [1.0, 1.0, pytest.approx(1.65)]
 
 
 def test_a_delay_adds_to_that_of_its_sensor(bench: Model) -> None:
     late = applied(applied(bench, "delay of left_N", 1e-4), "delay of left_N", 2e-4)
-    assert [each.delay for each in late.sensors] == [0.0, 0.0, pytest.approx(3e-4)]
+    assert [item.delay for item in late.sensors] == [0.0, 0.0, pytest.approx(3e-4)]
 
 
 def test_places_that_cannot_act_are_listed_with_their_reason(bench: Model) -> None:

@@ -27,7 +27,7 @@ MODEL_WITH_RIVET = replace(MODEL, joint_groups={"rivet": ("rivet",)})
 
 def read_numbers(model) -> dict[str, list[float]]:
     names = {joint.name for joint in JOINTS}
-    return {each.name: list(each.parameter_values) for each in model.system.joints if each.name in names}
+    return {item.name: list(item.parameter_values) for item in model.system.joints if item.name in names}
 
 
 def test_each_parameter_that_gives_a_law_its_size_is_a_candidate() -> None:
@@ -52,5 +52,5 @@ def test_a_parameter_of_zero_cannot_be_tested() -> None:
 
 
 def test_a_group_of_joints_that_the_system_lacks_cannot_be_tested() -> None:
-    (left,) = (each for each in list_effects(MODEL_WITH_RIVET).untestable if each.name == "joint parameter of rivet")
+    (left,) = (item for item in list_effects(MODEL_WITH_RIVET).untestable if item.name == "joint parameter of rivet")
     assert "no joint of this name" in left.reason

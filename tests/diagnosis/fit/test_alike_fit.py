@@ -104,8 +104,8 @@ def test_what_becomes_the_best_is_followed_once_more(
     monkeypatch.setattr("diagnosis.fit.refit.fit_from", fit_from)
     a, b, c = (score(name, 0.0) for name in "abc")
     found = {
-        each.effect.name: one.chi2
-        for each, one in fit_alike(problem, [a, b, c], [(a, fit(300.0)), (b, fit(320.0))], run_step)
+        item.effect.name: one.chi2
+        for item, one in fit_alike(problem, [a, b, c], [(a, fit(300.0)), (b, fit(320.0))], run_step)
     }
     # Both begin like a; b becomes the best, and then a and c begin like it.
     assert asked[:2] == ["b", "c"]

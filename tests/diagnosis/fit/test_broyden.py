@@ -88,10 +88,10 @@ def test_updates_reach_the_minimum_that_exact_jacobians_reach(monkeypatch: pytes
     # Nothing is agreed with any more: each step makes its own Jacobian.
     monkeypatch.setattr(calibration, "MIN_AGREEMENT", np.inf)
     other = fit(newly)
-    for each in (found, other):
+    for item in (found, other):
         # Both end where a step is expected to gain less than `MIN_GAIN`.
-        assert each.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
-        np.testing.assert_allclose(each.values, [1.0, 0.5], atol=np.sqrt(MIN_GAIN) * 3 / SCALE)
+        assert item.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
+        np.testing.assert_allclose(item.values, [1.0, 0.5], atol=np.sqrt(MIN_GAIN) * 3 / SCALE)
     assert updated.n_slope < newly.n_slope
 
 
@@ -148,8 +148,8 @@ def test_the_update_is_the_least_change_that_explains_the_step() -> None:
     of, before, size = Valley(), np.array([0.2, 0.1]), np.array([0.5, 2.0])
     after = before + np.array([0.1, 0.3])
     ends = [
-        calibration._Evaluation(values=each, model=(), prediction=(), residual=of.residual(each), chi2=0.0)  # type: ignore[arg-type]
-        for each in (before, after)
+        calibration._Evaluation(values=item, model=(), prediction=(), residual=of.residual(item), chi2=0.0)  # type: ignore[arg-type]
+        for item in (before, after)
     ]
     old = of.exact(before)
     new = calibration._updated(old, *ends, size)

@@ -26,9 +26,9 @@ JITTER = 1e-4
 
 
 def planted(model: Model, factors: dict[str, float]) -> Model:
-    for each in list_calibration_parameters(model):
-        if each.name in factors:
-            model = each.apply(model, [factors[each.name]])
+    for item in list_calibration_parameters(model):
+        if item.name in factors:
+            model = item.apply(model, [factors[item.name]])
     return model
 
 
@@ -102,7 +102,7 @@ def test_a_trial_that_nothing_holds_turns_a_fit_back(small: Model, arranged: Arr
                 return super().predict(loose, before)
             return super().predict(model, before)
 
-    held = Unheld(**{each.name: getattr(train, each.name) for each in fields(Comparison)})
+    held = Unheld(**{item.name: getattr(train, item.name) for item in fields(Comparison)})
     # The best kt is 1.06; from far below the first step goes beyond 1.1, from above there is no state at all.
     for start in (0.7, 1.3):
         values = fit.unknowns.vanishing.copy()
@@ -146,7 +146,7 @@ def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:
 def test_it_stops_at_a_bound(arranged: Arrangement, small: Model) -> None:
     kt, mu, zeta = arranged.calibration
     tight = replace(kt, parameters=(replace(kt.parameters[0], upper=1.02, typical=1.01),))
-    unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in (tight, mu, zeta)], ())
+    unknowns = Unknowns.from_effects(small, [(item, item.deviation) for item in (tight, mu, zeta)], ())
     fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
     assert fit.values[0] == 1.02
     assert fit.chi2 > arranged.fit.chi2
@@ -172,7 +172,7 @@ def test_chi2_falls_from_step_to_step(arranged: Arrangement) -> None:
 
 
 def test_a_prior_alone_holds_what_the_data_do_not_tell(arranged: Arrangement, small: Model) -> None:
-    held = [(each, 1e-6) for each in arranged.calibration]
+    held = [(item, 1e-6) for item in arranged.calibration]
     unknowns = Unknowns.from_effects(small, held, ())
     fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
     # A prior of 1e-6 against data that tell 1e-3 or so.
@@ -195,7 +195,7 @@ def test_held_out_data_are_none_of_those_fitted(arranged: Arrangement) -> None:
     assert (arranged.held_out.observed.count == 1).all()
     np.testing.assert_array_equal(arranged.held_out_without_jitter.measured, arranged.held_out.measured)
     # Without jitter in it, a covariance is smaller.
-    both = [each.whitening.modes for each in (arranged.held_out, arranged.held_out_without_jitter)]
+    both = [item.whitening.modes for item in (arranged.held_out, arranged.held_out_without_jitter)]
     # Frequency and force of both tests, and two lines.
     assert both[0].shape[1] - both[1].shape[1] == 6
     assert {effect.kind for effect, _ in arranged.jitter} == {"jitter"}

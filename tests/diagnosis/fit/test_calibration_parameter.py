@@ -18,7 +18,7 @@ FIELD = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction
 
 
 def of(model: Model, name: str) -> CalibrationParameter:
-    return next(each for each in list_calibration_parameters(model) if each.name == name)
+    return next(item for item in list_calibration_parameters(model) if item.name == name)
 
 
 @pytest.mark.parametrize("name", ["kt", "kn", "mu"])
@@ -43,9 +43,9 @@ def test_zeta_scales_the_damping_and_e_the_stiffness_of_the_parts(bench: Model) 
 
 
 def test_a_factor_of_one_changes_nothing(bench: Model) -> None:
-    for each in list_calibration_parameters(bench):
-        assert (each.parameters[0].vanishes, each.parameters[0].unit) == (1.0, "-")
-        same = each.apply(bench, [1.0]).system
+    for item in list_calibration_parameters(bench):
+        assert (item.parameters[0].vanishes, item.parameters[0].unit) == (1.0, "-")
+        same = item.apply(bench, [1.0]).system
         for matrix in ("mass", "damping", "stiffness", "static_load"):
             np.testing.assert_array_equal(getattr(same, matrix), getattr(bench.system, matrix))
         for before, after in zip(bench.system.joints, same.joints, strict=True):
@@ -55,19 +55,19 @@ def test_a_factor_of_one_changes_nothing(bench: Model) -> None:
 
 
 def test_priors_are_relative_and_can_be_overridden(bench: Model) -> None:
-    assert {each.name: each.deviation for each in list_calibration_parameters(bench)} == {
+    assert {item.name: item.deviation for item in list_calibration_parameters(bench)} == {
         "kt": 0.1, "kn": 0.1, "mu": 0.1, "zeta": 0.2, "E": 0.01
     }  # fmt: skip
-    given = {each.name: each for each in list_calibration_parameters(bench, deviation={"kt": 0.3, "E": 0.0})}
+    given = {item.name: item for item in list_calibration_parameters(bench, deviation={"kt": 0.3, "E": 0.0})}
     assert list(given) == ["kt", "kn", "mu", "zeta"]
     assert (given["kt"].deviation, given["kt"].parameters[0].typical) == (0.3, 1.3)
 
 
 def test_what_a_model_has_not_is_not_calibrated(bench: Model) -> None:
-    assert [each.name for each in list_calibration_parameters(bench.without_contacts())] == ["zeta", "E"]
+    assert [item.name for item in list_calibration_parameters(bench.without_contacts())] == ["zeta", "E"]
     smooth = bench.with_joints({joint.name: {"friction_coefficient": 0.0} for joint in bench.system.joints})
-    assert [each.name for each in list_calibration_parameters(smooth)] == ["kt", "kn", "zeta", "E"]
-    assert [each.name for each in list_calibration_parameters(bench.with_system(damping=np.zeros((7, 7))))] == [
+    assert [item.name for item in list_calibration_parameters(smooth)] == ["kt", "kn", "zeta", "E"]
+    assert [item.name for item in list_calibration_parameters(bench.with_system(damping=np.zeros((7, 7))))] == [
         "kt",
         "kn",
         "mu",
@@ -76,10 +76,10 @@ def test_what_a_model_has_not_is_not_calibrated(bench: Model) -> None:
 
 
 def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(bench: Model) -> None:
-    for each in list_calibration_parameters(bench):
+    for item in list_calibration_parameters(bench):
         one, other = (
-            each.apply(bench, [1.1]).without_contacts().system,
-            each.apply(bench.without_contacts(), [1.1]).system,
+            item.apply(bench, [1.1]).without_contacts().system,
+            item.apply(bench.without_contacts(), [1.1]).system,
         )
         np.testing.assert_array_equal(one.stiffness, other.stiffness)
         np.testing.assert_array_equal(one.damping, other.damping)
@@ -87,8 +87,8 @@ def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(ben
 
 
 def test_accepted_parameters_travel(bench: Model) -> None:
-    for each in list_calibration_parameters(bench):
-        assert pickle.loads(pickle.dumps(each)).parameters == each.parameters
+    for item in list_calibration_parameters(bench):
+        assert pickle.loads(pickle.dumps(item)).parameters == item.parameters
 
 
 def test_values_that_make_no_friction_are_no_model(bench: Model) -> None:

@@ -116,7 +116,7 @@ def test_the_stuck_structure_keeps_its_frequencies(beam: Model) -> None:
     closer = stuck_frequencies(with_contact_position(beam, 0.95).system)
     naive = with_contact_position(beam, 0.95)
     naive = naive.with_joints(
-        {name: {each: getattr(beam.contact(name), each) for each in SHARED} for name in sum(beam.lines.values(), ())}
+        {name: {item: getattr(beam.contact(name), item) for item in SHARED} for name in sum(beam.lines.values(), ())}
     )
     lost = stuck_frequencies(naive.system)
     # Sum and moment of inertia hold the first modes; what is left is the fourth moment of a line of 20 mm in a mode of
@@ -151,15 +151,15 @@ def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: Model) 
 
 def given(model: Model) -> CalibrationParameter:
     (found,) = (
-        each for each in list_calibration_parameters(model, deviation={"bearing": 0.05}) if each.name == "bearing"
+        item for item in list_calibration_parameters(model, deviation={"bearing": 0.05}) if item.name == "bearing"
     )
     return found
 
 
 def test_it_is_accepted_where_a_line_has_three_contacts_and_a_prior(beam: Model, small: Model) -> None:
-    assert "bearing" not in [each.name for each in list_calibration_parameters(beam)]
+    assert "bearing" not in [item.name for item in list_calibration_parameters(beam)]
     assert given(beam).deviation == 0.05
-    assert "bearing" not in [each.name for each in list_calibration_parameters(small, deviation={"bearing": 0.05})]
+    assert "bearing" not in [item.name for item in list_calibration_parameters(small, deviation={"bearing": 0.05})]
     assert values(given(beam).apply(beam, [0.9]), "left", "preload")[0] == pytest.approx(4 / 0.81)
 
 
@@ -167,9 +167,9 @@ def test_its_bounds_leave_a_finer_model_possible(beam: Model) -> None:
     finer = beam_model(n_station=5)
     (alone,), (both,) = (
         [
-            each.parameters[0]
-            for each in list_calibration_parameters(beam, deviation={"bearing": 0.1}, finer=models)
-            if each.name == "bearing"
+            item.parameters[0]
+            for item in list_calibration_parameters(beam, deviation={"bearing": 0.1}, finer=models)
+            if item.name == "bearing"
         ]
         for models in ([], [finer])
     )

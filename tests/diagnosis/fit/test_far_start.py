@@ -54,8 +54,8 @@ def test_ratios_of_joints_and_effects_through_stick_and_slip_start_far(
     model = SimpleNamespace(system=SimpleNamespace(joints=["joint"]))
     starts = list_far_starts(problem_of(model), effects)
     assert len(starts) == (2 * MAX_BY_SLIP if is_far else 0)
-    for each, values in starts:
-        assert each in effects
+    for item, values in starts:
+        assert item in effects
         np.testing.assert_array_equal(values[:2], FITTED)
 
 

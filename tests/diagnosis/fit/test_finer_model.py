@@ -36,7 +36,7 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 
 def stiffer(model: Model) -> Model:
-    (young,) = (each for each in list_calibration_parameters(model) if each.name == "E")
+    (young,) = (item for item in list_calibration_parameters(model) if item.name == "E")
     return young.apply(model, [1 + STIFFER])
 
 
@@ -63,7 +63,7 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
     beside_stiffer: Arrangement, campaign: Campaign, listed: Catalogue
 ) -> None:
     found = beside_stiffer
-    names = [each.name for each in found.calibration]
+    names = [item.name for item in found.calibration]
     young = names.index("E")
     shift = found.finer[0].shift
     assert shift is not None
@@ -78,16 +78,16 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
         assert fit.deviation[young] < STIFFER / 3
         assert widen_by_finer_models(fit, found.finer).deviation[young] >= STIFFER * (1 - FOUND)
     before, (refitted,) = baseline_fit(found), [refit(found, score, with_mass) for score in screen(found, [effect])]
-    fits = [Finalist(refit=each, arrangement=found) for each in (before, refitted)]
-    for each in widen_intervals(campaign, fits[0], fits):
-        assert each.fit.deviation[young] >= STIFFER * (1 - FOUND)
+    fits = [Finalist(refit=item, arrangement=found) for item in (before, refitted)]
+    for item in widen_intervals(campaign, fits[0], fits):
+        assert item.fit.deviation[young] >= STIFFER * (1 - FOUND)
 
 
 def test_what_no_calibration_makes_good_stays(small: Model, campaign: Campaign, listed: Catalogue) -> None:
     heavier = listed.effect("mass at tip z").apply(small, [5e-3])
     found = beside(campaign, small, heavier)
     plain = replace(found.finer[0], shift=None)
-    apart, before = (np.linalg.norm(left(each)) for each in (found, replace(found, finer=(plain,))))
+    apart, before = (np.linalg.norm(left(item)) for item in (found, replace(found, finer=(plain,))))
     assert 3 < apart < before
 
 
@@ -120,11 +120,11 @@ def test_a_finer_model_that_is_the_model_needs_no_shift(
     # Damping that was calibrated does not scale a dashpot that was added.
     added = listed.effect(effect)
     strength = added.parameters[0].typical
-    (zeta,) = (each for each in list_calibration_parameters(small) if each.name == "zeta")
+    (zeta,) = (item for item in list_calibration_parameters(small) if item.name == "zeta")
     truth = added.apply(zeta.apply(small, [1.5]), [strength])
     of = paper.make_campaign(truth, jitter=3e-5, seed=8)
     found = beside(of, small, small, (AddedEffect(effect=added, values=np.array([strength])),))
-    assert found.fit.values[[each.name for each in found.calibration].index("zeta")] > 1.3
+    assert found.fit.values[[item.name for item in found.calibration].index("zeta")] > 1.3
     np.testing.assert_allclose(found.finer[0].shift, 0, atol=1e-6)
 
 
@@ -144,7 +144,7 @@ def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign:
 def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -> None:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
     found = arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget)
-    young = [each.name for each in found.calibration].index("E")
+    young = [item.name for item in found.calibration].index("E")
     assert widen_by_finer_models(found.fit, found.finer).deviation[young] == pytest.approx(
         np.sqrt(2) * STIFFER, rel=FOUND
     )

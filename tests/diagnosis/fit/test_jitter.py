@@ -67,7 +67,7 @@ def test_preload_patterns_are_independent(small: Model) -> None:
     sizes = np.array([0.03, 0.02, 0.01])
     found = list_preload_jitter(model, patterns.T * sizes**2 @ patterns)
     assert len({effect.name for effect, _ in found}) == 3
-    best_first = sorted(found, key=lambda each: -each[1])
+    best_first = sorted(found, key=lambda item: -item[1])
     for (effect, deviation), size, pattern in zip(best_first, sizes, patterns, strict=True):
         # An eigenvalue decomposition: round-off, over the ratio of the eigenvalues and their differences.
         assert deviation == pytest.approx(size, rel=1e-12)

@@ -31,11 +31,11 @@ def test_each_moves_its_own_frequency(heavy_campaign: Campaign, small: Model) ->
     shifted = with_contacts.apply(small, [1.001])
     assert shifted.frequency_shift == {"jointed": pytest.approx(1 / 1.001 - 1)}
     np.testing.assert_array_equal(frequencies(shifted), nominal)
-    for each in corrections:
-        assert isinstance(each, ModeCorrection)
-        ratio = frequencies(each.apply(small, [1.001])) / nominal
+    for item in corrections:
+        assert isinstance(item, ModeCorrection)
+        ratio = frequencies(item.apply(small, [1.001])) / nominal
         # Its square is linear in the factor, which leaves half the square of a thousandth.
-        np.testing.assert_allclose(ratio, 1 + 1e-3 * (np.arange(len(ratio)) == each.number), rtol=0, atol=1e-6)
+        np.testing.assert_allclose(ratio, 1 + 1e-3 * (np.arange(len(ratio)) == item.number), rtol=0, atol=1e-6)
 
 
 def test_an_error_that_readings_are_linear_in_is_none(heavy_campaign: Campaign, small: Model) -> None:
@@ -46,8 +46,8 @@ def test_an_error_that_readings_are_linear_in_is_none(heavy_campaign: Campaign, 
 
 def test_a_finer_model_has_errors_of_its_own(heavy_campaign: Campaign, small: Model) -> None:
     corrections = list_mode_corrections(prepared(heavy_campaign), small, Budget(frequency=0.02))
-    for each in (corrections[0], corrections[-1]):
-        assert replace(each, n_dof=2).apply(small, [1.01]) is small
+    for item in (corrections[0], corrections[-1]):
+        assert replace(item, n_dof=2).apply(small, [1.01]) is small
 
 
 def test_model_error_of_its_usual_size_hides_no_mass(heavy: Arrangement) -> None:

@@ -43,7 +43,7 @@ def long(small: Model) -> Model:
 @pytest.fixture(scope="module")
 def arranged(long: Model, paper: ModuleType) -> Arrangement:
     known = list_calibration_parameters(long, deviation={"kn": 0.0, "E": 0.0, "bearing": 0.05})
-    (kt,) = (each for each in known if each.name == "kt")
+    (kt,) = (item for item in known if item.name == "kt")
     campaign = paper.make_campaign(with_contact_position(kt.apply(long, [KT]), BEARING), jitter=3e-5, seed=3)
     return arrange(campaign, long, known, EXACT_MODEL)
 
@@ -68,7 +68,7 @@ def test_without_it_the_fit_is_bad(arranged: Arrangement, long: Model, paper: Mo
 def test_its_slope_is_the_difference_of_predictions(arranged: Arrangement) -> None:
     fit, unknowns = arranged.fit, arranged.fit.unknowns
     found = differentiate(unknowns.compose, fit.values, unknowns.size, unknowns.bounds)
-    assert [each is None for each in found] == [False, False, False, True]
+    assert [item is None for item in found] == [False, False, False, True]
     exact = central(arranged, fit.values, fit.prediction)
     # A one-sided difference of short step: what Newton's method leaves is some 2 % of it, see `fit.comparison`.
     slope = fit.jacobian[: len(exact), 3]

@@ -141,10 +141,10 @@ def test_of_two_starts_of_one_effect_the_better_fit_counts(monkeypatch: pytest.M
     first = SimpleNamespace(prediction=None, chi2=110.0)
     problem: Any = SimpleNamespace(fit=first, train=None, unknowns=lambda effects: effects)
     scores = [score(1.0, name=name) for name in "abcd"]
-    a, b, c, _ = (each.effect for each in scores)
+    a, b, c, _ = (item.effect for item in scores)
     fits: Any = [(scores[0], SimpleNamespace(chi2=100.0)), (scores[1], SimpleNamespace(chi2=200.0))]
     starts = [(a, np.ones(3)), (b, np.ones(3)), (c, np.array([1.0, 2.0, 3.0]))]
-    found = {of.effect.name: each.chi2 for of, each in fit_from_starts(problem, scores, fits, starts)}
+    found = {of.effect.name: item.chi2 for of, item in fit_from_starts(problem, scores, fits, starts)}
     # An effect that was not on the shortlist takes part; one without another start stays as it is.
     assert found == {"a": 90.0, "b": 200.0, "c": 70.0}
     assert calibrations.ceilings == [2 * 110.0] * 3
@@ -174,7 +174,7 @@ def test_the_best_few_are_refitted_whatever_they_look_like() -> None:
 def test_what_looks_like_one_of_them_is_refitted_too_if_it_promises_enough() -> None:
     assert 0 < MIN_COSINE < 1
     few = ranked(100, 90, 80, 100 * MIN_GAIN_SHARE + 1, 100 * MIN_GAIN_SHARE - 1)
-    assert [each.gain for each in shortlist(few, SELECTION)] == [100, 90, 80, 100 * MIN_GAIN_SHARE + 1]
+    assert [item.gain for item in shortlist(few, SELECTION)] == [100, 90, 80, 100 * MIN_GAIN_SHARE + 1]
     assert len(shortlist(ranked(*[100.0] * 20), SELECTION)) == MOST
 
 

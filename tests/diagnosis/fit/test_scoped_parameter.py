@@ -39,8 +39,8 @@ def test_a_list_of_a_joint_and_joints_at_all_nodes_of_a_place() -> None:
     (chain,) = find_joints(changed, "chain")
     assert chain.with_values({}).parameter_values[:4] == (1e3, 2e3, 2.0, 6.0)
     changed = make_scoped_parameter(WITH_JOINTS, "lap.limit_force", 0.1).apply(WITH_JOINTS, [0.5])
-    assert [dict(zip(each.parameter_names, each.parameter_values, strict=True))["limit_force"]
-            for each in find_joints(changed, "lap")] == [1.0, 1.0]  # fmt: skip
+    assert [dict(zip(item.parameter_names, item.parameter_values, strict=True))["limit_force"]
+            for item in find_joints(changed, "lap")] == [1.0, 1.0]  # fmt: skip
 
 
 def test_density_and_modulus_of_one_part() -> None:

@@ -25,7 +25,7 @@ def at(compose, *values: float, bounds: tuple[float, float] = WIDE):
 
 
 def test_accepted_parameters_scale_what_they_name(small: Model) -> None:
-    unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in list_calibration_parameters(small)], ())
+    unknowns = Unknowns.from_effects(small, [(item, item.deviation) for item in list_calibration_parameters(small)], ())
     found = dict(
         zip(
             unknowns.names,
@@ -144,7 +144,7 @@ def test_a_number_that_moves_or_turns_a_joint_has_no_rates(small: Model, directi
 
 def test_young_s_modulus_is_complex_where_there_is_structural_damping(small: Model) -> None:
     lossy = small.with_system(structural_damping=0.02 * small.system.stiffness)
-    (factor,) = [each for each in list_calibration_parameters(lossy) if each.name == "E"]
+    (factor,) = [item for item in list_calibration_parameters(lossy) if item.name == "E"]
     (tangent,) = at(lambda v: factor.apply(lossy, [1 + v[0]]), 0.0, bounds=(-0.5, 0.5))
     np.testing.assert_allclose(tangent.free.matrices.structural_damping, 0.02 * small.system.stiffness, rtol=EXACT)
     np.testing.assert_allclose(tangent.free.matrices.stiffness, small.system.stiffness, rtol=EXACT)

@@ -74,10 +74,10 @@ def found(model: Model, campaign: Campaign) -> tuple[SensorGains, dict[str, tupl
     prediction = sides.predictor.predict(start)
     budget = Budget(frequency=1e-6, compliance=1e-6, shares=1e-6)
     comparison, _ = make_comparison(sides, start, prediction, budget, [], FEW_DRAWS, fitted=False)
-    unknowns = Unknowns.from_effects(start, [(each, np.inf) for each in gains.parameters], ())
+    unknowns = Unknowns.from_effects(start, [(item, np.inf) for item in gains.parameters], ())
     fit = calibrate(comparison, unknowns, unknowns.vanishing, prediction, ending=Ending.EXACT)
     values = zip(gains.parameters, fit.values, fit.deviation, strict=True)
-    return gains, {each.name: (each.start * a, each.start * b) for each, a, b in values}
+    return gains, {item.name: (item.start * a, item.start * b) for item, a, b in values}
 
 
 @pytest.mark.parametrize(("cubic", "known"), [(0.5, True), (0.5, False), (0.0, True)])

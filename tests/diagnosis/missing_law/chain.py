@@ -32,7 +32,7 @@ def make_chain() -> Model:
 
 def measure(model: Model, joints: Sequence[Joint], harmonics: Sequence[int]) -> Campaign:
     """Two noisy repeats of a model with further joints; the last but one level is held out."""
-    sensors = [each.name for each in model.sensors]
+    sensors = [item.name for item in model.sensors]
     grid = np.array(np.meshgrid(LEVELS, FREQUENCIES, range(3), harmonics, indexing="ij")).reshape(4, -1)
     points = Points(
         free=np.zeros(grid.shape[1], dtype=bool), level=grid[0], frequency=grid[1],

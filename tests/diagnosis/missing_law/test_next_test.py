@@ -36,9 +36,9 @@ def test_the_model_with_a_law_explains_what_the_law_was_recovered_from(
     chain_with_play: Arrangement, unknown: Verdict, doubtful: MissingLaw
 ) -> None:
     candidates = list_candidate_models(unknown, doubtful)
-    assert [each.name for each in candidates] == [f"a law at {name}" for name in doubtful.credible]
+    assert [item.name for item in candidates] == [f"a law at {name}" for name in doubtful.credible]
     train = chain_with_play.train
-    misfits = [float(np.mean(train.residual(train.predict(each.model)) ** 2)) for each in candidates]
+    misfits = [float(np.mean(train.residual(train.predict(item.model)) ** 2)) for item in candidates]
     alone = float(np.mean(train.residual(chain_with_play.fit.prediction) ** 2))
     # The play is at the first of both; noise alone is 1, and a law of straight pieces adds some.
     assert misfits[0] < min(5, 0.1 * alone)
@@ -51,7 +51,7 @@ def test_the_same_tests_tell_between_places_that_they_told_between_already(
     campaign, candidates = measure(make_chain(), play(), (1, 3)), list_candidate_models(unknown, doubtful)
     again = NextTest(
         name="again", configuration="jointed", levels=(0.2, 0.4), frequencies=tuple(FREQUENCIES[::2].tolist()),
-        sensors=tuple(each.name for each in campaign.sensors), sweeps=(1,),
+        sensors=tuple(item.name for item in campaign.sensors), sweeps=(1,),
     )  # fmt: skip
     advice = rank_tests(candidates, [again], find_error_sources(campaign, chain_with_play, NO_ERROR))
     assert advice is not None

@@ -27,7 +27,7 @@ def draw_log_densities(means: list[Matrix], whole: Matrix, true: int) -> Matrix:
     random = np.random.default_rng(true)
     y = means[true][:, None] + np.linalg.cholesky(whole) @ random.standard_normal((M, DRAWS))
     away = [y - mean[:, None] for mean in means]
-    return np.array([-np.sum(each * np.linalg.solve(whole, each), axis=0) / 2 for each in away])
+    return np.array([-np.sum(item * np.linalg.solve(whole, item), axis=0) / 2 for item in away])
 
 
 def test_log_odds_of_draws_have_mean_half_of_d_squared_and_variance_d_squared() -> None:

@@ -34,19 +34,19 @@ TEST = NextTest(
 def make_model() -> Model:
     """The chain with a sensor on its last mass alone."""
     chain = make_chain()
-    return replace(chain, sensors=tuple(each for each in chain.sensors if each.name == "at m2"))
+    return replace(chain, sensors=tuple(item for item in chain.sensors if item.name == "at m2"))
 
 
 def make_candidates() -> list[CandidateModel]:
     model = make_model()
     calibration = list_calibration_parameters(model, deviation={"E": 0.005})
-    names = [each.name for each in calibration]
+    names = [item.name for item in calibration]
     found = []
     for name, mass in MASSES.items():
         effect = list_effects(model).effect(name)
-        unknowns = Unknowns.from_effects(model, [(each, each.deviation) for each in calibration], [effect])
+        unknowns = Unknowns.from_effects(model, [(item, item.deviation) for item in calibration], [effect])
         values = np.array([*unknowns.vanishing[:-1], mass])
-        deviation = np.array([*(DEVIATION[each] for each in names), DEVIATION["mass"] * mass])
+        deviation = np.array([*(DEVIATION[item] for item in names), DEVIATION["mass"] * mass])
         found.append(
             CandidateModel(
                 name=name, probability=0.5, unknowns=unknowns, fit_values=values, covariance=np.diag(deviation**2),
@@ -66,7 +66,7 @@ def test_decisions_on_a_chain_are_as_probable_as_among_draws_of_its_measurements
     predictor, odds = Predictor(points=points), []
     features, _ = signatures.compare(TEST)
     means, spreads, whitening = signatures.list_features(TEST)
-    wholes = [whitening.with_modes(each) for each in spreads]
+    wholes = [whitening.with_modes(item) for item in spreads]
     place = np.eye(3)[1]
     for number, candidate in enumerate(candidates):
         for _ in range(n):
@@ -92,11 +92,11 @@ def test_decisions_on_a_chain_are_as_probable_as_among_draws_of_its_measurements
 def test_predictions_that_bend_within_what_is_known_separate_less() -> None:
     straight = make_candidates()
     bent = []
-    for each in straight:
-        along = np.array([*np.zeros(len(each.fit_values) - 1), 0.5 * each.fit_values[-1]])
-        ends = (each.unknowns.compose(each.fit_values + along), each.unknowns.compose(each.fit_values - along))
-        bent.append(replace(each, curvature_pair=ends))
-    found = [SetUpSignatures.predict(each, [TEST], SOURCES).separate(TEST)[0, 1] for each in (straight, bent)]
+    for item in straight:
+        along = np.array([*np.zeros(len(item.fit_values) - 1), 0.5 * item.fit_values[-1]])
+        ends = (item.unknowns.compose(item.fit_values + along), item.unknowns.compose(item.fit_values - along))
+        bent.append(replace(item, curvature_pair=ends))
+    found = [SetUpSignatures.predict(item, [TEST], SOURCES).separate(TEST)[0, 1] for item in (straight, bent)]
     assert 0 < found[1] < found[0]
 
 
@@ -107,24 +107,24 @@ def test_the_test_that_takes_least_is_advised_among_those_that_decide_alike() ->
         motions=("at m2",), harmonics=(1,), sweeps=(1,),
     )  # fmt: skip
     tests = list_tests(tested, model, 1 / (1 + (FREQUENCIES - FREQUENCIES.mean()) ** 2))
-    names = {each.name for each in tests}
+    names = {item.name for item in tests}
     assert {"the same tests again", "a higher level", "a lower level", "the sweep down"} <= names
-    assert {each.place for each in tests} == {None, "m0", "m1"}
+    assert {item.place for item in tests} == {None, "m0", "m1"}
     # The chain has no contacts to open or to press, and nothing that makes harmonics.
     assert not any("contacts" in name or "preload" in name or "harmonic" in name for name in names)
-    assert any(each.added_mass is not None and not each.fits_campaign for each in tests)
+    assert any(item.added_mass is not None and not item.fits_campaign for item in tests)
     advice = rank_tests(make_candidates(), tests, SOURCES)
     assert advice is not None
     best = advice.best
-    most = max(each.probability for each in advice.ranked)
+    most = max(item.probability for item in advice.ranked)
     assert best.probability >= most - 0.05
-    alike = [each for each in advice.ranked if each.probability >= most - 0.05]
-    assert best.test.minutes == min(each.test.minutes for each in alike)
+    alike = [item for item in advice.ranked if item.probability >= most - 0.05]
+    assert best.test.minutes == min(item.test.minutes for item in alike)
     assert best.curve is not None
     # Another resonance moves the masses in another shape: the same tests tell less.
-    again = next(each for each in advice.ranked if each.test.name == "the same tests again" and not each.test.place)
-    others = [each for each in advice.ranked if "resonance near" in each.test.name]
-    assert max(each.separation[0, 1] for each in others) > 1.3 * again.separation[0, 1]
+    again = next(item for item in advice.ranked if item.test.name == "the same tests again" and not item.test.place)
+    others = [item for item in advice.ranked if "resonance near" in item.test.name]
+    assert max(item.separation[0, 1] for item in others) > 1.3 * again.separation[0, 1]
 
 
 def test_places_are_offered_once_and_without_a_sensor() -> None:

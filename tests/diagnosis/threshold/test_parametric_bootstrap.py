@@ -56,7 +56,7 @@ def test_smaller_differences_narrow_nothing(arrangement: Arrangement) -> None:
 def test_correlations_stay_as_they_are(arrangement: Arrangement) -> None:
     fit = arrangement.fit
     wide = carry_over(fit, 3 * np.random.default_rng(2).standard_normal((len(fit.residual) - len(fit.values), 50)))
-    before, after = (each.covariance / np.outer(each.deviation, each.deviation) for each in (fit, wide))
+    before, after = (item.covariance / np.outer(item.deviation, item.deviation) for item in (fit, wide))
     np.testing.assert_allclose(after, before, rtol=1e-12)
 
 
@@ -79,8 +79,8 @@ def test_what_is_held_out_is_not_read(arrangement: Arrangement, campaign: Campai
     away = np.isin(table.repeat, held.repeats) | np.isin(table.level, held.levels)
     assert away.any()
     whole, part = (
-        Simulation(campaign=campaign, arrangement=arrangement, held_out=each).read(np.random.default_rng(1))
-        for each in (True, False)
+        Simulation(campaign=campaign, arrangement=arrangement, held_out=item).read(np.random.default_rng(1))
+        for item in (True, False)
     )
     assert np.isnan(part[away]).all()
     assert np.isfinite(whole[away]).any()

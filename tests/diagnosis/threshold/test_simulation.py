@@ -83,7 +83,7 @@ def test_repeats_differ_by_a_shift_of_the_frequency_where_they_did(
     moved = Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=tuple(shift)))
     table = campaign.measurement
     free = np.array([test.configuration == "free" for test in campaign.tests])[table.test] & (table.harmonic == 1)
-    scatter = [np.std(np.abs(each[:, free]), axis=0) for each in (draws(moved), still)]
+    scatter = [np.std(np.abs(item[:, free]), axis=0) for item in (draws(moved), still)]
     # Away from the resonance a shift does nothing; at its flank it is most of what differs.
     assert (scatter[0] / scatter[1]).max() > 3
     assert np.median(scatter[0] / scatter[1]) > 1
@@ -102,7 +102,7 @@ def test_numerical_error_is_the_same_in_all_repeats(small: Model, quiet: tuple[C
         changes.append(np.abs(drawn.value[free] / plain.value[free] - 1).max())
     # On the flank where it matters most an error of 2e-3 changes a reading by several per cent.
     assert np.sqrt(np.mean(np.square(changes))) > 0.02
-    spread = [np.nanstd(each.repeat[free], axis=1) / np.abs(each.value[free]) for each in (drawn, plain)]
+    spread = [np.nanstd(item.repeat[free], axis=1) / np.abs(item.value[free]) for item in (drawn, plain)]
     np.testing.assert_allclose(np.median(spread[0]), np.median(spread[1]), rtol=0.3)
 
 

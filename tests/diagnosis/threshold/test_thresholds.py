@@ -26,10 +26,10 @@ def scores(directions: np.ndarray) -> list[Score]:
     effect: Any = SimpleNamespace(name="p", parameters=(BOTH,))
     return [
         Score(
-            effect=effect, strength=0.0, gain=0.0, size=1.0, absorbed=0.0, direction=each, start=np.zeros(1),
-            slope=each,
+            effect=effect, strength=0.0, gain=0.0, size=1.0, absorbed=0.0, direction=item, start=np.zeros(1),
+            slope=item,
         )
-        for each in directions
+        for item in directions
     ]  # fmt: skip
 
 

@@ -257,7 +257,7 @@ def test_indefinite_matrices_are_refused(mass: np.ndarray, stiffness: np.ndarray
     if copies > 1 and default_backend() is Backend.SUPERLU:
         pytest.skip("SuperLU does not notice negative pivots")
     many = {
-        name: sp.csr_array(sp.block_diag([each] * copies)) for name, each in (("mass", mass), ("stiffness", stiffness))
+        name: sp.csr_array(sp.block_diag([item] * copies)) for name, item in (("mass", mass), ("stiffness", stiffness))
     }
     read = ImportedMatrices(**many, damping=sp.csr_array(many["mass"].shape), dofs=numbered(2 * copies))
     with pytest.raises(MatrixFileError, match=message):

@@ -55,7 +55,7 @@ def volume_of_set(mesh: Mesh, name: str) -> float:
 
 def face_centres(mesh: Mesh, name: str) -> NDArray[np.float64]:
     cells = next(iter(mesh.cells.values()))
-    (element,) = (each for each in ELEMENTS.values() if each.n_node == cells.shape[1])
+    (element,) = (item for item in ELEMENTS.values() if item.n_node == cells.shape[1])
     corners = [mesh.points[cells[cell, list(element.corner_faces[face])]] for cell, face in mesh.face_sets[name]]
     centres = np.array([corner.mean(axis=0) for corner in corners])
     return centres[np.lexsort(centres.round(9).T)]
@@ -235,7 +235,7 @@ def test_parts_of_a_model_that_are_left_out_are_told(tmp_path: Path) -> None:
     )
     with pytest.warns(InputWarning) as told:
         mesh = read_mesh(write_deck(tmp_path / "deck.inp", text))
-    first, second = (str(each.message) for each in told)
+    first, second = (str(item.message) for item in told)
     assert first.endswith("without *BEAM SECTION and *TIE")
     assert 'shells of "web" lie on no face' in second
     assert {"rod", "web"} <= {*mesh.node_sets}

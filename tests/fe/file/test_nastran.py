@@ -141,7 +141,7 @@ def test_what_would_join_or_load_the_part_is_told_and_left_out(tmp_path: Path) -
     more = "CONM2,30,14,,0.1\nRBE2,31,14,123,12\nCBAR,32,9,14,12\nCTRIA3,33,4,12,13,20\nPLOTEL,34,11,14\n"
     with pytest.warns(InputWarning) as told:
         mesh = read_mesh(written(tmp_path, TETRA.replace("ENDDATA", more + "ENDDATA")))
-    first, second = (str(each.message) for each in told)
+    first, second = (str(item.message) for item in told)
     assert first.endswith("without CONM2 and RBE2 and CBAR")
     assert 'shells of "property_4" lie on no face' in second
     assert mesh.n_cell == 1

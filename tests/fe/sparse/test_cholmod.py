@@ -115,7 +115,7 @@ def test_only_the_ordered_columns_stand_beside_a_factor_while_it_is_made(
     plain = Cholmod._factorise
 
     def watched(self: Cholmod, columns: LowerColumns) -> None:
-        taken.append((tracemalloc.get_traced_memory()[0], sum(each.nbytes for each in columns)))
+        taken.append((tracemalloc.get_traced_memory()[0], sum(item.nbytes for item in columns)))
         plain(self, columns)
 
     monkeypatch.setattr(Cholmod, "_factorise", watched)
@@ -154,7 +154,7 @@ print(len(os.listdir("/proc/self/task")))
 
 def test_threads_are_as_many_afterwards_as_before() -> None:
     Cholmod(sp.csr_array(np.eye(3)))  # its runtime is there
-    loaded = [each for name in cholmod_library.OPENMP if (each := cholmod_library._loaded(name)) is not None]
+    loaded = [item for name in cholmod_library.OPENMP if (item := cholmod_library._loaded(name)) is not None]
     assert loaded
     before = [runtime.omp_get_max_active_levels() for runtime in loaded]
     with cholmod_library.one_thread():

@@ -32,13 +32,13 @@ def factor(widths: list[int], seed: int) -> tuple[Matrix, list[NDArray[np.int32]
 def supernodes(L: Matrix, widths: list[int], rows: list[NDArray[np.int32]], order: NDArray[np.int32]) -> Supernodes:
     """As CHOLMOD stores them: whole columns of a group, with what stands above the diagonal, which means nothing."""
     column = np.concatenate([[0], np.cumsum(widths)]).astype(np.int32)
-    row_start = np.concatenate([[0], np.cumsum([len(each) for each in rows])]).astype(np.int32)
+    row_start = np.concatenate([[0], np.cumsum([len(item) for item in rows])]).astype(np.int32)
     blocks = []
-    for k, each in enumerate(rows):
-        block = L[np.ix_(each, range(column[k], column[k + 1]))]
+    for k, item in enumerate(rows):
+        block = L[np.ix_(item, range(column[k], column[k + 1]))]
         block[np.triu_indices(widths[k], 1)] = np.nan
         blocks.append(block.ravel(order="F"))
-    value_start = np.concatenate([[0], np.cumsum([len(each) for each in blocks])]).astype(np.int32)
+    value_start = np.concatenate([[0], np.cumsum([len(item) for item in blocks])]).astype(np.int32)
     values = np.concatenate(blocks)
     layout, n_value = pack(values, column, row_start, value_start, np.concatenate(rows))
     return Supernodes(values[:n_value].copy(), layout, order)
@@ -83,10 +83,10 @@ def test_supernodes_before_which_all_is_zero_are_passed_by() -> None:
 def test_tiles_leave_out_what_is_above_the_diagonal() -> None:
     widths = [40, 30, 50]
     _, rows = factor(widths, 3)
-    values = np.concatenate([np.ones(width * len(each)) for width, each in zip(widths, rows, strict=True)])
+    values = np.concatenate([np.ones(width * len(item)) for width, item in zip(widths, rows, strict=True)])
     column = np.concatenate([[0], np.cumsum(widths)]).astype(np.int32)
-    row_start = np.concatenate([[0], np.cumsum([len(each) for each in rows])]).astype(np.int32)
-    sizes = [width * len(each) for width, each in zip(widths, rows, strict=True)]
+    row_start = np.concatenate([[0], np.cumsum([len(item) for item in rows])]).astype(np.int32)
+    sizes = [width * len(item) for width, item in zip(widths, rows, strict=True)]
     value_start = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
     _layout, n_value = pack(values, column, row_start, value_start, np.concatenate(rows))
     triangles = sum(width * (width - 1) // 2 for width in widths)

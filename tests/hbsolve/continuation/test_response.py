@@ -120,7 +120,7 @@ def test_duffing_at_phase_resonance_has_the_period_of_its_free_vibration(level: 
     four = slice(cross - 1, cross + 3)
     # A cubic through four points of the arc: the phase turns evenly along it.
     highest = samples_from_coefficients(branch.coefficients[four, :, 0].T, 4096).max(axis=0)
-    omega, a = (np.polyval(np.polyfit(lag[four], each, 3), 0.0) for each in (branch.angular_frequency[four], highest))
+    omega, a = (np.polyval(np.polyfit(lag[four], item, 3), 0.0) for item in (branch.angular_frequency[four], highest))
     m = a**2 / (2 * (1 + a**2))
     free = np.pi * np.sqrt(1 + a**2) / (2 * ellipk(m))
     assert a > 0.15
@@ -303,7 +303,7 @@ def test_a_branch_over_a_joint_parameter_ends_in_the_state_of_a_system_made_with
 ) -> None:
     system = chain("coupled")
     balance, omega = HarmonicBalance(system=system, n_harmonic=4), 9.0
-    number = [each.name for each in system.joints].index(joint)
+    number = [item.name for item in system.joints].index(joint)
     first = float(getattr(system.joints[number], parameter))
     branch = joint_response(balance, omega, joint, parameter, first, last)
     assert branch.stop_reason is StopReason.REACHED

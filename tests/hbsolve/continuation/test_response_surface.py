@@ -137,7 +137,7 @@ def test_sheets_that_do_not_belong_together_have_no_contours_between_them() -> N
     curve = frequency_response(balance.at_level(0.11), 0.6, 1.6, step=0.005)
     corners = np.column_stack([curve.angular_frequency, np.log(curve.amplitude(0))])
     number = np.arange(0, len(corners) - 1, 0.05)  # corners may be 20 % of the amplitude apart
-    points = np.column_stack([np.interp(number, np.arange(len(corners)), each) for each in corners.T])
+    points = np.column_stack([np.interp(number, np.arange(len(corners)), entry) for entry in corners.T])
     contours = surface.at_level(0.11)
     assert sum(len(item.amplitude) for item in contours) > 100
     for item in contours:

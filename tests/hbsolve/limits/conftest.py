@@ -37,7 +37,7 @@ def wedge_damper() -> JointedSystem:
                 )
             )
     stuck = stiffness + sum(
-        kt * np.outer(each.tangents[0], each.tangents[0]) + kn * np.outer(each.normal, each.normal) for each in contacts
+        kt * np.outer(item.tangents[0], item.tangents[0]) + kn * np.outer(item.normal, item.normal) for item in contacts
     )
     first, second = np.sqrt(scipy.linalg.eigh(stuck, mass, eigvals_only=True))[:2]
     damping = 2 * 0.002 / (first + second) * (first * second * mass + stuck)

@@ -23,7 +23,7 @@ def table(lines: list[int]) -> SliderTable:
 
 
 def optimum(value: float, **followed: float) -> Optimum:
-    known = {{"before": -1, "after": 1}[name]: each for name, each in followed.items()}
+    known = {{"before": -1, "after": 1}[name]: item for name, item in followed.items()}
     return Optimum(value=value, motion=np.zeros((1, 1)), initial_slider=np.zeros(1), residual_norm=0.0, followed=known)
 
 
@@ -31,7 +31,7 @@ def test_lines_are_turned_about_their_nominal_place_in_all_combinations() -> Non
     nominal, random = np.arange(6.0), np.random.default_rng(0)
     w = nominal + np.array([1, 2, 3, 10, 20, 30])
     found = reverse_lines(table([0, 0, 0, 1, 1, 1]), nominal, w, random)
-    moved = sorted((each - nominal).tolist() for each in found)
+    moved = sorted((item - nominal).tolist() for item in found)
     assert moved == [[1, 2, 3, 30, 20, 10], [3, 2, 1, 10, 20, 30], [3, 2, 1, 30, 20, 10]]
     assert len(reverse_lines(table(list(range(20))), np.zeros(20), np.zeros(20), random)) == MOST_TURNS
 
@@ -79,8 +79,8 @@ def test_one_state_alone_is_no_jump_and_not_open(wedge: JointedSystem) -> None:
     problem = limit_problem(balance, OutputHarmonic(row=0))
     omega, level = 2 * np.pi * 284.0 * np.array([0.90, 0.91]), 1e-3
     best: Optima = {}
-    for at, each in enumerate(omega):
-        trial = problem.at(float(each), level).from_rest(problem.box.nominal)
+    for at, item in enumerate(omega):
+        trial = problem.at(float(item), level).from_rest(problem.box.nominal)
         assert trial is not None
         for side in LimitSide:
             best[at, side] = Optimum(
@@ -92,4 +92,4 @@ def test_one_state_alone_is_no_jump_and_not_open(wedge: JointedSystem) -> None:
     )
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     assert not is_open(best, 0)
-    assert not any(each["jump"] for each in certify(curve, [0], best).values())
+    assert not any(item["jump"] for item in certify(curve, [0], best).values())

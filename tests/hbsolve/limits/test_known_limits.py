@@ -28,19 +28,19 @@ def patterns(system: JointedSystem) -> dict[str, np.ndarray]:
     contacts, n = system.joints, system.n_dof
     for number in range(2 ** len(contacts)):
         pattern = f"{number:04b}"
-        closed = [each for each, state in zip(contacts, pattern, strict=True) if state == "0"]
-        opened = [each for each, state in zip(contacts, pattern, strict=True) if state == "1"]
+        closed = [item for item, state in zip(contacts, pattern, strict=True) if state == "0"]
+        opened = [item for item, state in zip(contacts, pattern, strict=True) if state == "1"]
         # Unknowns: displacement in um, T of the closed contacts in N.
-        pressed = system.stiffness + sum(each.normal_stiffness * np.outer(each.normal, each.normal) for each in closed)
-        pulls = np.array([each.tangents[0] for each in closed]).reshape(-1, n)
+        pressed = system.stiffness + sum(item.normal_stiffness * np.outer(item.normal, item.normal) for item in closed)
+        pulls = np.array([item.tangents[0] for item in closed]).reshape(-1, n)
         rows = []
-        for number_closed, each in enumerate(closed):
+        for number_closed, item in enumerate(closed):
             for sign in (1, -1):
                 force = np.zeros(len(closed))
                 force[number_closed] = sign
-                limit = each.friction_coefficient * each.normal_stiffness * each.normal
+                limit = item.friction_coefficient * item.normal_stiffness * item.normal
                 rows.append(np.concatenate([-limit * 1e-6, force]))
-        rows += [np.concatenate([each.normal, np.zeros(len(closed))]) for each in opened]
+        rows += [np.concatenate([item.normal, np.zeros(len(closed))]) for item in opened]
         feasible = scipy.optimize.linprog(
             np.zeros(n + len(closed)),
             A_ub=np.array(rows),
@@ -52,8 +52,8 @@ def patterns(system: JointedSystem) -> dict[str, np.ndarray]:
         if feasible.status != 0:
             continue
         stiffness = system.stiffness + sum(
-            each.directions.T @ np.diag([each.tangential_stiffness, each.normal_stiffness]) @ each.directions
-            for each in closed
+            item.directions.T @ np.diag([item.tangential_stiffness, item.normal_stiffness]) @ item.directions
+            for item in closed
         )
         omega = 2 * np.pi * STUCK * SHARES
         found[pattern] = np.array(

@@ -42,8 +42,8 @@ def limits(balance: HarmonicBalance) -> ResponseLimits:
 
 
 def same(one: ResponseLimits, other: ResponseLimits) -> None:
-    for each in fields(ResponseLimits):
-        np.testing.assert_array_equal(getattr(one, each.name), getattr(other, each.name), err_msg=each.name)
+    for item in fields(ResponseLimits):
+        np.testing.assert_array_equal(getattr(one, item.name), getattr(other, item.name), err_msg=item.name)
 
 
 def test_every_limit_is_a_steady_state_in_the_box(balance: HarmonicBalance, limits: ResponseLimits) -> None:
@@ -119,7 +119,7 @@ def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: Respon
             progress=stages.append,
         )  # fmt: skip
     same(found, limits)
-    assert {each.stage for each in stages} >= {
+    assert {item.stage for item in stages} >= {
         "population",
         "neighbours",
         "levels",
@@ -127,7 +127,7 @@ def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: Respon
         "audit",
         "certificates",
     }
-    assert all(each.done <= each.total for each in stages)
+    assert all(item.done <= item.total for item in stages)
 
 
 def test_saved_limits_come_back(limits: ResponseLimits, tmp_path: Path) -> None:
@@ -159,8 +159,8 @@ def test_limits_of_a_line_force_are_reached_by_its_state(
 def test_a_gap_field_that_a_rigid_motion_of_the_damper_absorbs_changes_no_limit(wedge: JointedSystem) -> None:
     # The damper alone: shifted and turned by micrometres, which opens each contact by a gap of its own.
     motion = np.array([0.0, 2e-6, -3e-6, 4e-7])
-    gaps = [replace(each, gap=float(each.normal @ motion)) for each in wedge.joints]
-    assert np.ptp([each.gap for each in gaps]) > 5e-6
+    gaps = [replace(item, gap=float(item.normal @ motion)) for item in wedge.joints]
+    assert np.ptp([item.gap for item in gaps]) > 5e-6
     # Its soft wires pull it back by what they are stretched; without them it were free.
     shifted = JointedSystem(
         mass=wedge.mass,
@@ -171,7 +171,7 @@ def test_a_gap_field_that_a_rigid_motion_of_the_damper_absorbs_changes_no_limit(
         harmonic_force=wedge.dynamic,
     )
     found = []
-    for system, nominal in ((wedge, np.zeros(4)), (shifted, np.array([each.tangents[0] @ motion for each in gaps]))):
+    for system, nominal in ((wedge, np.zeros(4)), (shifted, np.array([item.tangents[0] @ motion for item in gaps]))):
         balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
         problem = limit_problem(balance, OutputHarmonic(row=0), nominal=nominal)
         found.append(response_limits(problem, OMEGA[2:5], [0.4], settings=QUICK))

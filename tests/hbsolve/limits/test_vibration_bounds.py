@@ -42,9 +42,9 @@ def variant(damped: JointedSystem) -> JointedSystem:
     values = [(1.4254, 0.429), (1.4637, 0.2783), (1.0897, 0.3818), (1.2732, 0.3111)]
     joints = [
         joint.with_values(
-            {"tangential_stiffness": each[0] * joint.tangential_stiffness, "friction_coefficient": each[1]}
+            {"tangential_stiffness": item[0] * joint.tangential_stiffness, "friction_coefficient": item[1]}
         )
-        for joint, each in zip(damped.joints, values, strict=True)
+        for joint, item in zip(damped.joints, values, strict=True)
     ]
     return replace(damped, joints=joints, static_load=damped.static * np.array([1, 1, 1, 1.0845]))
 
@@ -127,8 +127,8 @@ def test_histories_integrated_in_time_stay_inside_limits_that_are_narrower_than_
     reach = compute_vibration_bounds(still, 2 * np.pi * frequency, levels)
     excess = (reach - rest.static).max() / MARGIN
     widths = []
-    for each in (reach[0], float(2 * rest.radius.max() + MARGIN * excess)):
-        problem = limit_problem(balance, output, nominal=rest.middle, reach=each)
+    for item in (reach[0], float(2 * rest.radius.max() + MARGIN * excess)):
+        problem = limit_problem(balance, output, nominal=rest.middle, reach=item)
         limits = several_limits(problem, {"blade": output}, 2 * np.pi * frequency, levels, settings=QUICK)["blade"]
         widths.append(limits.upper[0] - limits.lower[0])
         if len(widths) == 1:

@@ -37,21 +37,21 @@ def balance_left(z: np.ndarray, omega: float) -> np.ndarray:
         linear * a - COUPLING * b + 0.75 * CUBIC * abs(a) ** 2 * a - LOAD,
         linear * b - COUPLING * a + 0.75 * CUBIC * abs(b) ** 2 * b - LOAD,
     ]
-    return np.array([part for each in left for part in (each.real, each.imag)])
+    return np.array([part for item in left for part in (item.real, item.imag)])
 
 
 def find_crossings(balance: HarmonicBalance) -> list[tuple[ResponseBranch, ...]]:
     """Crossing branches of each branch point of the branch on which both masses move alike."""
     branch = frequency_response(balance, 0.7, 2.2, step=0.02)
     points = branch_stability(balance, branch, n_sample=512).bifurcations
-    return [crossing_branches(balance, branch, each) for each in points if each.kind is Bifurcation.BRANCH_POINT]
+    return [crossing_branches(balance, branch, item) for item in points if item.kind is Bifurcation.BRANCH_POINT]
 
 
 @slow
 def test_masses_that_need_not_move_alike_have_two_mirrored_branches() -> None:
     balance = HarmonicBalance(system=twins(), n_harmonic=2)
     branch = frequency_response(balance, 0.7, 2.2, step=0.01)
-    points = [each for each in branch_stability(balance, branch).bifurcations if each.kind is Bifurcation.BRANCH_POINT]
+    points = [item for item in branch_stability(balance, branch).bifurcations if item.kind is Bifurcation.BRANCH_POINT]
     assert points
     one, other = crossing_branches(balance, branch, points[0], step=0.02)
     # Mirror images, point by point: rounding of two continuations.
@@ -70,10 +70,10 @@ def test_masses_that_need_not_move_alike_have_two_mirrored_branches() -> None:
 def test_a_stable_state_on_the_crossing_branch_is_that_of_the_integration_in_time() -> None:
     system = twins()
     balance = HarmonicBalance(system=system, n_harmonic=8)
-    crossing = [each for one in find_crossings(balance) for each in one]
-    states = [each.state(balance, index) for each in crossing for index in range(1, len(each.frequency), 20)]
-    apart = [each for each in states if abs(np.subtract(*each.coefficients[1])) > 0.5 * abs(each.coefficients[1, 0])]
-    stable = [each for each in apart if stability(balance, each, n_sample=512).is_stable]
+    crossing = [item for one in find_crossings(balance) for item in one]
+    states = [item.state(balance, index) for item in crossing for index in range(1, len(item.frequency), 20)]
+    apart = [item for item in states if abs(np.subtract(*item.coefficients[1])) > 0.5 * abs(item.coefficients[1, 0])]
+    stable = [item for item in apart if stability(balance, item, n_sample=512).is_stable]
     assert stable
     state = stable[len(stable) // 2]
     start = start_from(system, state.angular_frequency, state.coefficients)
@@ -87,7 +87,7 @@ def test_other_bifurcations_have_none() -> None:
     balance = HarmonicBalance(system=twins(), n_harmonic=3)
     branch = frequency_response(balance, 0.7, 2.2, step=0.02)
     folds = [
-        each for each in branch_stability(balance, branch, n_sample=512).bifurcations if each.kind is Bifurcation.FOLD
+        item for item in branch_stability(balance, branch, n_sample=512).bifurcations if item.kind is Bifurcation.FOLD
     ]
     with pytest.raises(BalanceError, match="branch point"):
         crossing_branches(balance, branch, folds[0])

@@ -149,8 +149,8 @@ def test_slopes_of_the_lines_are_those_of_exact_lines(make_bench: Callable[[], B
                 continue  # a structure without joints has none
             for group, one, other in zip(panel["groups"], above, below, strict=True):
                 value, slope, up, down = (
-                    np.array(each, dtype=float).T @ [1, 1j]
-                    for each in (group["value"], group["slopes"][number], one, other)
+                    np.array(item, dtype=float).T @ [1, 1j]
+                    for item in (group["value"], group["slopes"][number], one, other)
                 )
                 # F / X is nearly linear in the parameters where X is not. Lines hold six digits: of a difference by
                 # a thousandth of a parameter, which moves F / X by as much of its parts, a hundredth is sure.

@@ -38,7 +38,7 @@ def test_the_template_runs_and_its_effect_is_a_candidate(bench: Bench) -> None:
     assert (bench.case.parent / "mine.py").read_text(encoding="utf-8") == text
     assert list_effect_files(read_text(bench.case)) == ["mine.py"]
     assert read_text(bench.case).startswith(drawn.rstrip())
-    assert [(each["name"], each["text"]) for each in answer.views["own"]["files"]] == [("mine.py", text)]
+    assert [(item["name"], item["text"]) for item in answer.views["own"]["files"]] == [("mine.py", text)]
     rows = bench.screen().views["candidates"]["rows"]
     assert "own spring at base" in [row["name"] for row in rows]
 
@@ -141,8 +141,8 @@ def test_a_script_leaves_the_files_of_the_user_alone_and_gives_the_same_numbers(
     printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert printed == [to_json(entry.numbers) for entry in entries]
     assert file.read_text(encoding="utf-8") == "not python"
-    assert [each for each in sorted(bench.case.parent.iterdir()) if each.name != "stored"] == [
-        each for each in left if each.name != "stored"
+    assert [item for item in sorted(bench.case.parent.iterdir()) if item.name != "stored"] == [
+        item for item in left if item.name != "stored"
     ]
     assert drawn != named
 

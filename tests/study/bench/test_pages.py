@@ -81,7 +81,7 @@ def test_no_state_of_the_page_has_a_serious_fault_of_accessibility(
     wait(page)
     page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
     faults["added, all unfolded"] = find_faults(page, axe)
-    assert not [(state, each) for state, listed in faults.items() for each in listed]
+    assert not [(state, item) for state, listed in faults.items() for item in listed]
     # What is a fault is found.
     page.evaluate("byId('own-text').removeAttribute('aria-label')")
     assert any(fault.startswith("label:") for fault in find_faults(page, axe))
@@ -169,8 +169,8 @@ def test_an_effect_of_ones_own_is_written_in_the_page_and_is_a_candidate(
     wait(other)
     other.evaluate("byId('own').open = true")
     assert other.input_value("#own-text") == source
-    for each in (page, other):
-        each.close()
+    for item in (page, other):
+        item.close()
 
 
 @slow
@@ -290,7 +290,7 @@ def drag_a_parameter(page: Any) -> None:
     page.keyboard.press("ArrowRight")
     curve = "JSON.stringify(byId('response').data[movedTraces[0].index].y)"
     line = "JSON.stringify(responses.panels[shown.panel].groups[0].line.amplitude)"
-    near, drawn = (json.loads(page.evaluate(each)) for each in (curve, line))
+    near, drawn = (json.loads(page.evaluate(item)) for item in (curve, line))
     until(page, "exactLines() !== null")
     exact = json.loads(page.evaluate(curve))
     moved = max(abs(a - b) for a, b in zip(exact, drawn, strict=True))

@@ -102,7 +102,7 @@ def test_phases_beside_a_force_without_one_are_assumed_to_count_from_it(tmp_path
     write_csv(tmp_path / "sine.csv", header, *columns)
     campaign, manifest = drafted(tmp_path)
     assert manifest["run"][0]["columns"]["force"] == {"amplitude": "force [N]"}
-    assert any("taken to count from it" in each for each in campaign.draft.assumptions()) is phased
+    assert any("taken to count from it" in item for item in campaign.draft.assumptions()) is phased
     assert ("taken to count from it" in campaign.path.read_text()) is phased
 
 

@@ -303,8 +303,8 @@ def test_forces_of_runs_tell_what_is_wrong_with_the_levels_in_their_names(
         sentence for sentence in drafted(tmp_path)[0].suspicions if "measured force is used" in sentence.lower()
     ]
     assert all(any(words in sentence for sentence in sentences) for words in said)
-    each = sum("exchanged" in words or "clip" in words for words in said)
-    assert len(sentences) == (each or min(len(said), 1))
+    item = sum("exchanged" in words or "clip" in words for words in said)
+    assert len(sentences) == (item or min(len(said), 1))
 
 
 @pytest.mark.parametrize(("factor", "suspected"), [(1e3, False), (1.0, True)])

@@ -93,7 +93,7 @@ def test_the_flanks_slide_alike_and_close_oppositely() -> None:
 def test_a_small_mass_shifts_the_free_frequency_as_rayleighs_quotient_says() -> None:
     beam, mass = reduced_beam(), 1e-5
     _, free = insert_effect(beam, DRAWN, HiddenEffect(kind="mass", place="tip", strength=mass))
-    before, after = (compute_dense_modes(each, beam.stiffness).frequency[0] for each in (beam.mass, free.mass))
+    before, after = (compute_dense_modes(item, beam.stiffness).frequency[0] for item in (beam.mass, free.mass))
     # First mode of a cantilever: phi(L)^2 = 4 / (beam mass). The next order is the square of the shift, 1e-9.
     shift = -mass * 4 / (DENSITY * WIDTH * THICKNESS * LENGTH) / 2
     assert (after - before) / before == pytest.approx(shift, rel=2e-4)

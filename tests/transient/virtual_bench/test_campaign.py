@@ -140,13 +140,13 @@ def test_every_effect_has_a_unit_strength_and_changes_the_specimen_smoothly(kind
 def test_drawn_strengths_lie_between_one_and_four_units() -> None:
     units = unit_strengths()
     effects = [random_effect(np.random.default_rng(seed)) for seed in range(200)]
-    ratio = np.array([abs(each.strength) / units[each.kind][each.place] for each in effects])
+    ratio = np.array([abs(item.strength) / units[item.kind][item.place] for item in effects])
     assert ratio.min() >= 1.0
     assert ratio.max() <= 4.0
     # Log-uniform: half of them below 2; 200 draws have a standard deviation of 0.035 there.
     assert np.mean(ratio < 2.0) == pytest.approx(0.5, abs=0.11)
-    assert {each.kind for each in effects} == set(KINDS)
-    assert {np.sign(each.strength) for each in effects if each.kind == "preload"} == {-1.0, 1.0}
+    assert {item.kind for item in effects} == set(KINDS)
+    assert {np.sign(item.strength) for item in effects if item.kind == "preload"} == {-1.0, 1.0}
 
 
 def test_unknown_effects_are_refused() -> None:
@@ -165,7 +165,7 @@ def test_the_variance_of_features_is_that_of_noisy_campaigns() -> None:
     random = np.random.default_rng(3)
 
     def noisy() -> list[Sweep]:
-        return [replace(each, readings=with_noise(each.readings, random)) for each in clean]
+        return [replace(item, readings=with_noise(item.readings, random)) for item in clean]
 
     drawn = [features(noisy()) for _ in range(800)]
     variance = noise_variance(clean, 1)

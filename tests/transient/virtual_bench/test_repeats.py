@@ -72,9 +72,9 @@ def test_histories_begin_with_the_whole_load_and_end_with_it() -> None:
     random = np.random.default_rng(0)
     histories = [random_history(random, first=number == 0) for number in range(200)]
     assert histories[0].loads[-1] == 1.0
-    assert all(each.loads == () or each.loads[-1] == 1.0 for each in histories)
-    assert any(not each.loads for each in histories)
-    assert {each.overshoot > 1 for each in histories} == {True, False}
+    assert all(item.loads == () or item.loads[-1] == 1.0 for item in histories)
+    assert any(not item.loads for item in histories)
+    assert {item.overshoot > 1 for item in histories} == {True, False}
 
 
 def test_repeats_of_a_stuck_mass_agree_but_for_the_force_that_their_history_left(tmp_path: Path) -> None:
@@ -99,7 +99,7 @@ def test_repeats_of_a_stuck_mass_agree_but_for_the_force_that_their_history_left
     )
     assert {file.name for file in tmp_path.iterdir()} == {"campaign.toml", "stepped.csv"}
     campaign = read_campaign(tmp_path)
-    assert [each.name for each in campaign.tests] == ["stepped"]
+    assert [item.name for item in campaign.tests] == ["stepped"]
     table = campaign.measurement
     first = (table.sensor == 0) & (table.harmonic == 1) & (table.repeat == 1) & (table.sweep == 1)
     np.testing.assert_allclose(table.value[first], tests[0][0].readings.motion[:3, 0, 0], rtol=1e-9)
