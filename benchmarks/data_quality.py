@@ -121,8 +121,8 @@ def score(n: int, report: Callable[[str], None]) -> tuple[int, dict[str, tuple[i
         for trait in TRAITS:
             planted = insert_mistake(clean, trait)
             if planted is not None:
-                found, of = finds[trait]
-                finds[trait] = (found + is_found(planted, trait), of + 1)
+                result, of = finds[trait]
+                finds[trait] = (result + is_found(planted, trait), of + 1)
     return alarms, finds
 
 
@@ -130,8 +130,8 @@ def main() -> None:
     n = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     alarms, finds = score(n, print)
     print(f"{alarms} of {n} clean campaigns raise an alarm")
-    for trait, (found, of) in finds.items():
-        print(f"{trait}: found in {found} of {of}")
+    for trait, (result, of) in finds.items():
+        print(f"{trait}: found in {result} of {of}")
 
 
 if __name__ == "__main__":

@@ -55,9 +55,9 @@ def shear_error(element: Element, family: Callable[[int], Map], n: int) -> float
     """Relative error of omega^2 of the first shear mode of a box with sliding walls."""
     mesh = mesh_blocks([Block(shape=family(n), counts=(n, 1, n), faces=WALLS)], element)
     walls = [Support(nodes=mesh.nodes(wall), directions=("xyz".index(wall[0]),)) for wall in WALLS.values()]
-    found = modes(supported_system(mesh, *assemble(mesh, STEEL), walls), 2).angular_frequency[1]
+    result = modes(supported_system(mesh, *assemble(mesh, STEEL), walls), 2).angular_frequency[1]
     exact = np.sqrt(STEEL.shear / STEEL.density) * np.pi * np.hypot(1 / SIZE[0], 1 / SIZE[2])
-    return float(found**2 / exact**2 - 1)
+    return float(result**2 / exact**2 - 1)
 
 
 def bending_frequency(element: Element, width: float, counts: tuple[int, int, int], material: Material) -> float:
@@ -65,9 +65,9 @@ def bending_frequency(element: Element, width: float, counts: tuple[int, int, in
     block = Block(shape=lambda u, v, w: (24 * u, width * v, w), counts=counts, faces={"u0": "root"})
     mesh = mesh_blocks([block], element)
     system = supported_system(mesh, *assemble(mesh, material), [Support(nodes=mesh.nodes("root"))])
-    found = modes(system, 3)
-    reach = np.abs(system.on_mesh(found.mode_shapes)).max(axis=0)
-    return float(found.frequency[np.flatnonzero(reach.argmax(axis=0) == 2)[0]])
+    result = modes(system, 3)
+    reach = np.abs(system.on_mesh(result.mode_shapes)).max(axis=0)
+    return float(result.frequency[np.flatnonzero(reach.argmax(axis=0) == 2)[0]])
 
 
 def print_orders() -> None:

@@ -65,8 +65,8 @@ def calibrate(seed: int) -> Mapping[str, Any] | None:
             fit = fit_families(compose, parameters, np.ones(len(parameters)), target)
     except (TransientError, TimeUp, SystemError, InputError, NoSteadyState) as error:  # time may be up in compiled code
         return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
-    found = dict(zip(names, (fit.values / hidden - 1).tolist(), strict=True))
-    return {"seed": seed, **found, "models": fit.n_evaluation, "seconds": time.process_time() - begin}
+    result = dict(zip(names, (fit.values / hidden - 1).tolist(), strict=True))
+    return {"seed": seed, **result, "models": fit.n_evaluation, "seconds": time.process_time() - begin}
 
 
 def main() -> None:

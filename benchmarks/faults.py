@@ -185,9 +185,9 @@ class Bench:
         done = self.run()
         if done.returncode or "Traceback" in done.stderr:
             return f"the same command ends with {done.returncode}: {done.stderr.strip()[-200:]}"
-        found = self.digests()
-        if found != self.wanted:
-            other = sorted({*found.items()} ^ {*self.wanted.items()})
+        result = self.digests()
+        if result != self.wanted:
+            other = sorted({*result.items()} ^ {*self.wanted.items()})
             return f"other files: {', '.join(dict.fromkeys(name for name, _ in other))}"
         after = self.stored()
         again = [file.name for file, written in (before or {}).items() if after.get(file) != written]
@@ -361,14 +361,14 @@ def killed_worker(bench: Bench, count: int, draw: random.Random) -> Iterator[tup
 
 def _workers(process: int) -> list[int]:
     """Processes that a process has started, and those have, from the last to the first."""
-    found = []
+    result = []
     for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError, IndexError):
             fields = (folder / "stat").read_text().rpartition(")")[2].split()
             # Python's own process that looks after shared memory does no work of the command.
             if int(fields[1]) == process and b"resource_tracker" not in (folder / "cmdline").read_bytes():
-                found += [*_workers(int(folder.name)), int(folder.name)]
-    return found
+                result += [*_workers(int(folder.name)), int(folder.name)]
+    return result
 
 
 FAULTS: Mapping[str, Callable[[Bench, int, random.Random], Iterator[tuple[str, str]]]] = {

@@ -34,8 +34,8 @@ def main(arguments: list[str] | None = None, work: Work | None = None, groups: G
     """
     options = _options(arguments)
     if options.groups:
-        found = make_groups()
-        alike = sum(cosine >= found.same for cosine in found.pairs.values())
+        result = make_groups()
+        alike = sum(cosine >= result.same for cosine in result.pairs.values())
         print(f"{alike} pairs of effects cannot be told apart: {FILE}")
         return
     groups = groups or read_groups()
@@ -66,10 +66,10 @@ def write_score(records: list[Record], groups: Groups, folder: Path) -> None:
     from benchmarks.hidden_effects_score import score
     from benchmarks.hidden_effects_table import markdown, picture
 
-    found = score(records, groups)
-    text = markdown(found)
+    result = score(records, groups)
+    text = markdown(result)
     (folder / "score.md").write_text(text, encoding="utf-8")
-    (folder / "confusion.png").write_bytes(picture(found.confusion))
+    (folder / "confusion.png").write_bytes(picture(result.confusion))
     print(f"\n{text}\n{folder / 'score.md'}, {folder / 'confusion.png'}")
 
 

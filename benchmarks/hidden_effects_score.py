@@ -185,15 +185,15 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
 def row_score(records: Sequence[Record], groups: Groups, floor: Floor) -> RowScore:
     """Of campaigns with a planted effect that the catalogue has."""
     alone = [record for record in records if not groups.of(record.planted.effect)]
-    found = [record for record in records if _first(record) == record.planted.effect]
-    sharp = [record for record in found if _spread(record.ranking[0]) <= SHARP]
+    result = [record for record in records if _first(record) == record.planted.effect]
+    sharp = [record for record in result if _spread(record.ranking[0]) <= SHARP]
     return RowScore(
         first=_share(records, lambda record: _right(record, groups)),
         itself=_share(alone, lambda record: _first(record) == record.planted.effect),
         named=_share(records, lambda record: record.planted.effect in record.names),
         wrong=_share(records, lambda record: bool(record.named) and not _named_right(record, groups)),
         strength=_share(sharp, lambda record: abs(_strength_error(record)) <= STRENGTH_ERROR),
-        covered=_share(found, _covered),
+        covered=_share(result, _covered),
         excess=excess(records, floor),
     )
 
@@ -250,13 +250,13 @@ def _spread(fitted: Fitted) -> float:
 
 def _strength_error(record: Record) -> float:
     """Relative, of what lies beyond the vanishing strength [-]."""
-    found, true = record.ranking[0], record.planted.value
-    return (found.strength - true) / (true - found.vanishes)
+    result, true = record.ranking[0], record.planted.value
+    return (result.strength - true) / (true - result.vanishes)
 
 
 def _covered(record: Record) -> bool:
-    found = record.ranking[0]
-    return abs(found.strength - record.planted.value) <= QUANTILE * found.deviation
+    result = record.ranking[0]
+    return abs(result.strength - record.planted.value) <= QUANTILE * result.deviation
 
 
 def _held_after(record: Record) -> Fitted | Record:

@@ -91,9 +91,9 @@ def main() -> None:
     if n_history:
         began = time.process_time()
         fresh = independent_histories(problem, limits, n_history, seed=77)
-        found = np.isfinite(fresh.value).sum()
+        result = np.isfinite(fresh.value).sum()
         print(
-            f"\n{found} of {fresh.value.size} new states in {time.process_time() - began:.0f} s: outside by 0.1 % "
+            f"\n{result} of {fresh.value.size} new states in {time.process_time() - began:.0f} s: outside by 0.1 % "
             f"{fresh.share_outside(1e-3):.3%}, by 0.5 % {fresh.share_outside(5e-3):.3%}, "
             f"worst {np.nanmax(fresh.excess):.2%}"
         )

@@ -105,9 +105,9 @@ class FullSpace:
         for k in range(1, (nh + 1) // 2):
             moved = np.tensordot(A[k], both[:, 2 * k - 1] - 1j * both[:, 2 * k], 1)
             out[:, 2 * k - 1], out[:, 2 * k] = moved.real, -moved.imag
-        found = out.reshape(self.n, -1)
-        found[:, : self.n] += np.eye(self.n)
-        return found
+        result = out.reshape(self.n, -1)
+        result[:, : self.n] += np.eye(self.n)
+        return result
 
 
 def trust_region(point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> tuple[float, float, float]:

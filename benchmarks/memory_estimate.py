@@ -59,9 +59,9 @@ BODIES: dict[str, Callable[[], Mesh]] = {
 
 
 def held(what: str) -> int:
-    found = re.search(rf"{what}:\s+(\d+)", Path("/proc/self/status").read_text())
-    assert found is not None
-    return 1024 * int(found[1])
+    result = re.search(rf"{what}:\s+(\d+)", Path("/proc/self/status").read_text())
+    assert result is not None
+    return 1024 * int(result[1])
 
 
 def measure(body: str) -> None:

@@ -128,7 +128,7 @@ def judge(sample: Sample, path: Path, sound: str, *, done: str) -> tuple[str, st
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            found = sample.read(path)
+            result = sample.read(path)
         except (InputError, sample.refusal) as error:
             message = str(error)
             lines_are_short = all(line.isprintable() for line in message.split("\n"))
@@ -140,7 +140,7 @@ def judge(sample: Sample, path: Path, sound: str, *, done: str) -> tuple[str, st
     if noise := [str(item.message) for item in caught if not issubclass(item.category, InputWarning)]:
         return "wrong", f"warning of Python: {noise[0]}"
     must_be_whole = (sample.has_checksum and done != "forged") or (sample.announces and done == "cut")
-    if must_be_whole and digest(found) != sound:
+    if must_be_whole and digest(result) != sound:
         return "wrong", "other values were read than were written"
     return "right", ""
 

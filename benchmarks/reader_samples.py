@@ -89,12 +89,12 @@ def _cases() -> dict[str, Sample]:
         "case of a rig": ("rig.toml", opened, ("rig.toml",)),
         "case of limits": ("wedge_damper.toml", read, ("wedge_damper.toml", "wedge_damper.npz")),
     }  # fmt: skip
-    found = {
+    result = {
         name: Sample(file=file, write=_copy(*(f"study/cases/{item}" for item in names)), read=reader)
         for name, (file, reader, names) in cases.items()
     }
     return {
-        **found,
+        **result,
         "case of a part": Sample(file="screw.toml", write=_copy("examples/parts/screw.toml"), read=opened),
         "case of a mesh study": Sample(file="table1_rig.toml", write=_copy("study/cases/table1_rig.toml"), read=study),
         "campaign": Sample(file="campaign/campaign.toml", write=_write_campaign, read=_read_campaign),
@@ -182,7 +182,7 @@ def _matrices() -> dict[str, Sample]:
         dmig += [f"DMIG*   KAAX    {column:16d}{1:16d}", f"*       {row:16d}{1:16d}{number:>16s}"]
     dofs = "dof,node,direction\n" + "".join(f"{k},{k + 1},x\n" for k in range(5))
     mapping = "Matrix Eqn  Node  Label\n" + "".join(f"{k + 1:8d}{k + 1:8d}  UX\n" for k in range(5))
-    found = {
+    result = {
         "MatrixMarket": ("k.mtx", lambda path: scipy.io.mmwrite(path, sp.coo_array(STIFFNESS), symmetry="symmetric")),
         "MatrixMarket, dense": ("d.mtx", lambda path: scipy.io.mmwrite(path, STIFFNESS, symmetry="symmetric")),
         "Harwell-Boeing": ("k.hb", lambda path: scipy.io.hb_write(path, sp.csc_array(STIFFNESS))),
@@ -196,7 +196,7 @@ def _matrices() -> dict[str, Sample]:
     }
     tables = {"dofs.csv": dofs, "k.mapping": mapping, "k.dof": "".join(f"{k + 1}.1\n" for k in range(5))}
     return {
-        **{name: Sample(file=file, write=write, read=read, announces=True) for name, (file, write) in found.items()},
+        **{name: Sample(file=file, write=write, read=read, announces=True) for name, (file, write) in result.items()},
         **{name: Sample(file=file, write=write, read=read) for name, (file, write) in plain.items()},
         **{
             f"table of rows, {Path(file).suffix}": Sample(

@@ -37,7 +37,7 @@ N_MODE = 6
 
 def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpring]:
     """Normal and both tangents of every station."""
-    found = []
+    result = []
     pairs = mating_pairs(rig)
     for pair in make_line_pairs(case, rig):
         line, other = pairs[pair.name].damper_line, pairs[pair.name].other_line
@@ -45,7 +45,7 @@ def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpr
         others = whole.node_sets[f"{pair.other}.{other.name}"]
         for station, (k_n, k_t) in enumerate(station_stiffness(line, pair.stiffness)):
             frame = zip((line.normal[station], *line.tangents[station]), (k_n, k_t, k_t), strict=True)
-            found += [
+            result += [
                 NodeSpring(
                     node=int(nodes[station]),
                     other=int(others[station]),
@@ -54,7 +54,7 @@ def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpr
                 )
                 for direction, stiffness in frame
             ]
-    return found
+    return result
 
 
 def held(whole: Mesh) -> NDArray[np.int64]:

@@ -51,14 +51,14 @@ REDUCED, N_MODE, BAND = 5e-3, 8, (50.0, 150.0, 200.0, 260.0, 350.0, 450.0, 600.0
 def free_blade(model: RigModel) -> None:
     """Nested meshes of the blade."""
     print("\n| cells cut into | degrees of freedom | blade without contacts [Hz] |\n|---|---|---|")
-    found = []
+    result = []
     for cut in CUTS:
         cells = choose_rig_mesh(model.rig, HEX20, COARSE, cut)
         mesh = mesh_blade(model.rig.blade, cells.blade, cells.pads)
         system = supported_body(mesh, "blade", *assemble(mesh, model.material))
-        found.append(float(modes(system, 1).frequency[0]))
-        print(f"| {cut} | {system.n_dof} | {found[-1]:.4f} |", flush=True)
-    limit = richardson(found, 2.0, 2)
+        result.append(float(modes(system, 1).frequency[0]))
+        print(f"| {cut} | {system.n_dof} | {result[-1]:.4f} |", flush=True)
+    limit = richardson(result, 2.0, 2)
     print(f"\nLimit {limit.frequency:.3f} Hz, observed order {limit.order:.2f}. {limit.warning}")
 
 
@@ -76,9 +76,9 @@ def first_bending(case: Case[RigTable], model: RigModel, meshes: dict[str, Mesh]
     places = np.concatenate(rows), np.concatenate(columns)
     stuck = sp.csr_array(stiffness + sp.coo_array((np.concatenate(values), places), shape=stiffness.shape))
     system = supported_system(whole, mass, stuck, [Support(nodes=np.unique(held(whole)[:, 0]))])
-    found = modes(system, 4)
+    result = modes(system, 4)
     driven = system.rows(whole.nodes("blade.response"), (1,))
-    return float(found.frequency[np.abs(found.mode_shapes[driven]).sum(axis=0).argmax()]), system.n_dof
+    return float(result.frequency[np.abs(result.mode_shapes[driven]).sum(axis=0).argmax()]), system.n_dof
 
 
 def stuck_rig(case: Case[RigTable], model: RigModel) -> None:
@@ -89,11 +89,11 @@ def stuck_rig(case: Case[RigTable], model: RigModel) -> None:
         f"{1e3 * NESTED:g} mm, cut into {cut}": mesh_rig(model.rig, choose_rig_mesh(model.rig, HEX20, NESTED, cut))
         for cut in CUTS[:2]
     }
-    found = {}
+    result = {}
     for name, meshes in (sizes | pair).items():
-        found[name] = first_bending(case, model, {body: meshes[body] for body in BODIES})
-    finest, _ = found[f"{1e3 * SIZES[-1]:g} mm"]
-    for name, (frequency, n_dof) in found.items():
+        result[name] = first_bending(case, model, {body: meshes[body] for body in BODIES})
+    finest, _ = result[f"{1e3 * SIZES[-1]:g} mm"]
+    for name, (frequency, n_dof) in result.items():
         print(f"| {name} | {n_dof} | {frequency:.4f} | {frequency / finest - 1:+.3%} |", flush=True)
 
 
@@ -106,15 +106,15 @@ def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
         body: supported_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()
     }
     springs = join_bodies(assembly, make_line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
-    found = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))
+    result = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))
     print(f"\n{reduction.n_dof} degrees of freedom reduced to {assembly.n_dof}, all contacts stuck\n")
     print("| mode | full [Hz] | error of the reduced frequency | 1 - MAC |\n|---|---|---|---|")
-    rows = zip(found.frequency, found.frequency_error, found.mac, strict=True)
+    rows = zip(result.frequency, result.frequency_error, result.mac, strict=True)
     for number, (frequency, error, mac) in enumerate(rows, start=1):
         print(f"| {number} | {frequency:.4f} | {error:.1e} | {1 - mac:.1e} |")
-    print("\n| frequency [Hz] | " + " | ".join(f"{item:g}" for item in found.receptance_frequency) + " |")
-    print("|---" * (len(found.receptance_frequency) + 1) + "|")
-    print("| error of the receptance | " + " | ".join(f"{item:.0e}" for item in found.receptance_error) + " |")
+    print("\n| frequency [Hz] | " + " | ".join(f"{item:g}" for item in result.receptance_frequency) + " |")
+    print("|---" * (len(result.receptance_frequency) + 1) + "|")
+    print("| error of the receptance | " + " | ".join(f"{item:.0e}" for item in result.receptance_error) + " |")
 
 
 def main() -> None:

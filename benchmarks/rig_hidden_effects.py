@@ -80,19 +80,19 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
     made = time.process_time()
     campaign = read_campaign(where)
     setup = read_case(case, campaign, stored_run()).setup
-    found = diagnose(campaign, setup.model, setup.calibration_parameters, setup.budget)
-    best = next((item for item in found.verdict.effects if item.effect is not None), None)
+    result = diagnose(campaign, setup.model, setup.calibration_parameters, setup.budget)
+    best = next((item for item in result.verdict.effects if item.effect is not None), None)
     row = {
         "planted": hidden.name,
         "seed": seed,
-        "finding": found.verdict.finding.value,
-        "named": [item.effect.name for item in found.verdict.effects if item.effect is not None],
-        "ranking": [item.effect.name for item in found.refits if item.effect is not None],
+        "finding": result.verdict.finding.value,
+        "named": [item.effect.name for item in result.verdict.effects if item.effect is not None],
+        "ranking": [item.effect.name for item in result.refits if item.effect is not None],
         "true": hidden.value,
         "found": None if best is None else best.strength,
         "deviation": None if best is None else best.deviation,
-        "held_error": [found.baseline.held_out_error, None if best is None else best.held_out_error],
-        "sentence": found.verdict.sentence,
+        "held_error": [result.baseline.held_out_error, None if best is None else best.held_out_error],
+        "sentence": result.verdict.sentence,
         "seconds": [made - started, time.process_time() - made],
     }
     record.write_text(json.dumps(row, indent=1) + "\n", encoding="utf-8")
@@ -116,12 +116,12 @@ def main(words: Sequence[str] | None = None) -> None:
                 continue
             row = examine(case, given.folder, hidden, seed)
             named = " or ".join(row["named"]) or row["finding"]
-            found = "-" if row["found"] is None else f"{row['found']:.4g} +- {TWO_SIDED_95 * row['deviation']:.2g}"
+            result = "-" if row["found"] is None else f"{row['found']:.4g} +- {TWO_SIDED_95 * row['deviation']:.2g}"
             before, after = row["held_error"]
             fell = f"{100 * before:.1f} %" + ("" if after is None else f" to {100 * after:.1f} %")
             made, diagnosed = row["seconds"]
             print(
-                f"| {hidden.name} | {seed} | {named} | {row['true']:.4g} | {found} | {fell} "
+                f"| {hidden.name} | {seed} | {named} | {row['true']:.4g} | {result} | {fell} "
                 f"| {made:.0f}, {diagnosed:.0f} |",
                 flush=True,
             )

@@ -75,14 +75,14 @@ def count_outside(problem: LimitProblem, limits: ResponseLimits, histories: int,
     """Print how many of so many new histories lie outside."""
     fresh = independent_histories(problem, limits, histories, seed=seed)
     for level, excess in zip(limits.level, fresh.excess, strict=True):
-        found = excess[np.isfinite(excess)]
-        if not found.size:
+        result = excess[np.isfinite(excess)]
+        if not result.size:
             print(f"  {level:g} N: no states")
             continue
         worst = np.unravel_index(np.nanargmax(excess), excess.shape)[0]
         print(
-            f"  {level:g} N: {found.size} states, {(found > 1e-3).sum()} outside by more than 0.1 %, "
-            f"{(found > 5e-3).sum()} by more than 0.5 %, worst {found.max():.3%} at {limits.frequency[worst]:.2f} Hz"
+            f"  {level:g} N: {result.size} states, {(result > 1e-3).sum()} outside by more than 0.1 %, "
+            f"{(result > 5e-3).sum()} by more than 0.5 %, worst {result.max():.3%} at {limits.frequency[worst]:.2f} Hz"
         )
     print(f"  all: {fresh.share_outside(1e-3):.4%} outside by more than 0.1 %", flush=True)
 

@@ -46,20 +46,20 @@ TITLES = "| level | points | inside | in the box | inside of those | drift / box
 
 def measured(tests: list[Sweep], n_frequency: int) -> Real:
     """Amplitudes of the tip, each repeat's sweep up and then, in the order of the frequencies, its sweep down."""
-    found = []
+    result = []
     for test in tests:
         tip = np.abs(test.readings.motion[:, list(SENSORS).index("tip"), 0])
-        found += [tip[:n_frequency], tip[: n_frequency - 1 : -1]]
-    return np.array(found)
+        result += [tip[:n_frequency], tip[: n_frequency - 1 : -1]]
+    return np.array(result)
 
 
 def drifts(tests: list[Sweep], nominal: Real, n_frequency: int) -> Real:
     """How far sliders are from the middle of the box, in the same order [m]."""
-    found = []
+    result = []
     for test in tests:
         far = np.abs(test.readings.slider - nominal).max(axis=1)
-        found += [far[:n_frequency], far[: n_frequency - 1 : -1]]
-    return np.array(found)
+        result += [far[:n_frequency], far[: n_frequency - 1 : -1]]
+    return np.array(result)
 
 
 def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift: Real) -> bool:
@@ -114,8 +114,8 @@ def main() -> None:
         asked.folder, tests, points, CampaignLayout(title="Rig", sensors=SENSORS, lines=LINES, direction="y")
     )
     amplitude, drift = (
-        np.array([found([test for test in tests if test.level == level]) for level in asked.levels])
-        for found in (
+        np.array([result([test for test in tests if test.level == level]) for level in asked.levels])
+        for result in (
             lambda own: measured(own, len(frequencies)),
             lambda own: drifts(own, problem.box.nominal, len(frequencies)),
         )

@@ -92,10 +92,10 @@ def converged(
     before, n = None, balance.n_harmonic - 1
     while True:
         finer = replace(balance, n_harmonic=n + 1, n_sample=max(SAMPLES, 16 * n))
-        found = complex(steady_state(finer, omega, slider=slider).coefficients[1] @ tip)
-        if (before is not None and abs(found - before) < CONVERGED * abs(found)) or 2 * n > MOST_H:
-            return found, n
-        before, n = found, 2 * n
+        result = complex(steady_state(finer, omega, slider=slider).coefficients[1] @ tip)
+        if (before is not None and abs(result - before) < CONVERGED * abs(result)) or 2 * n > MOST_H:
+            return result, n
+        before, n = result, 2 * n
 
 
 if __name__ == "__main__":

@@ -151,7 +151,7 @@ def score_readings(chain: SlippingChain, modes: Sequence[RingDown], last: float,
 
     The last column tells whether the chain has still slipped.
     """
-    found = []
+    result = []
     for mode in modes:
         rows = chosen_rows(mode)
         number = int(np.argmin(np.abs(chain.frequency - mode.frequency[-1])))
@@ -165,8 +165,8 @@ def score_readings(chain: SlippingChain, modes: Sequence[RingDown], last: float,
         values = np.column_stack([mode.frequency[rows], mode.damping_ratio[rows]])
         sizes = np.column_stack([mode.frequency_deviation[rows], mode.damping_deviation[rows]])
         sizes = np.hypot(sizes, np.abs(values) * [LEAST_FREQUENCY, LEAST_DAMPING])
-        found.append(np.column_stack([(values - truth) / sizes, sizes / np.abs(truth), slips]))
-    return np.concatenate(found) if found else np.zeros((0, 5))
+        result.append(np.column_stack([(values - truth) / sizes, sizes / np.abs(truth), slips]))
+    return np.concatenate(result) if result else np.zeros((0, 5))
 
 
 def main() -> None:

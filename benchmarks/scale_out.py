@@ -45,8 +45,8 @@ def seconds(workers: Workers, n_task: int) -> float:
         for future in [pool.submit(wait_a_second, model, number) for number in range(2 * N_WORKER)]:
             future.result()
         begin = time.perf_counter()
-        found = [future.result() for future in [pool.submit(wait_a_second, model, n) for n in range(n_task)]]
-        assert found == [1.0 + number for number in range(n_task)]
+        result = [future.result() for future in [pool.submit(wait_a_second, model, n) for n in range(n_task)]]
+        assert result == [1.0 + number for number in range(n_task)]
         return time.perf_counter() - begin
 
 

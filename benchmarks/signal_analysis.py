@@ -97,15 +97,15 @@ def fit_close_modes(seed: int, share: float, grows: bool) -> tuple[int, tuple[fl
     size = share * of / np.sqrt(2)
     values = values + size * (random.standard_normal(values.shape) + 1j * random.standard_normal(values.shape))
     try:
-        found = fit_modes(LINES, values)
+        result = fit_modes(LINES, values)
     except CampaignError:
         return 0, None
-    if len(found.frequency) != 3:
-        return len(found.frequency), None
+    if len(result.frequency) != 3:
+        return len(result.frequency), None
     return 3, (
-        float(np.abs(found.frequency / own - 1).max()),
-        float(np.abs(found.damping_ratio / damping - 1).max()),
-        float(np.diag(modal_assurance(shapes, found.shapes)).min()),
+        float(np.abs(result.frequency / own - 1).max()),
+        float(np.abs(result.damping_ratio / damping - 1).max()),
+        float(np.diag(modal_assurance(shapes, result.shapes)).min()),
     )
 
 
@@ -168,10 +168,10 @@ def decay_errors(seed: int, law: str) -> Array:
     for noise in DECAY_NOISE:
         mode = analyse_ring_down(at, x + noise * unit)[0]
         order = np.argsort(mode.displacement)
-        frequency, found = (
+        frequency, result = (
             np.interp(places, mode.displacement[order], part[order]) for part in (mode.frequency, mode.damping_ratio)
         )
-        errors.append([np.abs(frequency / backbone - 1).max(), np.abs(found / ratio - 1).max()])
+        errors.append([np.abs(frequency / backbone - 1).max(), np.abs(result / ratio - 1).max()])
     return np.array(errors)
 
 

@@ -52,13 +52,13 @@ def with_values(case: Table1Case, values: dict[str, float]) -> Table1Case:
 def current(case: Table1Case) -> dict[str, float]:
     """Searched numbers of a case."""
     data = case.model_dump()
-    found = {}
+    result = {}
     for key in STEPS:
         value = data
         for name in key.split("."):
             value = value[name]
-        found[key] = float(value)
-    return found
+        result[key] = float(value)
+    return result
 
 
 def errors(case: Table1Case) -> np.ndarray:
@@ -83,15 +83,15 @@ def main() -> None:
     trial = values
     while time.monotonic() - start < 60 * options.minutes:
         try:
-            found = errors(with_values(case, trial))
+            result = errors(with_values(case, trial))
         except ValueError as error:  # a blade that cannot be built
             print(f"skipped: {error}")
-            found = np.array([np.inf])
-        if np.abs(found).max() < best:
-            best, values = float(np.abs(found).max()), trial
+            result = np.array([np.inf])
+        if np.abs(result).max() < best:
+            best, values = float(np.abs(result).max()), trial
             shown = ", ".join(f"{key} {value:g}" for key, value in values.items())
             print(
-                f"{time.monotonic() - start:7.0f} s  {best:.3f} Hz  {shown}\n         {np.round(found, 2)}", flush=True
+                f"{time.monotonic() - start:7.0f} s  {best:.3f} Hz  {shown}\n         {np.round(result, 2)}", flush=True
             )
         chosen = random.random(len(STEPS)) < 0.4
         trial = dict(values)

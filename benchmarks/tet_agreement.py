@@ -65,7 +65,7 @@ def from_mapped(model: RigModel) -> Bodies:
 
 def from_tetwild(model: RigModel, size: float) -> Bodies:
     """Meshes of the CAD solids, with a line on what was checked of each."""
-    found: Bodies = {}
+    result: Bodies = {}
     for body, part in rig_parts(model.rig).items():
         if find_mirror_image(body) is not None:
             continue
@@ -88,8 +88,8 @@ def from_tetwild(model: RigModel, size: float) -> Bodies:
             f"{spent:.0f} |",
             flush=True,
         )
-        found[body] = (place.mesh, place)
-    return found
+        result[body] = (place.mesh, place)
+    return result
 
 
 def reduced(model: RigModel, body: str, mesh: Mesh, place: StationCoordinates | None) -> ReducedModel:
@@ -116,10 +116,10 @@ def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> 
     }
     assembly = ReducedAssembly(bodies=every)
     stuck = join_bodies(assembly, make_line_pairs(case, model.rig)).stuck
-    found = compute_dense_modes(assembly.mass, stuck)
-    driven = np.abs(found.shapes[assembly.rows("blade", "excitation", 1)] / np.sqrt(found.mu))[0]
+    result = compute_dense_modes(assembly.mass, stuck)
+    driven = np.abs(result.shapes[assembly.rows("blade", "excitation", 1)] / np.sqrt(result.mu))[0]
     first = np.flatnonzero(driven[:COMPARED] > SEEN * driven[:COMPARED].max())[0]
-    return found.frequency[:COMPARED], int(first)
+    return result.frequency[:COMPARED], int(first)
 
 
 def main(size: float) -> None:
@@ -134,13 +134,13 @@ def main(size: float) -> None:
     print("| body | cells | degrees of freedom | scaled Jacobian | det J / mean | worst area | volume | s |")
     print("|---|---|---|---|---|---|---|---|", flush=True)
     bodies = {kind: make() for kind, make in kinds.items()}
-    blade = {kind: blade_frequencies(bricks, found["blade"][0]) for kind, found in bodies.items()}
-    stuck = {kind: stuck_frequencies(case, bricks, found) for kind, found in bodies.items()}
-    for title, found in (("clamped blade", blade), ("rig, contacts stuck", {k: v for k, (v, _) in stuck.items()})):
-        print(f"\n| {title} | " + " | ".join(f"{kind} [Hz] | apart" for kind in found) + " |")
-        print("|---" * (1 + 2 * len(found)) + "|")
-        for number, expected in enumerate(found["hex20"]):
-            row = " | ".join(f"{item[number]:.3f} | {item[number] / expected - 1:+.2e}" for item in found.values())
+    blade = {kind: blade_frequencies(bricks, result["blade"][0]) for kind, result in bodies.items()}
+    stuck = {kind: stuck_frequencies(case, bricks, result) for kind, result in bodies.items()}
+    for title, result in (("clamped blade", blade), ("rig, contacts stuck", {k: v for k, (v, _) in stuck.items()})):
+        print(f"\n| {title} | " + " | ".join(f"{kind} [Hz] | apart" for kind in result) + " |")
+        print("|---" * (1 + 2 * len(result)) + "|")
+        for number, expected in enumerate(result["hex20"]):
+            row = " | ".join(f"{item[number]:.3f} | {item[number] / expected - 1:+.2e}" for item in result.values())
             print(f"| {number + 1} | {row} |", flush=True)
     first = stuck["hex20"][1]
     apart = stuck["tet10 by fTetWild"][0][first] / stuck["hex20"][0][first] - 1

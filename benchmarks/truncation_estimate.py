@@ -82,8 +82,8 @@ def measure(problem: Problem, results: dict[str, list[Vector]]) -> None:
         finest = with_more(balance, truth, FINEST)
         for tolerance in TOLERANCES if finest is not None else ():
             refined = refine_harmonics(balance, state, tolerance, rows=drawn)
-            found = refined.state.coefficients[1]
-            error = relative_change(balance, finest.coefficients[1] - found, found, drawn).max()
+            result = refined.state.coefficients[1]
+            error = relative_change(balance, finest.coefficients[1] - result, result, drawn).max()
             results[f"{tolerance:.1%}, {refined.stop.name}"].append(
                 np.array([[refined.error, error, refined.balance.n_harmonic - 1]])
             )

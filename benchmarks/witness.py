@@ -107,8 +107,8 @@ def curve(name: str, case: Any) -> Outcome:
             outcome.failed.append(f"{label}: between the folds, unstable")
             continue
         # The states of a branch are its coefficients; a solve from there costs an iteration and gives the sliders.
-        found = steady_state(balance, omega, start=branch.start(balance, point))
-        state, harmonics = converged(case.system, omega, 1.0, found.initial_slider, found)
+        result = steady_state(balance, omega, start=branch.start(balance, point))
+        state, harmonics = converged(case.system, omega, 1.0, result.initial_slider, result)
         motion = integrated(
             case.system, omega, 1.0, start_from(case.system, omega, state.coefficients, state.periodic_slider)
         )
@@ -147,10 +147,10 @@ def histories(name: str, case: Any, peak: float | None = None) -> Outcome:
 
 def groups(outcome: Outcome) -> dict[tuple[float, float], list[float]]:
     """Amplitudes of the histories that share frequency and level."""
-    found: dict[tuple[float, float], list[float]] = {}
+    result: dict[tuple[float, float], list[float]] = {}
     for point in outcome.points:
-        found.setdefault((point["omega"], point["level"]), []).append(point["integration"])
-    return found
+        result.setdefault((point["omega"], point["level"]), []).append(point["integration"])
+    return result
 
 
 def compare(

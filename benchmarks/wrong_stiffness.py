@@ -117,8 +117,8 @@ def judge(readings: MotionReadings, case: Model) -> tuple[bool, tuple[str, str]]
     """Whether a case is grossly off, and place and sentence of what is suspected of it."""
     stated = Predictor(points=readings.points, tolerance=ROUGH_TOLERANCE).predict(case).value
     beside = replace(readings, stated=stated)
-    found = find_wrong_stiffness(beside, case)
-    return beside.stated_misfit > GROSS, (found[0].where, found[0].sentence) if found else ("", "")
+    result = find_wrong_stiffness(beside, case)
+    return beside.stated_misfit > GROSS, (result[0].where, result[0].sentence) if result else ("", "")
 
 
 def score(family: str, first: int, last: int, report: Callable[[str], None]) -> Counter[str]:

@@ -148,8 +148,8 @@ class LinearStructure:
             new = new[: max(RECOVERY // max(size, 1) - len(source._recovery), 0)]
         if not new:
             return
-        found = source.balance.structure.recoveries([source._condensed[frequency] for frequency in new])
-        source._recovery.update(zip(new, found, strict=True))
+        result = source.balance.structure.recoveries([source._condensed[frequency] for frequency in new])
+        source._recovery.update(zip(new, result, strict=True))
 
     def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> UnitReadings:
         """Readings of sensors with these rows over the displacement, shape (s, r)."""

@@ -166,9 +166,9 @@ class ModelSolver:
             return solve_at(balance, condensed, None, sliders, recovery)
         except NoSteadyState:
             for start in starts[1:]:
-                found = newton_from(balance, condensed, start, sliders, recovery)
-                if found is not None:
-                    return found
+                result = newton_from(balance, condensed, start, sliders, recovery)
+                if result is not None:
+                    return result
         return solve_from_other_starts(balance, condensed, None, sliders)
 
     def follow_near(
@@ -293,11 +293,11 @@ class ModelSolver:
         displacement = complex_from_real(track.motion)
         initial, periodic = track.initial_slider.copy(), track.periodic_slider.copy()
         states: list[SteadyState | None] = [None] * len(frequencies)
-        found = np.flatnonzero(np.isfinite(track.norm)).tolist()
+        result = np.flatnonzero(np.isfinite(track.norm)).tolist()
         responses = self._respond_each(
-            level, [frequencies[number] for number in found], complex_from_real(track.force[found])
+            level, [frequencies[number] for number in result], complex_from_real(track.force[result])
         )
-        for number, response in zip(found, responses, strict=True):
+        for number, response in zip(result, responses, strict=True):
             states[number] = SteadyState(
                 angular_frequency=self.at(frequencies[number]).angular_frequency,
                 level=self.forced(level, frequencies[number]),

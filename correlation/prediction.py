@@ -168,9 +168,9 @@ class Predictor:
         by_sweep, jumps = self._empty(), list[SweepJump]()
         followed = {} if before is None else dict(before.followed)
         for one in self._solve_levels(model, before, TOLERANCE, from_guess=False):
-            found, left = self._put_on_branches(one, followed)
+            result, left = self._put_on_branches(one, followed)
             jumps += left
-            for state, frequency, sweep in zip(found, one.frequencies, one.sweep, strict=True):
+            for state, frequency, sweep in zip(result, one.frequencies, one.sweep, strict=True):
                 if state is not None:
                     states[sweep][(one.free, one.level, frequency)] = state
             self._read(one, by_sweep)
@@ -212,9 +212,9 @@ class Predictor:
         path, sweep = SweepPath(solver=one.solver, level=one.level, followed=followed), np.array(one.sweep)
         for number, direction in enumerate(self.sweeps):
             own = np.flatnonzero(sweep == number)
-            found = [states[place] for place in own]
-            on_path, points = path.follow([one.frequencies[place] for place in own], found, wide[own[:-1]])
-            other = [place for place, pair in enumerate(zip(found, on_path, strict=True)) if not is_same(*pair)]
+            result = [states[place] for place in own]
+            on_path, points = path.follow([one.frequencies[place] for place in own], result, wide[own[:-1]])
+            other = [place for place, pair in enumerate(zip(result, on_path, strict=True)) if not is_same(*pair)]
             one.solver.write(one.level, one.track, own[other], [on_path[place] for place in other])
             for place in other:
                 states[own[place]] = on_path[place]
@@ -358,10 +358,10 @@ class Predictor:
         order = np.lexsort((points.frequency, points.level, points.free))
         keys = np.column_stack([points.free, points.level, points.frequency])[order]
         starts = np.flatnonzero(np.r_[True, (keys[1:] != keys[:-1]).any(axis=1)][: len(keys)])
-        found: dict[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]] = {}
+        result: dict[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]] = {}
         for (free, level, frequency), rows in zip(keys[starts].tolist(), np.split(order, starts[1:]), strict=False):
-            found.setdefault(bool(free), {}).setdefault(level, []).append((frequency, rows))
-        return list(found.items())
+            result.setdefault(bool(free), {}).setdefault(level, []).append((frequency, rows))
+        return list(result.items())
 
 
 class _LevelStates(NamedTuple):

@@ -30,15 +30,15 @@ def list_unnamed_places(model: Model) -> Mapping[str, Row]:
     directions = ("modal",) if lumped else TRANSLATIONS
     named = {int(np.argmax(np.abs(row))) for row in model.places.values() if np.count_nonzero(row) == 1}
     several = len({dof.body for dof in model.dofs}) > 1
-    found: dict[str, Row] = {}
+    result: dict[str, Row] = {}
     for number, dof in enumerate(model.dofs):
         if number in named or dof.direction not in directions:
             continue
         node = f"{f'{dof.body} ' if several else ''}node {dof.node} {dof.direction}"
         row = np.zeros(model.system.n_dof)
         row[number] = 1.0
-        found[f"dof {number}" if dof.direction == "modal" else node] = row
-    return found
+        result[f"dof {number}" if dof.direction == "modal" else node] = row
+    return result
 
 
 def _is_diagonal(matrix: NDArray[np.float64]) -> bool:

@@ -314,15 +314,15 @@ def diagnose(
         An unknown kind of effect, or an invalid effect of the user's own.
     """
     report = report or (lambda _step, _share: None)
-    found = calibrate_model(
+    result = calibrate_model(
         campaign, base, calibration, budget, added=added, without=without, extra=extra, run_step=run_step, report=report
     )
-    arrangement, screening, progress = found.arrangement, found.screening, found.progress
+    arrangement, screening, progress = result.arrangement, result.screening, result.progress
     report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
-    list_starts = partial(_list_starts, screening, found.starts, places)
+    list_starts = partial(_list_starts, screening, result.starts, places)
     choice = EffectChoice(partial(rank_by_best_covariance, screening), screening.cost_with_error_left, list_starts)
-    scores, baseline, refits = screen_and_refit(screening, found.effects, run_step, report, progress, choice)
+    scores, baseline, refits = screen_and_refit(screening, result.effects, run_step, report, progress, choice)
     linear = compute_linear_thresholds(scores)
     thresholds = thresholds or linear
     report("own covariances", progress.covariances)
@@ -338,7 +338,7 @@ def diagnose(
     without_effect = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", progress.explanation)
     criteria = Criteria(
-        catalogue=found.catalogue, scores=scores, thresholds=thresholds, far=found.far, refit_by_own_covariance=own
+        catalogue=result.catalogue, scores=scores, thresholds=thresholds, far=result.far, refit_by_own_covariance=own
     )
     list_elsewhere = partial(list_effects_elsewhere, campaign, screening, without, extra)
     scores, finalists, verdict = _judge(
@@ -348,7 +348,7 @@ def diagnose(
     baseline, refits, verdict = _widen(campaign, without_effect, finalists, verdict, run_step)
     report("done", 1.0)
     return Diagnosis(
-        arrangement=arrangement, catalogue=found.catalogue, scores=tuple(scores), baseline=baseline,
+        arrangement=arrangement, catalogue=result.catalogue, scores=tuple(scores), baseline=baseline,
         refits=tuple(refits), places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
 
@@ -443,8 +443,8 @@ def _list_starts(
 
 def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
     """Effects that explain most at measured motions, the best of them first, with the values of their fits."""
-    found = find_controlled_starts(arrangement, arrangement.train, effects, arrangement.budget.model)
-    return found[: arrangement.selection.n_finalist]
+    result = find_controlled_starts(arrangement, arrangement.train, effects, arrangement.budget.model)
+    return result[: arrangement.selection.n_finalist]
 
 
 def _downweight_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:

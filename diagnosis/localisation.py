@@ -149,12 +149,12 @@ def _fit_place(
     largest = [_find_largest(arrangement, row, free, float(level)) for level in levels]
     amplitude = np.array([item for item, _ in largest])
     with_third = bool((points.harmonic[points.free == free] == 3).any())
-    found = []
+    result = []
     for exponent in EXPONENTS:
         changes = _compute_changes(arrangement, free, levels, largest, slopes, motion, exponent)
         chosen = changes if with_third else changes[:, : 2 * len(levels)]
-        found.append(_choose_weights([_fit_force(name, free, levels, amplitude, chosen, item) for item in weights]))
-    place = replace(_combine_exponents(found), units=choose_units(fit.model, row))
+        result.append(_choose_weights([_fit_force(name, free, levels, amplitude, chosen, item) for item in weights]))
+    place = replace(_combine_exponents(result), units=choose_units(fit.model, row))
     # Amplitudes alone tell a phase of the force by the scale of the responses, which model error has as well.
     return place if arrangement.train.observed.phased.any() else replace(place, phase=None)
 

@@ -100,7 +100,7 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovaria
         Covariances of `list_covariances`.
     """
     train, fit = arrangement.train, arrangement.fit
-    points, places, found = train.features.points, list(fit.model.places.items()), list[Resonator]()
+    points, places, result = train.features.points, list(fit.model.places.items()), list[Resonator]()
     tangents = [item for _, row in places for item in _tangents(row)]
     slopes = train.predictor.derivatives(fit.model, fit.prediction, tangents).reshape(len(points), len(places), 2, 2)
     for configuration, there in (("jointed", ~points.free), ("free", points.free)):
@@ -112,13 +112,13 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovaria
             gain, mass, deviation, tuning = max(fits)
             if gain > 0:
                 frequency, damping = tunings[tuning]
-                found.append(
+                result.append(
                     Resonator(
                         name=name, configuration=configuration, gain=gain, mass=mass, deviation=deviation,
                         frequency=frequency, damping=damping, unit=choose_units(fit.model, row).inertia,
                     )
                 )  # fmt: skip
-    return [replace(item, alike=_list_alike(item, found)) for item in sorted(found, key=lambda item: -item.gain)]
+    return [replace(item, alike=_list_alike(item, result)) for item in sorted(result, key=lambda item: -item.gain)]
 
 
 def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[Resonator, ...]:

@@ -26,7 +26,7 @@ def remember_steps(run_step: RunStep) -> RunStep:
     def find(name: str, make: Callable[[], T]) -> T:
         if name not in results:
             results[name] = run_step(name, make)
-        found: T = results[name]
-        return found
+        result: T = results[name]
+        return result
 
     return find

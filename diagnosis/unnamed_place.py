@@ -94,9 +94,9 @@ def find_better_elsewhere(
     name = f"effects elsewhere beyond {by.thresholds.gain:.6g}"
     fitted = run_step(name, lambda: _refit_best(screening, effects, by.thresholds.gain))
     own = partial(by.refit_by_own_covariance, screening.train)
-    found = refit_each_by_own_covariance(screening, [item for _, item in fitted], own, run_step)
+    result = refit_each_by_own_covariance(screening, [item for _, item in fitted], own, run_step)
     least = _compute_known_density(baseline, finalists, verdict, by) + DECISIVE + 2 * np.log(len(effects))
-    passed = [item for item in found if passes(item.refit, by.thresholds)]
+    passed = [item for item in result if passes(item.refit, by.thresholds)]
     better = [item for item in passed if compute_log_density(item.refit) > least]
     names = {item.name for item in better}
     return [score for score, item in fitted if item.name in names], better

@@ -137,43 +137,43 @@ def folders(package: Path) -> Iterator[Path]:
 
 def tree() -> str:
     """One line per folder of the product."""
-    found = []
+    result = []
     for package in PACKAGES:
         for folder in folders(ROOT / package):
             depth = len(folder.relative_to(ROOT).parts) - 1
-            found.append(f"{'    ' * depth}{folder.name}/".ljust(20) + f" {docstring(folder)}")
-    return "\n".join(found)
+            result.append(f"{'    ' * depth}{folder.name}/".ljust(20) + f" {docstring(folder)}")
+    return "\n".join(result)
 
 
 @cache
 def module_files() -> Mapping[str, Path]:
     """File of each module of the product, by import name."""
-    found = {}
+    result = {}
     for package in PACKAGES:
         for file in sorted((ROOT / package).rglob("*.py")):
             parts = file.relative_to(ROOT).with_suffix("").parts
-            found[".".join(part for part in parts if part != "__init__")] = file
-    return found
+            result[".".join(part for part in parts if part != "__init__")] = file
+    return result
 
 
 @cache
 def imports(module: str) -> tuple[str, ...]:
     """Modules of the product that one imports, within functions too, and the members of its registries."""
-    found: dict[str, None] = {}
+    result: dict[str, None] = {}
     for node in ast.walk(ast.parse(module_files()[module].read_bytes())):
         if isinstance(node, ast.Import):
-            found |= dict.fromkeys(alias.name for alias in node.names)
+            result |= dict.fromkeys(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found |= dict.fromkeys([*(f"{node.module}.{alias.name}" for alias in node.names), node.module])
+            result |= dict.fromkeys([*(f"{node.module}.{alias.name}" for alias in node.names), node.module])
         elif isinstance(node, ast.Call):
             for keyword in node.keywords:
                 value = keyword.value.value if isinstance(keyword.value, ast.Constant) else None
                 if keyword.arg == "package" and isinstance(value, str):
                     head = f"{value}."
-                    found |= dict.fromkeys(
+                    result |= dict.fromkeys(
                         item for item in module_files() if item.startswith(head) and "." not in item[len(head) :]
                     )
-    return tuple(item for item in found if item in module_files() and item != module)
+    return tuple(item for item in result if item in module_files() and item != module)
 
 
 def chain(start: str, stop: str) -> list[str]:
@@ -189,10 +189,10 @@ def chain(start: str, stop: str) -> list[str]:
     while waiting:
         module = waiting.popleft()
         if module == stop:
-            found = [module]
-            while came_from[found[-1]]:
-                found.append(came_from[found[-1]])
-            return found[::-1]
+            result = [module]
+            while came_from[result[-1]]:
+                result.append(came_from[result[-1]])
+            return result[::-1]
         for item in imports(module):
             if item not in came_from:
                 came_from[item] = module
@@ -202,11 +202,11 @@ def chain(start: str, stop: str) -> list[str]:
 
 def links(way: Way) -> list[tuple[str, str]]:
     """The imports of a way, in order, each once."""
-    found: dict[tuple[str, str], None] = {}
+    result: dict[tuple[str, str], None] = {}
     for start, stop in way.legs:
         modules = chain(start, stop)
-        found |= dict.fromkeys(pairwise(modules))
-    return list(found)
+        result |= dict.fromkeys(pairwise(modules))
+    return list(result)
 
 
 def columns(way: Way) -> list[list[str]]:

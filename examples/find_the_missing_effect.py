@@ -42,12 +42,12 @@ def show(compared: ComparisonResult, name: str) -> None:
 
 def diagnose(name: str) -> Round:
     """Report the missing effect as text, page and figures, and record it in the history of the case."""
-    found = diagnose_case(read_case(case, campaign).setup, campaign, progress=progress)
-    record_diagnosis(found, case, measured)
-    for file, content in make_files(found, history_of(case), case).items():
+    result = diagnose_case(read_case(case, campaign).setup, campaign, progress=progress)
+    record_diagnosis(result, case, measured)
+    for file, content in make_files(result, history_of(case), case).items():
         (folder / f"{name}_{file}").write_bytes(content)
-    print(f"\n=== {name}\n{diagnose_report.format_report(found)}\n")
-    return found
+    print(f"\n=== {name}\n{diagnose_report.format_report(result)}\n")
+    return result
 
 
 show(compare(read_case(case).setup, campaign, calibrate=True), "calibrated")  # no calibration explains the misfit

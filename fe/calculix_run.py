@@ -25,8 +25,8 @@ JOB = "witness"
 
 def find_ccx() -> Path | None:
     """The program `ccx`, if it is installed."""
-    found = shutil.which("ccx")
-    return None if found is None else Path(found)
+    result = shutil.which("ccx")
+    return None if result is None else Path(result)
 
 
 def run_frequency(

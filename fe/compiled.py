@@ -141,14 +141,14 @@ class _StoredCode:
             # numba's `load_overload` reads all that it knows how to compile before: a tenth of the time of a command
             # that compiles nothing. Its compiler does so again where something must be compiled.
             name_symbols()
-            found = self._store._load_overload(sig, target_context)
+            result = self._store._load_overload(sig, target_context)
         except Exception:  # a file that a power cut or a bad disk damaged
             _say_once("damaged", f"compiled code in {self._path} is damaged and is compiled again")
-            found = None
+            result = None
             self._attempt(self._store.flush)
-        if found is None:
+        if result is None:
             _say_that_it_compiles(self._package)
-        return found
+        return result
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store machine code, if the disk takes it."""

@@ -45,11 +45,11 @@ def integrate_over_faces(
     points, vectors = _samples(mesh, faces)
     area = np.linalg.norm(vectors, axis=2, keepdims=True)
     values = density(points, vectors / area) * area
-    found = np.zeros((mesh.n_node, values.shape[2]))
+    result = np.zeros((mesh.n_node, values.shape[2]))
     for here, element, local, nodes in mesh.face_groups(faces):
         shape = element.shape(_rule(element, local)[0])
-        np.add.at(found, nodes, np.einsum("qa,eqn->ean", shape, values[here]))
-    return found
+        np.add.at(result, nodes, np.einsum("qa,eqn->ean", shape, values[here]))
+    return result
 
 
 def find_outer_faces(mesh: Mesh) -> Faces:

@@ -86,13 +86,13 @@ def find_station_normals(
 
     Arguments and errors as in `find_station_weights`.
     """
-    found = np.empty((len(stations), 3))
+    result = np.empty((len(stations), 3))
     for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
         _, along = find_face_frame(element, local)
         u, v = np.einsum("aj,tj,ai->ti", element.gradient(at[None])[0], along, mesh.points[nodes])
         normal = np.cross(u, v)
-        found[number] = normal / np.linalg.norm(normal)
-    return found
+        result[number] = normal / np.linalg.norm(normal)
+    return result
 
 
 #: The element of a face's cell, the local face, the nodes of the cell, and the place in reference coordinates.
@@ -111,7 +111,7 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
     hosts = [host[place] for place in range(len(faces))]
     middles = np.stack([mesh.points[nodes[list(element.faces[local])]].mean(axis=0) for element, local, nodes in hosts])
     near = cKDTree(middles).query(stations, k=min(CANDIDATES, len(hosts)))[1].reshape(len(stations), -1)
-    found: list[Carrier] = []
+    result: list[Carrier] = []
     for number, (place, tried) in enumerate(zip(stations, near.tolist(), strict=True)):
         distance, at, best = _carrier(mesh, hosts, tried, place)
         element, local, nodes = hosts[best]
@@ -126,8 +126,8 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
                 distance,
                 nearest,
             )
-        found.append((element, local, nodes, at))
-    return found
+        result.append((element, local, nodes, at))
+    return result
 
 
 def _millimetres(place: Sequence[float] | NDArray[np.float64]) -> str:

@@ -160,10 +160,10 @@ def compute_free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_m
     """
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     shift = (SHARE * sqrt(material.shear / material.density) / size) ** 2
-    found = modes(system.shifted(shift), n_mode)
-    squared = found.angular_frequency**2 - shift
+    result = modes(system.shifted(shift), n_mode)
+    squared = result.angular_frequency**2 - shift
     frequency = np.sqrt(np.where(squared > RIGID * shift, squared, 0.0))
     # The ratio was made with the shifted frequency; a rigid-body mode has none.
-    ratio = found.damping_ratio * found.angular_frequency
+    ratio = result.damping_ratio * result.angular_frequency
     ratio = np.divide(ratio, frequency, out=np.zeros_like(ratio), where=frequency > 0)
-    return replace(found, angular_frequency=frequency, damping_ratio=ratio)
+    return replace(result, angular_frequency=frequency, damping_ratio=ratio)

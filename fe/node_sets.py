@@ -21,8 +21,8 @@ def add_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64],
     corners = mesh.corner_nodes()
     tree = cKDTree(mesh.points[corners])
     nearest = np.atleast_1d(tree.query(np.stack(list(points.values())))[1])
-    found = {name: corners[[place]] for name, place in zip(points, nearest, strict=True)}
-    return replace(mesh, node_sets={**mesh.node_sets, **found})
+    result = {name: corners[[place]] for name, place in zip(points, nearest, strict=True)}
+    return replace(mesh, node_sets={**mesh.node_sets, **result})
 
 
 #: A line that a mesh follows has a corner node no farther than this from each station [m].
@@ -39,7 +39,7 @@ def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "
     """
     corners = mesh.corner_nodes()
     tree = cKDTree(mesh.points[corners])
-    found = {}
+    result = {}
     for name, places in stations.items():
         distance, nearest = (np.atleast_1d(part) for part in tree.query(places))
         if distance.max() > ON_NODE:
@@ -48,8 +48,8 @@ def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "
                 f'station {worst + 1} of "{name}" is {distance[worst] * 1e6:.3g} um from the nearest corner node: '
                 "give the contact line a number of elements that is a multiple of the stations' intervals"
             )
-        found[name] = corners[nearest]
-    return replace(mesh, node_sets={**mesh.node_sets, **found})
+        result[name] = corners[nearest]
+    return replace(mesh, node_sets={**mesh.node_sets, **result})
 
 
 #: Coordinates are sorted as multiples of this, so that round-off cannot change the order [m].

@@ -59,15 +59,15 @@ def find_disc_weights(
         square = (about**2).sum(axis=-1, keepdims=True)
         return np.asarray(one[..., None] * np.concatenate([np.ones_like(square), about, square], axis=-1))
 
-    found = integrate_over_faces(mesh, faces, pressure)
-    total = found.sum(axis=0)
+    result = integrate_over_faces(mesh, faces, pressure)
+    total = result.sum(axis=0)
     if not total[0] > 0 or abs(total[4] / total[0] - SQUARE) > COARSE * SQUARE:
         raise MeshError(
             f"the disc of {1e3 * radius:g} mm radius about ({', '.join(f'{1e3 * x:g}' for x in centre)}) mm is not on "
             "a flat face of the mesh, or cells there are too large for it: move or widen it, or mesh with smaller cells"
         )
     # Points of quadrature miss the rim: the pressure is tilted a little, so that its resultant is at the centre.
-    moment = (mesh.points - centre).T @ found[:, :4] / radius
+    moment = (mesh.points - centre).T @ result[:, :4] / radius
     tilt = np.linalg.lstsq(moment[:, 1:], -moment[:, 0], rcond=1e-6)[0]
-    weights = found[:, :4] @ np.concatenate([[1.0], tilt])
+    weights = result[:, :4] @ np.concatenate([[1.0], tilt])
     return np.asarray(weights / weights.sum())

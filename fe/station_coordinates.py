@@ -49,13 +49,13 @@ class StationCoordinates:
     def places(self) -> Float[NDArray[np.float64], "node 3"]:
         """Where each coordinate is: nodes, and stations in place of their pivots, shape (n_node, 3) [m]."""
         # Places move with the body as its points do: those of nodes are T times those of the coordinates.
-        found = sp.linalg.spsolve(sp.csc_array(self.to_nodes), self.mesh.points.ravel())
-        return np.asarray(found).reshape(-1, 3)
+        result = sp.linalg.spsolve(sp.csc_array(self.to_nodes), self.mesh.points.ravel())
+        return np.asarray(result).reshape(-1, 3)
 
     def matrix(self, of_nodes: Symmetric) -> sp.csr_array:
         """A mass or stiffness in the new coordinates, T^T A T, symmetric to the last bit."""
-        found = sp.csr_array(self.to_nodes.T @ of_nodes.tocsr() @ self.to_nodes)
-        return sp.csr_array((found + found.T) / 2)
+        result = sp.csr_array(self.to_nodes.T @ of_nodes.tocsr() @ self.to_nodes)
+        return sp.csr_array((result + result.T) / 2)
 
     def displacement(
         self, system: LinearSystem, vectors: Float[NDArray[np.float64], "n m"]

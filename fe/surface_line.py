@@ -122,13 +122,13 @@ def _framed(
 
 def _sides(mesh: Mesh, faces: Faces) -> Sides:
     """Sides of faces, each in the sense of its face."""
-    found = [np.empty((0, 3), dtype=np.int64)]
+    result = [np.empty((0, 3), dtype=np.int64)]
     for _, element, local, cells in mesh.face_groups(faces):
         on, n_corner = cells[:, element.faces[local]], len(element.corner_faces[local])
         for k in range(n_corner):
             middle = on[:, n_corner + k] if on.shape[1] > n_corner else np.full(len(on), -1)
-            found.append(np.column_stack([on[:, k], on[:, (k + 1) % n_corner], middle]))
-    return np.concatenate(found)
+            result.append(np.column_stack([on[:, k], on[:, (k + 1) % n_corner], middle]))
+    return np.concatenate(result)
 
 
 def _member(sides: Sides, others: Sides) -> NDArray[np.bool_]:

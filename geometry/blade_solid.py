@@ -74,7 +74,7 @@ def blade_solid(blade: Blade) -> Shape:
 def blade_faces(blade: Blade, solid: Shape) -> dict[str, FaceRegion]:
     """Named faces of the blade's solid; see `blade_part`."""
     half_root = blade.root_thickness / 2
-    found = {
+    result = {
         # A pad's face can lie in the same plane as the root block's: their heights tell them apart.
         "clamp": (
             *plane_faces(solid, normal=(0, 1, 0), offset=half_root, where=lambda centre: centre[2] < 0),
@@ -89,4 +89,4 @@ def blade_faces(blade: Blade, solid: Shape) -> dict[str, FaceRegion]:
             solid, normal=(0, -1, 0), offset=blade.pad_face, where=lambda centre: centre[2] > 0
         ),
     }
-    return {name: face_region(name, faces) for name, faces in found.items()}
+    return {name: face_region(name, faces) for name, faces in result.items()}

@@ -135,10 +135,10 @@ def named_points(damper: Damper) -> dict[str, Point]:
     "dead_weight", where the wire lies under the middle of the cylinder and pulls it up into the grooves; "laser_blade"
     and "laser_decoupler", where the differential laser sees the damper beside the pads, on the side of +x [m].
     """
-    found = {"dead_weight": np.array([0.0, 0.0, -damper.radius])}
+    result = {"dead_weight": np.array([0.0, 0.0, -damper.radius])}
     for body, side in SIDES:
-        found[f"laser_{body}"] = np.array([damper.radius, side * damper.cylinder_length / 2, 0.0])
-    return found
+        result[f"laser_{body}"] = np.array([damper.radius, side * damper.cylinder_length / 2, 0.0])
+    return result
 
 
 def damper_part(damper: Damper) -> Part:
@@ -160,11 +160,11 @@ def damper_part(damper: Damper) -> Part:
     middle, end = damper.cylinder_length / 2, damper.half_length
     outline = [(-end, damper.end_radius), (-middle, damper.radius), (middle, damper.radius), (end, damper.end_radius)]
     solid = single_solid("damper", turned_about_y(outline))
-    found = {"cylinder": curved_faces(solid, where=lambda centre: abs(centre[1]) < middle)}
+    result = {"cylinder": curved_faces(solid, where=lambda centre: abs(centre[1]) < middle)}
     for body, side in SIDES:
-        found[f"cone_{body}"] = curved_faces(solid, where=partial(_beyond, side, middle))
-        found[f"end_{body}"] = plane_faces(solid, normal=(0, int(side), 0), offset=end)
-    faces = {name: face_region(name, region) for name, region in found.items()}
+        result[f"cone_{body}"] = curved_faces(solid, where=partial(_beyond, side, middle))
+        result[f"end_{body}"] = plane_faces(solid, normal=(0, int(side), 0), offset=end)
+    faces = {name: face_region(name, region) for name, region in result.items()}
     return Part(
         name="damper", solid=solid, faces=faces, points=named_points(damper), contact_lines=contact_lines(damper)
     )

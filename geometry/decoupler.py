@@ -253,11 +253,11 @@ def named_points(decoupler: Decoupler) -> dict[str, Point]:
     """
     one = arm(decoupler)
     y, z = (float(item) for item in one.point(np.array(one.stations[-1]), np.array(0.0)))
-    found = {
+    result = {
         f"cell_{name}": np.array([0.0, decoupler.plate_back + y, decoupler.middle + side * z])
         for name, side in (("upper", 1.0), ("lower", -1.0))
     }
-    return {**found, "laser": np.array([decoupler.width / 2, 0.0, decoupler.lip_above_axis])}
+    return {**result, "laser": np.array([decoupler.width / 2, 0.0, decoupler.lip_above_axis])}
 
 
 def decoupler_part(decoupler: Decoupler) -> Part:
@@ -289,7 +289,7 @@ def decoupler_part(decoupler: Decoupler) -> Part:
     # Not simplified after the union: merging faces would wipe out the groove's crest, which is an edge.
     solid = cad.single_solid("de-coupler", cad.plate(outline(decoupler), -half, half).fuse(pad.cut(cutter)))
     points = named_points(decoupler)
-    found = {
+    result = {
         "groove": cad.curved_faces(solid, where=lambda _: True),
         "pad": cad.plane_faces(solid, normal=(0, -1, 0), offset=0.0),
         "cell_upper": cad.faces_at(solid, points["cell_upper"]),
@@ -298,7 +298,7 @@ def decoupler_part(decoupler: Decoupler) -> Part:
     return Part(
         name="decoupler",
         solid=solid,
-        faces={name: cad.face_region(name, faces) for name, faces in found.items()},
+        faces={name: cad.face_region(name, faces) for name, faces in result.items()},
         points=points,
         contact_lines=contact_lines(decoupler),
     )

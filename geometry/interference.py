@@ -13,15 +13,15 @@ NO_OVERLAP = 1e-12
 
 def overlaps(parts: Mapping[str, Part]) -> dict[tuple[str, str], float]:
     """Volumes that two bodies share, by their names; pairs that share none are left out [m^3]."""
-    found = {}
+    result = {}
     for one, other in combinations(parts, 2):
         if _boxes_apart(parts[one], parts[other]):
             continue
         common = parts[one].solid.intersect(parts[other].solid)
         volume = sum(float(solid.Volume()) for solid in common.Solids()) / MILLIMETRES_PER_METRE**3
         if volume > NO_OVERLAP:
-            found[one, other] = volume
-    return found
+            result[one, other] = volume
+    return result
 
 
 def check_no_overlap(parts: Mapping[str, Part]) -> None:
@@ -32,9 +32,9 @@ def check_no_overlap(parts: Mapping[str, Part]) -> None:
     GeometryError
         One sentence with every pair that overlaps, and by how much.
     """
-    found = overlaps(parts)
-    if found:
-        pairs = "; ".join(f"{one} and {other} by {1e9 * volume:.3g} mm^3" for (one, other), volume in found.items())
+    result = overlaps(parts)
+    if result:
+        pairs = "; ".join(f"{one} and {other} by {1e9 * volume:.3g} mm^3" for (one, other), volume in result.items())
         raise GeometryError(f"bodies overlap: {pairs}: move them apart or change the dimensions where they meet")
 
 

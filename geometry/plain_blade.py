@@ -80,7 +80,7 @@ def plain_blade_part(blade: PlainBlade) -> Part:
     root = block((-blade.root_chord / 2, -half_root, -blade.root_height), (blade.root_chord / 2, half_root, 0.0))
     # Not simplified after the union: a block as thick as the plate would lose its clamped faces to the plate's.
     solid = single_solid("plain blade", plate.fuse(root))
-    found = {
+    result = {
         "clamp": (
             *plane_faces(solid, normal=(0, 1, 0), offset=half_root, where=lambda centre: centre[2] < 0),
             *plane_faces(solid, normal=(0, -1, 0), offset=half_root, where=lambda centre: centre[2] < 0),
@@ -88,5 +88,5 @@ def plain_blade_part(blade: PlainBlade) -> Part:
         "root_bottom": plane_faces(solid, normal=(0, 0, -1), offset=blade.root_height),
         "tip": plane_faces(solid, normal=(0, 0, 1), offset=blade.length),
     }
-    faces = {name: face_region(name, region) for name, region in found.items()}
+    faces = {name: face_region(name, region) for name, region in result.items()}
     return Part(name="plain_blade", solid=solid, faces=faces, points=named_points(blade))

@@ -99,13 +99,13 @@ class MatingPair:
 
 def placements(rig: Rig) -> dict[str, Placement]:
     """Where the five bodies stand, by name: "blade", and for each side a "damper_..." and a "decoupler_..."."""
-    found = {"blade": Placement()}
+    result = {"blade": Placement()}
     for side, (sign, _) in SIDES.items():
         middle = np.array([0.0, sign * rig.damper_middle, rig.damper_axis])
         face = np.array([0.0, sign * rig.decoupler_face, rig.decoupler_axis])
-        found[f"damper_{side}"] = Placement(mirrored=sign < 0, shift=middle)
-        found[f"decoupler_{side}"] = Placement(mirrored=sign < 0, shift=face)
-    return found
+        result[f"damper_{side}"] = Placement(mirrored=sign < 0, shift=middle)
+        result[f"decoupler_{side}"] = Placement(mirrored=sign < 0, shift=face)
+    return result
 
 
 def mating_pairs(rig: Rig) -> dict[str, MatingPair]:
@@ -117,18 +117,18 @@ def mating_pairs(rig: Rig) -> dict[str, MatingPair]:
     damper = damper_geometry.contact_lines(rig.damper)
     (groove,) = decoupler_geometry.contact_lines(rig.decoupler).values()
     place = placements(rig)
-    found = {}
+    result = {}
     for side, (_, blade_line) in SIDES.items():
         lies = place[f"damper_{side}"]
         for other, line in (("blade", blade[blade_line]), ("decoupler", place[f"decoupler_{side}"].line(groove))):
-            found[f"{side}_{other}"] = MatingPair(
+            result[f"{side}_{other}"] = MatingPair(
                 name=f"{side}_{other}",
                 damper=f"damper_{side}",
                 other="blade" if other == "blade" else f"decoupler_{side}",
                 damper_line=lies.line(damper[f"contact_{other}"]),
                 other_line=line,
             )
-    return found
+    return result
 
 
 def named_points(rig: Rig) -> dict[str, dict[str, Point]]:
@@ -138,15 +138,15 @@ def named_points(rig: Rig) -> dict[str, dict[str, Point]]:
     dampers, on the side of +x, which the differential laser compares with the dampers' "laser_blade".
     """
     blade, place = rig.blade, placements(rig)
-    found = {"blade": dict(blade_geometry.named_points(blade))}
+    result = {"blade": dict(blade_geometry.named_points(blade))}
     for side, (sign, _) in SIDES.items():
-        found["blade"][f"laser_{side}"] = np.array([blade.flat_width / 2, sign * blade.pad_face, blade.pad_bottom])
+        result["blade"][f"laser_{side}"] = np.array([blade.flat_width / 2, sign * blade.pad_face, blade.pad_bottom])
         own = {
             f"damper_{side}": damper_geometry.named_points(rig.damper),
             f"decoupler_{side}": decoupler_geometry.named_points(rig.decoupler),
         }
-        found |= {body: {name: place[body].points(point) for name, point in one.items()} for body, one in own.items()}
-    return found
+        result |= {body: {name: place[body].points(point) for name, point in one.items()} for body, one in own.items()}
+    return result
 
 
 def rig_parts(rig: Rig) -> dict[str, Part]:

@@ -97,10 +97,10 @@ class SolidSkin:
         points, triangles, face, count = [], [], [], 0
         for i, cad_face in enumerate(self.faces):
             location = TopLoc_Location()
-            found = BRep_Tool.Triangulation_s(cad_face.wrapped, location)
+            result = BRep_Tool.Triangulation_s(cad_face.wrapped, location)
             move = location.Transformation()
-            nodes = [found.Node(k).Transformed(move).Coord() for k in range(1, found.NbNodes() + 1)]
-            corners = np.array([found.Triangle(k).Get() for k in range(1, found.NbTriangles() + 1)]) - 1
+            nodes = [result.Node(k).Transformed(move).Coord() for k in range(1, result.NbNodes() + 1)]
+            corners = np.array([result.Triangle(k).Get() for k in range(1, result.NbTriangles() + 1)]) - 1
             if cad_face.wrapped.Orientation().name == "TopAbs_REVERSED":
                 corners = corners[:, ::-1]
             points.append(np.array(nodes) / MILLIMETRES_PER_METRE)
@@ -123,20 +123,20 @@ class SolidSkin:
         from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
         from OCP.gp import gp_Pnt
 
-        found = points.copy()
+        result = points.copy()
         for k, point in enumerate(points * MILLIMETRES_PER_METRE):
             projection = GeomAPI_ProjectPointOnSurf(gp_Pnt(*map(float, point)), self._surface[face])
             if projection.NbPoints():
-                found[k] = np.array(projection.NearestPoint().Coord()) / MILLIMETRES_PER_METRE
-        return found
+                result[k] = np.array(projection.NearestPoint().Coord()) / MILLIMETRES_PER_METRE
+        return result
 
     def to_edge(self, groups: Iterable[int], point: Point) -> Point | None:
         """The nearest point of the sharp edges between any two of the groups of faces; None if there is none."""
         wanted = set(groups)
-        found = [
+        result = [
             _on_edge(edge, point) for edge in self._edges if len({int(self.group[i]) for i in edge.faces} & wanted) == 2
         ]
-        return min(found, key=lambda place: float(np.linalg.norm(place - point)), default=None)
+        return min(result, key=lambda place: float(np.linalg.norm(place - point)), default=None)
 
     def to_corner(self, groups: Iterable[int], point: Point) -> Point | None:
         """The nearest corner at which all the groups of faces meet; None if there is none."""
@@ -181,7 +181,7 @@ def _on_edge(edge: _Edge, point: Point) -> Point:
 
     at = point * MILLIMETRES_PER_METRE
     projection = GeomAPI_ProjectPointOnCurve(gp_Pnt(*map(float, at)), edge.curve, *edge.range)
-    found = [projection.NearestPoint()] if projection.NbPoints() else []
-    found += [edge.curve.Value(end) for end in edge.range]
-    places = np.array([place.Coord() for place in found])
+    result = [projection.NearestPoint()] if projection.NbPoints() else []
+    result += [edge.curve.Value(end) for end in edge.range]
+    places = np.array([place.Coord() for place in result])
     return np.asarray(places[np.linalg.norm(places - at, axis=1).argmin()] / MILLIMETRES_PER_METRE)

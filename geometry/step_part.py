@@ -201,8 +201,8 @@ def _entities(reader: Reader, faces: list[Any]) -> list[Entity | None]:
 
     transfer = reader.WS().TransferReader()
     # -1 asks for the entity itself, whatever stands between it and the shape.
-    found = [transfer.EntityFromShapeResult(face.wrapped, -1) for face in faces]
-    return [entity if isinstance(entity, StepShape_AdvancedFace) else None for entity in found]
+    result = [transfer.EntityFromShapeResult(face.wrapped, -1) for face in faces]
+    return [entity if isinstance(entity, StepShape_AdvancedFace) else None for entity in result]
 
 
 def _text(name: Any) -> str:

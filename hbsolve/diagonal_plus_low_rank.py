@@ -51,10 +51,10 @@ def split_diagonal_plus_low_rank(matrix: Matrix) -> DiagonalPlusLowRank | None:
     apart = ~np.eye(len(matrix), dtype=bool)
     if not (apart & (np.abs(scaled) > allowed)).any():
         return DiagonalPlusLowRank(np.diag(matrix).copy(), np.zeros((len(matrix), 0)), np.zeros(0))
-    found = _complete(scaled, allowed)
-    if found is None:
+    result = _complete(scaled, allowed)
+    if result is None:
         return None
-    added, count = found
+    added, count = result
     for _ in range(ROUNDS):
         rest = np.where(apart, scaled, 0.0) + np.diag(added)
         values, vectors = np.linalg.eigh(rest)

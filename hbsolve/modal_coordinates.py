@@ -260,16 +260,16 @@ def find_modal_coordinates(
 def _find_in_basis(matrices: list[Matrix], basis: Matrix) -> ModalCoordinates | None:
     """Coordinates of a basis in which K, M, C and H are diagonal plus low rank; None where they are not."""
     parts = [split_diagonal_plus_low_rank(basis.T @ matrix @ basis) for matrix in matrices]
-    found = [part for part in parts if part is not None]
-    count = np.array([len(part.strength) for part in found])
-    if len(found) < len(parts) or count.sum() > MAX_RANK:
+    result = [part for part in parts if part is not None]
+    count = np.array([len(part.strength) for part in result])
+    if len(result) < len(parts) or count.sum() > MAX_RANK:
         return None
     strength, diagonals = np.zeros((4, count.sum())), np.zeros((4, len(basis)))
     strength[np.repeat(np.arange(len(parts)), count), np.arange(count.sum())] = np.concatenate(
-        [part.strength for part in found]
+        [part.strength for part in result]
     )
-    diagonals[: len(parts)] = [part.diagonal for part in found]
-    directions = np.concatenate([part.directions for part in found], axis=1)
+    diagonals[: len(parts)] = [part.diagonal for part in result]
+    directions = np.concatenate([part.directions for part in result], axis=1)
     return ModalCoordinates(shapes=basis, diagonals=diagonals, shift=0.0, directions=directions, strength=strength)
 
 

@@ -148,5 +148,5 @@ def checked_rows(balance: HarmonicBalance, rows: Matrix | None) -> Matrix | None
 def _find_again(finer: HarmonicBalance, state: SteadyState) -> SteadyState | None:
     """The same state with more harmonics and samples; none where Newton's method does not find it."""
     x, condensed = in_harmonics_of(finer, state.motion), finer.at(state.angular_frequency)
-    found = newton_from(finer, condensed, x, state.sliders)
-    return from_many_starts(finer, condensed, x, state.sliders, FEW_STARTS) if found is None else found
+    result = newton_from(finer, condensed, x, state.sliders)
+    return from_many_starts(finer, condensed, x, state.sliders, FEW_STARTS) if result is None else result

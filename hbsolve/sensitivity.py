@@ -212,8 +212,8 @@ def derivatives(
         by_reaction -= _by_harmonic(by_slip, A)
     by_load = response.weigh_by_harmonic(response.load, n_harmonic) + _by_harmonic(by_motion, contact.swapaxes(1, 2))
     reaction = real_from_complex(by_reaction.conj())
-    found = _real_products(loads, by_load) + np.tensordot(reaction, g, axes=((1, 2), (1, 2)))
-    return np.asarray(found[: len(found) // 2] + 1j * found[len(found) // 2 :])
+    result = _real_products(loads, by_load) + np.tensordot(reaction, g, axes=((1, 2), (1, 2)))
+    return np.asarray(result[: len(result) // 2] + 1j * result[len(result) // 2 :])
 
 
 def _by_harmonic(weights: Complex[Array, "n harmonic m"], matrix: Array) -> Complex[Array, "n harmonic k"]:

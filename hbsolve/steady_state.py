@@ -112,10 +112,10 @@ def solve_from_other_starts(
 
     A few starts take as long as an arc, and many ten times as long.
     """
-    found = from_many_starts(balance, condensed, x, sliders, FEW_STARTS)
-    if found is None:
-        found = along_an_arc(balance, condensed.angular_frequency, before, sliders)
-    return from_many_starts(balance, condensed, x, sliders, failed=FEW_STARTS) if found is None else found
+    result = from_many_starts(balance, condensed, x, sliders, FEW_STARTS)
+    if result is None:
+        result = along_an_arc(balance, condensed.angular_frequency, before, sliders)
+    return from_many_starts(balance, condensed, x, sliders, failed=FEW_STARTS) if result is None else result
 
 
 def from_many_starts(

@@ -105,10 +105,10 @@ def contact_jacobian(
     # Parts along the damper's axis and up; those of the blade are up = CF - up of the de-coupler.
     along = [cos(alpha), cos(alpha), 0.0, -(r3 + r4) * sin(alpha), 0.0]
     up = [sign * sin(alpha), -sign * sin(alpha), 0.0, sign * (r3 - r4) * cos(alpha), weight]
-    found = np.array(along_line(np.array(along), np.array(up), theta))
+    result = np.array(along_line(np.array(along), np.array(up), theta))
     # The line turns, and the force does not.
-    found[:, 2] = [-float(line.normal), float(line.tangential)]
-    return found
+    result[:, 2] = [-float(line.normal), float(line.tangential)]
+    return result
 
 
 def contact_covariance(

@@ -188,9 +188,9 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"stickslip has no public name {name!r}: dir(stickslip) lists them")
     require_own_packages()
     module, _, there = _HOME[name].partition(":")
-    found = getattr(importlib.import_module(module), there)
-    globals()[name] = found
-    return found
+    result = getattr(importlib.import_module(module), there)
+    globals()[name] = result
+    return result
 
 
 def __dir__() -> list[str]:

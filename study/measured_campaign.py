@@ -34,9 +34,9 @@ def read_measured(folder: Path, run: RunContext) -> Campaign:
         analyse, done = keep_analyses(run.store), count()
 
         def analyse_and_report(compute: Any, *args: Any, **words: Any) -> Any:
-            found = analyse(compute, *args, **words)
+            result = analyse(compute, *args, **words)
             report(min(next(done) + 1, total), total)
-            return found
+            return result
 
         return read_campaign(folder, analyse_and_report)
 

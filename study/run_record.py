@@ -148,7 +148,7 @@ def find_records(stored: Path, below: Path) -> list[RunRecord]:
     below
         The folder.
     """
-    found = []
+    result = []
     for path in (stored / RECORDS).glob("*.json"):
         # One that is damaged says nothing, and the next run of the same command replaces it.
         with suppress(OSError, ValueError, KeyError, TypeError):
@@ -156,8 +156,8 @@ def find_records(stored: Path, below: Path) -> list[RunRecord]:
             names = [item.name for item in fields(RunRecord) if item.name != "path"]
             record = RunRecord(path=path, **{name: document[name] for name in names})
             if Path(record.output).is_dir() and Path(record.output).is_relative_to(below.resolve()):
-                found.append(record)
-    return sorted(found, key=lambda record: record.finished)
+                result.append(record)
+    return sorted(result, key=lambda record: record.finished)
 
 
 def newest_record(stored: Path, output: Path) -> RunRecord:

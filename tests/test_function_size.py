@@ -36,13 +36,13 @@ def too_large(source: str) -> Iterator[str]:
 
 
 def test_functions_of_the_product_are_short_and_take_few_arguments() -> None:
-    found = {
+    result = {
         f"{file.relative_to(ROOT)} {name}"
         for package in PACKAGES
         for file in sorted((ROOT / package).rglob("*.py"))
         for name in too_large(file.read_text(encoding="utf-8"))
     }
-    assert not found, f"over {MOST_LINES} lines or {MOST_ARGUMENTS} arguments: {sorted(found)}"
+    assert not result, f"over {MOST_LINES} lines or {MOST_ARGUMENTS} arguments: {sorted(result)}"
 
 
 def test_long_functions_and_many_arguments_are_seen_and_kernels_are_not() -> None:

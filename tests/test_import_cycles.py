@@ -40,21 +40,21 @@ def cycles(graph: dict[str, set[str]]) -> set[frozenset[str]]:
     """Strongly connected components of more than one module, and modules that import themselves."""
     reach: dict[str, set[str]] = {}
     for start in graph:
-        found, waiting = set[str](), [start]
+        result, waiting = set[str](), [start]
         while waiting:
-            for name in graph[waiting.pop()] - found:
-                found.add(name)
+            for name in graph[waiting.pop()] - result:
+                result.add(name)
                 waiting.append(name)
-        reach[start] = found
+        reach[start] = result
     return {frozenset(item for item in reach[name] if name in reach[item]) for name in graph if name in reach[name]}
 
 
 def test_no_cycle_of_imports_in_the_product() -> None:
     graph = {name: set(imported(file.read_text(encoding="utf-8"), set(MODULES))) for name, file in MODULES.items()}
-    found = cycles(graph)
-    new = found - EXCEPTIONS
+    result = cycles(graph)
+    new = result - EXCEPTIONS
     assert not new, f"modules import each other in a circle: {[sorted(item) for item in new]}"
-    assert not EXCEPTIONS - found, f"cut by now, take off the list: {[sorted(item) for item in EXCEPTIONS - found]}"
+    assert not EXCEPTIONS - result, f"cut by now, take off the list: {[sorted(item) for item in EXCEPTIONS - result]}"
 
 
 def test_a_cycle_by_way_of_a_function_and_a_package_is_seen() -> None:

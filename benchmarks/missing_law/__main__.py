@@ -27,17 +27,17 @@ def run(seed: int) -> dict[str, Any]:
     budget = Budget(frequency=5e-4, compliance=0.0, shares=0.0)
     arrangement = arrange(trial.campaign, trial.model, calibration, budget)
     begin = time.process_time()
-    found = recover_law(arrangement)
+    result = recover_law(arrangement)
     record: dict[str, Any] = {
         "seed": seed, "kind": trial.hidden.kind, "contacts": trial.n_contact, "sensors": len(trial.model.sensors),
-        "harmonics": trial.harmonics, "chi2": arrangement.fit.chi2 / arrangement.fit.n_number, "law": found is not None,
+        "harmonics": trial.harmonics, "chi2": arrangement.fit.chi2 / arrangement.fit.n_number, "law": result is not None,
         "seconds": time.process_time() - begin,
     }  # fmt: skip
-    if found is None:
+    if result is None:
         return record
-    own = next((law for law in found.places if law.name == trial.hidden.place), None)
-    words = describe(compute_curves(found.best))
-    record |= {"placed": trial.hidden.place in found.credible, "credible": found.credible, "words": words.words}
+    own = next((law for law in result.places if law.name == trial.hidden.place), None)
+    words = describe(compute_curves(result.best))
+    record |= {"placed": trial.hidden.place in result.credible, "credible": result.credible, "words": words.words}
     if own is not None:
         sees_even = bool(own.posterior.is_seen[EVEN])
         error, covered = score_law(own, trial)

@@ -40,9 +40,9 @@ def score_law(law: PlaceLaw, trial: Trial) -> tuple[float, float]:
     functions = functions - functions.mean(axis=1, keepdims=True)
     true = true - true.mean(axis=1, keepdims=True)
     low, high = np.quantile(np.einsum("snb,db->dsn", functions, draw_coefficients(law)), BAND, axis=0)
-    found = functions @ law.posterior.mean
+    result = functions @ law.posterior.mean
     covered = float(np.mean((true >= low) & (true <= high)))
-    difference, half = found - true, true.shape[1] // 2
+    difference, half = result - true, true.shape[1] // 2
     if not law.posterior.is_seen[EVEN]:
         difference = (difference - np.roll(difference, half, axis=1)) / 2
     return float(np.abs(difference).max() / np.abs(true).max()), covered

@@ -28,9 +28,9 @@ def summarise(record: Record) -> str:
     parts = []
     for name in ("advised", "random"):
         if name in record:
-            found = record[name]
-            right = "right" if is_right(found, record) else "wrong"
-            parts.append(f"{name} {found['test']} ({found['expected']:.2f}): {found['finding']}, {right}")
+            result = record[name]
+            right = "right" if is_right(result, record) else "wrong"
+            parts.append(f"{name} {result['test']} ({result['expected']:.2f}): {result['finding']}, {right}")
     return f"{head}: {'; '.join(parts)}"
 
 
@@ -40,11 +40,11 @@ def make_table(records: Sequence[Record]) -> str:
     lines = [f"{len(records)} strangers, {len(several)} whose verdict was several and was measured again"]
     for name in ("advised", "random"):
         of = [(record[name], record) for record in several if name in record]
-        decided = [(found, record) for found, record in of if is_decided(found)]
-        right = sum(is_right(found, record) for found, record in decided)
+        decided = [(result, record) for result, record in of if is_decided(result)]
+        right = sum(is_right(result, record) for result, record in decided)
         lines.append(f"{name:8} decided {_words(len(decided), len(of))}; of these right {_words(right, len(decided))}")
         if of:
-            lines.append(f"{'':8} expected {sum(found['expected'] for found, _ in of):.1f} of {len(of)}")
+            lines.append(f"{'':8} expected {sum(result['expected'] for result, _ in of):.1f} of {len(of)}")
     return "\n".join(lines)
 
 

@@ -68,14 +68,14 @@ def _diagnose(stranger: Stranger, campaign: Campaign) -> Round:
 def _measure_and_diagnose(stranger: Stranger, campaign: Campaign, ranked: RankedTest) -> dict[str, Any]:
     """What all data together say after a further test."""
     begin, test = time.process_time(), ranked.test
-    found: dict[str, Any] = {"test": test.title, "minutes": test.minutes, "expected": ranked.probability}
+    result: dict[str, Any] = {"test": test.title, "minutes": test.minutes, "expected": ranked.probability}
     try:
         further = simulate(stranger, test, stranger.truth["seed"])
         with limited(LIMIT):
             if test.is_held_out and campaign.held_out.repeats:
                 further = replace(further, held_out=HeldOut(repeats=tuple(range(1, test.n_repeat + 1))))
             both = _diagnose(stranger, join_campaigns(campaign, replace(further, drive=campaign.drive)))
-            found |= round_of(both.diagnosis, stranger.hidden)
+            result |= round_of(both.diagnosis, stranger.hidden)
     except TimeUp as end:
-        found |= {"finding": "failed", "failure": str(end)}
-    return {**found, "seconds": time.process_time() - begin}
+        result |= {"finding": "failed", "failure": str(end)}
+    return {**result, "seconds": time.process_time() - begin}

@@ -34,18 +34,18 @@ def draw_hidden(
     if chosen == "nothing":
         return []
     draft = _strangers(plan, layout, model, random) if chosen == "stranger" else _known(layout, model, random)
-    found: list[tuple[Hidden, float]] = []
+    result: list[tuple[Hidden, float]] = []
     for _ in range(2 if chosen == "two" else 1):
         aim = float(log_uniform(random, *AIM))
         for _ in range(DRAWS):
             effect = draft()
-            if effect.name in {item.name for item, _ in found}:
+            if effect.name in {item.name for item, _ in result}:
                 continue
             scaled, z = _scaled(effect, aim, signature)
             if z >= LEAST:
-                found.append((scaled, z))
+                result.append((scaled, z))
                 break
-    return found
+    return result
 
 
 def _scaled(effect: Hidden, aim: float, signature: Signature) -> tuple[Hidden, float]:

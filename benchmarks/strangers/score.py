@@ -101,14 +101,14 @@ def is_itself(record: Record) -> bool:
 
 def is_covered(record: Record) -> bool:
     """See `covered`."""
-    found, true = named(record)[0], record["effects"][0]
-    return abs(found["strength"] - true["strength"]) <= found["half"]
+    result, true = named(record)[0], record["effects"][0]
+    return abs(result["strength"] - true["strength"]) <= result["half"]
 
 
 def is_strong(record: Record) -> bool:
     """See `strength`."""
-    found, true = named(record)[0], record["effects"][0]
-    error = abs(found["strength"] - true["strength"]) / abs(true["strength"] - true["vanishes"])
+    result, true = named(record)[0], record["effects"][0]
+    error = abs(result["strength"] - true["strength"]) / abs(true["strength"] - true["vanishes"])
     return error <= 0.2 or is_covered(record)
 
 
@@ -127,13 +127,13 @@ def is_wrong(record: Record) -> bool:
 
 def n_found(record: Record) -> int:
     """Hidden effects that the rounds name, or what is the same."""
-    found: set[int] = set()
+    result: set[int] = set()
     for number in range(len(record["rounds"])):
         names = {item["name"] for item in named(record, number)[:1]}
         further = record["rounds"][number].get("further")
         names |= {further["name"]} if further and names else set()
-        found |= {place for place, group in enumerate(groups(record, number)) if names & group}
-    return len(found)
+        result |= {place for place, group in enumerate(groups(record, number)) if names & group}
+    return len(result)
 
 
 def table(records: Sequence[Record]) -> str:

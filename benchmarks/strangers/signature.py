@@ -185,12 +185,12 @@ class Signature:
             there = np.isfinite(changes) & np.isfinite(measured)[:, None]
             return np.concatenate([-self.whitening(np.where(there, changes, 0.0)), np.eye(len(share))])
 
-        found = scipy.optimize.least_squares(
+        result = scipy.optimize.least_squares(
             residual, start, slopes, bounds=(-MAX_PRIOR_RESIDUAL, MAX_PRIOR_RESIDUAL), max_nfev=EFFORT, ftol=1e-3
         )
-        by_state = np.sort(np.bincount(self.features.state, found.fun[: len(measured)] ** 2))
+        by_state = np.sort(np.bincount(self.features.state, result.fun[: len(measured)] ** 2))
         counted = by_state[: len(by_state) - int(np.ceil(JUMPS * len(by_state)))]
-        return found.x, float(np.sqrt(counted.sum() + found.x @ found.x))
+        return result.x, float(np.sqrt(counted.sum() + result.x @ result.x))
 
     def _values(self, share: Vector) -> Vector:
         """Values of the calibration parameters that are so many standard deviations of their priors from the case."""

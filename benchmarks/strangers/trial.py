@@ -56,8 +56,10 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
             begin, done = time.process_time(), {}
             try:
                 with limited(LIMIT):
-                    found = diagnose_file(stranger.case, read_campaign(stranger.folder), stranger.folder, trials=trials)
-                    done = round_of(found.last.diagnosis, stranger.hidden)
+                    result = diagnose_file(
+                        stranger.case, read_campaign(stranger.folder), stranger.folder, trials=trials
+                    )
+                    done = round_of(result.last.diagnosis, stranger.hidden)
             except TimeUp as end:
                 done = {"finding": "failed", "failure": str(end)}
             except Exception as error:

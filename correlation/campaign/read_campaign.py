@@ -36,13 +36,13 @@ def read_campaign(path: Path, analyse: Analyse = analyse_uncached) -> Campaign:
         One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
     """
     path = Path(path)
-    found = [item for item in FORMATS if item.recognise(path)]
-    if len(found) > 1:
-        names = " and ".join(f'"{item.name}"' for item in found)
+    result = [item for item in FORMATS if item.recognise(path)]
+    if len(result) > 1:
+        names = " and ".join(f'"{item.name}"' for item in result)
         raise CampaignError(f'"{path}" is a campaign in the formats {names}: leave one of them out')
-    if not found:
+    if not result:
         return _others(path, analyse)
-    campaign = _read(found[0], path, analyse)
+    campaign = _read(result[0], path, analyse)
     return campaign.suspected(find_suspicions(campaign))
 
 

@@ -157,9 +157,9 @@ def _read_signals(
                 all(len(file.column(name).values) == len(phase_reference) for name in signal.columns.values()),
                 signal.problem("its column is not as long as that of the frequency"),
             )
-            present, there, found = _present(entry, file, signal)
+            present, there, result = _present(entry, file, signal)
             value = signal.complex_values(present, sensor.unit if sensor.calibrated else "")
-            suspicions += found
+            suspicions += result
             _require(
                 sensor.has_phase or "phase" not in signal.columns,
                 signal.problem(
@@ -209,15 +209,15 @@ def _present(
     columns = {name: file.column(name) for name in signal.columns.values()}
     there = np.all([np.isfinite(column.values) for column in columns.values()], axis=0)
     if there.all() or not there.any() or entry.table.values.get("missing") != "skip":
-        there, present, found = np.ones(len(there), dtype=np.bool_), file, []
+        there, present, result = np.ones(len(there), dtype=np.bool_), file, []
     else:
         present = with_rows(file, columns, there)
         listed = ", ".join(f'"{name}"' for name in columns)
         gaps = f"{(~there).sum()} of {len(there)} rows have no number in {listed}, and are left out of it"
-        found = [Suspicion(where=entry.file, sentence=gaps, remark=True)]
+        result = [Suspicion(where=entry.file, sentence=gaps, remark=True)]
     if degrees := signal.suspect_degrees(present):
-        found.append(Suspicion(where=entry.file, sentence=degrees))
-    return present, there, found
+        result.append(Suspicion(where=entry.file, sentence=degrees))
+    return present, there, result
 
 
 def join_rows(tables: Sequence[Measurement]) -> Measurement:

@@ -41,7 +41,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     exactly zero.
     """
     dead = find_dead_rows(campaign)
-    found = [
+    result = [
         item
         for check in (
             _phases,
@@ -68,7 +68,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     # Nor does a test change as a whole whose runs differ by a mistake, a gain or the settling of its first repeats.
     told = [item.where for item in (*others, *channels, *drifts)]
     trends = [item for item in find_trend_suspicions(campaign) if not any(item.where in where for where in told)]
-    return (*found, *channels, *find_drive_suspicions(campaign), *levels, *drifts, *trends)
+    return (*result, *channels, *find_drive_suspicions(campaign), *levels, *drifts, *trends)
 
 
 def _phases(campaign: Campaign) -> Iterator[Suspicion]:
@@ -253,9 +253,9 @@ def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for number, sensor in enumerate(campaign.sensors):
         there = [bool((table.sensor[table.test == test] == number).any()) for test in range(len(campaign.tests))]
-        for test, found in zip(campaign.tests, there, strict=True):
+        for test, result in zip(campaign.tests, there, strict=True):
             # Without its contacts a structure has no contact forces.
-            if not found and any(there) and not (sensor.quantity == CONTACT_FORCE and test.configuration == "free"):
+            if not result and any(there) and not (sensor.quantity == CONTACT_FORCE and test.configuration == "free"):
                 others = ", ".join(f'"{item.name}"' for item, seen in zip(campaign.tests, there, strict=True) if seen)
                 yield Suspicion(
                     where=f'test "{test.name}"',

@@ -108,7 +108,7 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
     """
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
-        found: dict[tuple[int, str], list[tuple[str, tuple[str, float, float]]]] = {}
+        result: dict[tuple[int, str], list[tuple[str, tuple[str, float, float]]]] = {}
         for index, sensor in enumerate(campaign.sensors):
             if not sensor.has_phase:
                 continue
@@ -116,8 +116,8 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
             values = arranged.value[0]
             for column, repeat in enumerate(arranged.repeat):
                 if judged := _judge(values[:, column], _mean(np.delete(values, column, axis=1))):
-                    found.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
-        for (repeat, explanation), sensors in found.items():
+                    result.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
+        for (repeat, explanation), sensors in result.items():
             names = ", ".join(f'"{name}"' for name, _ in sensors)
             judged = min((item for _, item in sensors), key=lambda item: item[1])
             yield Suspicion(

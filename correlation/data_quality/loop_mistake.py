@@ -54,14 +54,14 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
     } | {((1.0, 1.0), offsets): at_rest}
     left = {change: _misfit(model, _changed(loop, *change)) for change in questions}
     # A loop that sticks has one stiffness, of which force and displacement may each be the cause.
-    found = [
+    result = [
         change for change in sorted(left, key=lambda one: left[one]) if left[change] < min(MENDED, before / BETTER)
     ]
-    if found:
+    if result:
         yield Suspicion(
             where=loop.name,
             sentence=f"the model is off by {before:.3g} standard deviations (root mean square), and by "
-            + "; or by ".join(f"{left[change]:.2g} {questions[change]}" for change in found),
+            + "; or by ".join(f"{left[change]:.2g} {questions[change]}" for change in result),
         )
 
 

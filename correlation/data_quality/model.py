@@ -40,7 +40,7 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
     """
     model = np.asarray(model_frequencies, dtype=np.float64)
     model = model[model > 0]
-    found = []
+    result = []
     for number, test in enumerate(campaign.tests):
         low, high, evidence = _resonance(campaign, number)
         if not evidence or not len(model):
@@ -53,8 +53,8 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
                 f'{wrong.likely}? If so, write "{wrong.likely}" instead of "{wrong.stated}" as the unit of that '
                 "column, or as units.frequency where the column has none"
             )
-            found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence, of_test=True))
-    return tuple(found)
+            result.append(Suspicion(where=f'test "{test.name}"', sentence=sentence, of_test=True))
+    return tuple(result)
 
 
 def find_swapped_sensors(
@@ -82,7 +82,7 @@ def find_swapped_sensors(
             measured[i, j], model[i, j] = _ratios(campaign, table, predicted, i, j)
     with np.errstate(divide="ignore", invalid="ignore"):
         seen, said = np.log(measured), np.log(model)
-    found: list[tuple[float, int, int, str]] = []
+    result: list[tuple[float, int, int, str]] = []
     for j, i in combinations(range(n), 2):
         if not np.isfinite(seen[i, j] + said[i, j]):
             continue
@@ -93,11 +93,11 @@ def find_swapped_sensors(
                 f'"{first}" reads {_polar(measured[i, j])} of "{second}", the model says {_polar(model[i, j])}; '
                 f"swapped, they agree within {max(np.expm1(swapped), 1e-3):.1%}: check the cables"
             )
-            found.append((float(swapped / own), i, j, sentence))
+            result.append((float(swapped / own), i, j, sentence))
     # Two that are swapped make each of them look wrong beside a third: the pair that explains best stands for all.
     reported: set[int] = set()
     suspicions = []
-    for _, i, j, sentence in sorted(found):
+    for _, i, j, sentence in sorted(result):
         if reported.isdisjoint({i, j}):
             reported |= {i, j}
             names = f'"{campaign.sensors[j].name}" and "{campaign.sensors[i].name}"'

@@ -42,21 +42,21 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
         (item.name, item.modes) for item in data if isinstance(item, MeasuredResponse)
     ]
     tests.append(("modes", [item for item in data if isinstance(item, MeasuredMode)]))
-    found: list[Suspicion] = []
+    result: list[Suspicion] = []
     for name, modes in tests:
         try:
-            found += _wrong_frequency_unit(model, name, modes) or _wrong_sensors(model, name, modes)
+            result += _wrong_frequency_unit(model, name, modes) or _wrong_sensors(model, name, modes)
         except CampaignError:
             continue  # the comparison says it: a sensor that the model has not
     for item in data:
         with suppress(CampaignError):  # the same
             if isinstance(item, MeasuredResponse):
-                found += find_wrong_size(model, item)
+                result += find_wrong_size(model, item)
             if isinstance(item, FreeDecay):
-                found += find_wrong_time_base(model, item)
+                result += find_wrong_time_base(model, item)
             if isinstance(item, ForceLoop):
-                found += find_loop_mistake(model, item)
-    return tuple(found)
+                result += find_loop_mistake(model, item)
+    return tuple(result)
 
 
 def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]) -> list[Suspicion]:

@@ -98,7 +98,7 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
             for sensor, unit in zip(sensors, response.units, strict=True)
         ]
     )
-    found: list[tuple[int, float, complex]] = []
+    result: list[tuple[int, float, complex]] = []
     fit = response.fit
     for mode in correct_modes(model, response.modes) if fit is not None else ():
         partner = find_partner(model, mode, frequency, shapes)
@@ -108,10 +108,10 @@ def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
         omega, shape = 2 * np.pi * float(frequency[partner]), shapes[:, partner]
         of_model = (rows @ shape) * complex(shape @ system.dynamic[1]) / (2j * omega)
         tells = (np.abs(of_model) > MOVES * np.abs(of_model).max()) & (measured != 0) & calibrated
-        found += [
+        result += [
             (row, omega, complex(np.log(measured[row] / of_model[row]))) for row in np.flatnonzero(tells).tolist()
         ]
-    sensor, omegas, logarithm = zip(*found, strict=True) if found else ((), (), ())
+    sensor, omegas, logarithm = zip(*result, strict=True) if result else ((), (), ())
     return _Ratios(np.array(sensor, dtype=np.int64), np.array(omegas, dtype=float), np.array(logarithm, dtype=complex))
 
 

@@ -51,10 +51,10 @@ def find_swapped_forces(
         parts = [("", every)]
         parts += [(f" at {level:.4g} {campaign.drive.unit}", table.level == level) for level in np.unique(table.level)]
         for where, part in parts:
-            if found := _find_clearest_harmonic(_distances_from_model(table, predicted, scatter, (i, j), part)):
+            if result := _find_clearest_harmonic(_distances_from_model(table, predicted, scatter, (i, j), part)):
                 yield Suspicion(
                     where=f'sensors "{campaign.sensors[i].name}" and "{campaign.sensors[j].name}" look swapped{where}',
-                    sentence=f"{_describe(found)} between the model's values of both, and {found[2]:.0%} if they are "
+                    sentence=f"{_describe(result)} between the model's values of both, and {result[2]:.0%} if they are "
                     "swapped (medians): check the cables",
                 )
                 if not where:
@@ -92,14 +92,14 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         harmonics = np.unique(table.harmonic).tolist()
         for i, j in _pairs(campaign):
             values = {harmonic: arrange_repeats(table, (i, j), harmonic).value for harmonic in harmonics}
-            found = []
+            result = []
             for column, repeat in enumerate(np.unique(table.repeat).tolist()):
                 evidence = _distances_from_others(values, column)
                 if clearest := _find_clearest_harmonic(evidence):
-                    found.append((clearest, repeat))
-            if found:
+                    result.append((clearest, repeat))
+            if result:
                 # A swapped repeat is among the others of each: the clearest one stands for all.
-                clearest, repeat = min(found, key=lambda item: item[0][2])
+                clearest, repeat = min(result, key=lambda item: item[0][2])
                 names = f'"{campaign.sensors[i].name}" and "{campaign.sensors[j].name}"'
                 yield Suspicion(
                     where=f'test "{campaign.tests[test].name}", repeat {repeat}',
@@ -140,11 +140,11 @@ def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]
 
 def _find_clearest_harmonic(evidence: list[tuple[int, float, float]]) -> tuple[int, float, float] | None:
     """The harmonic that says most clearly that two forces are swapped; None if none does or one says the contrary."""
-    found = [item for item in evidence if item[2] < NEAR_SHARE and item[1] > FAR_SHARE]
+    result = [item for item in evidence if item[2] < NEAR_SHARE and item[1] > FAR_SHARE]
     # A mean may be as it is by the friction history: it does not speak against a clear harmonic.
-    if not found or any(harmonic and own < NEAR_SHARE and swapped > FAR_SHARE for harmonic, own, swapped in evidence):
+    if not result or any(harmonic and own < NEAR_SHARE and swapped > FAR_SHARE for harmonic, own, swapped in evidence):
         return None
-    return min(found, key=lambda item: item[2])
+    return min(result, key=lambda item: item[2])
 
 
 def _describe(found: tuple[int, float, float]) -> str:

@@ -118,12 +118,12 @@ def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: f
     item = chance / (deviation.own.shape[1] * sum(map(len, stages)))
     for parts in stages:
         swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, item) for words, mask in parts]
-        found = [swap for swap in swaps if swap is not None]
+        result = [swap for swap in swaps if swap is not None]
         # Most of a repeat is not all of it.
-        if parts is stages[0] and any(_agrees(deviation, mask, swap.column) for swap in found for _, mask in levels):
+        if parts is stages[0] and any(_agrees(deviation, mask, swap.column) for swap in result for _, mask in levels):
             continue
-        if found:
-            return found
+        if result:
+            return result
     return []
 
 
@@ -159,7 +159,7 @@ def _find_clearest_swap(
     arranged: RepeatArray, q: Logarithms, deviation: _RepeatDeviation, part: Mask, words: str, chance: float
 ) -> _Swap | None:
     """The clearest repeat whose channels are swapped in a part of the points; None if they are in no one."""
-    found = []
+    result = []
     count = q.shape[1]
     for column in range(deviation.own.shape[1]):
         own, swapped, change, scatter = (values[:, column] for values in deviation)
@@ -174,8 +174,8 @@ def _find_clearest_swap(
         as_is, swapped = (item[tells] / change[tells] for item in (own, swapped))
         if np.quantile(as_is, 1 - MOST) > FAR and np.quantile(swapped, MOST) < NEAR:
             which = column if count > 2 else _find_odd_repeat(arranged, q, part)
-            found.append(_Swap(float(np.median(as_is)), float(np.median(swapped)), which, words))
-    return min(found, key=lambda swap: swap.swapped, default=None)
+            result.append(_Swap(float(np.median(as_is)), float(np.median(swapped)), which, words))
+    return min(result, key=lambda swap: swap.swapped, default=None)
 
 
 def _quantile_of_scatter(

@@ -43,14 +43,14 @@ def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
     frequency = frequency[frequency > 0]
     if not len(measured) or not len(frequency):
         return
-    found = find_time_base_factor(measured, frequency)
+    result = find_time_base_factor(measured, frequency)
     lost = _distance(measured, frequency) > np.log(MAX_FREQUENCY_FACTOR)
     both = f"the modes of the model are at {_list(frequency)} Hz"
-    if found is not None:
+    if result is not None:
         yield Suspicion(
             where=decay.name,
-            sentence=f"its modes are at {_list(measured)} Hz, and {both}: each is {found:.4g} times one of these, and "
-            f"none is near one as it is: {TIME_BASE_MISTAKES[found]}? If so, correct the unit or the rate of its time",
+            sentence=f"its modes are at {_list(measured)} Hz, and {both}: each is {result:.4g} times one of these, and "
+            f"none is near one as it is: {TIME_BASE_MISTAKES[result]}? If so, correct the unit or the rate of its time",
         )
     elif lost.any():
         yield Suspicion(

@@ -73,22 +73,22 @@ def find_wrong_units(
     runs = _runs(campaign, points, predicted)
     power, beside = _find_powers_of_ten(runs)
     moves = np.array([sensor.quantity != CONTACT_FORCE for sensor in campaign.sensors])
-    found: list[Suspicion] = []
+    result: list[Suspicion] = []
     for test in np.unique(runs.test).tolist():
         here = runs.test == test
         # A force of a line does not go with the level once the line slips.
         motions = here & moves[runs.sensor]
         powers = np.unique(power[motions])
         if len(powers) == 1 and powers[0] and len(np.unique(runs.sensor[motions])) > 1:
-            found.append(_describe_level(campaign, test, float(np.median(runs.ratio[motions])), int(powers[0])))
+            result.append(_describe_level(campaign, test, float(np.median(runs.ratio[motions])), int(powers[0])))
             continue
-        found += _suspect_levels(campaign, runs, motions)
+        result += _suspect_levels(campaign, runs, motions)
         for sensor in np.unique(runs.sensor[here]):
             for item in np.unique(power[here & (runs.sensor == sensor)]).tolist():
                 chosen = here & (runs.sensor == sensor) & (power == item)
                 if item:
-                    found.append(_describe_channel(campaign, runs, chosen, beside, power == 0))
-    return tuple(found)
+                    result.append(_describe_channel(campaign, runs, chosen, beside, power == 0))
+    return tuple(result)
 
 
 def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
@@ -132,12 +132,12 @@ def _find_powers_of_ten(runs: _Runs) -> tuple[Int[NDArray[np.int64], " n"], Floa
         beside[number] = np.median(runs.ratio[others]) if others.any() else np.nan
     apart = np.where(np.isfinite(beside), runs.ratio - beside, runs.ratio)
     whole = np.minimum(np.abs(apart - power), np.abs(apart)) < BESIDE
-    found = whole & (np.abs(runs.ratio) > WRONG_MODEL) & (np.abs(runs.ratio - power) < MODEL)
+    result = whole & (np.abs(runs.ratio) > WRONG_MODEL) & (np.abs(runs.ratio - power) < MODEL)
     right = np.abs(runs.ratio) < MODEL
     for number in np.flatnonzero((np.abs(power) == 1) & (np.abs(apart - power) < BESIDE)).tolist():
         elsewhere = (runs.sensor == runs.sensor[number]) & right
-        found[number] = bool(elsewhere.any()) and abs(beside[number]) < MODEL
-    return np.where(found, power, 0), beside
+        result[number] = bool(elsewhere.any()) and abs(beside[number]) < MODEL
+    return np.where(result, power, 0), beside
 
 
 def _mask_like_runs(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
@@ -148,7 +148,7 @@ def _mask_like_runs(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
 
 def _suspect_levels(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool_], " n"]) -> list[Suspicion]:
     """Levels at which all motions are off by one factor, if they are right at all others."""
-    found, levels = [], np.unique(runs.level[motions])
+    result, levels = [], np.unique(runs.level[motions])
     middle = {level: float(np.median(runs.ratio[motions & (runs.level == level)])) for level in levels.tolist()}
     for level, ratio in middle.items():
         own, others = motions & (runs.level == level), motions & (runs.level != level)
@@ -157,7 +157,7 @@ def _suspect_levels(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bo
         usual = max(abs(item) for other, item in middle.items() if other != level)
         apart = max(np.abs(runs.ratio[own] - ratio).max(), np.abs(runs.ratio[others]).max(), usual)
         if abs(ratio) > max(ONE_LEVEL, 3 * apart, CONSTANT * float(np.median(runs.spread[own]))):
-            found.append(
+            result.append(
                 Suspicion(
                     where=f'test "{campaign.tests[int(runs.test[own][0])].name}", level {level:.4g} '
                     f"{campaign.drive.unit}",
@@ -165,7 +165,7 @@ def _suspect_levels(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bo
                     f"levels {format_times(min(middle.values(), key=abs))}: is this level right?",
                 )
             )
-    return found
+    return result
 
 
 def _describe_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:

@@ -212,10 +212,10 @@ def _describe_gaps(value: Complex[NDArray[np.complex128], "c f"], sensors: Seque
 
 def _suspect_degrees(signals: Mapping[str, SignalEntry], file: MeasuredFile) -> tuple[str, ...]:
     """Sensors whose phases look like degrees, in one sentence."""
-    found = {name: why for name, signal in signals.items() if (why := signal.suspect_degrees(file))}
-    if len(found) < 2:
-        return tuple(found.values())
-    return (f"the phases of {', '.join(found)}: {next(iter(found.values()))}",)
+    result = {name: why for name, signal in signals.items() if (why := signal.suspect_degrees(file))}
+    if len(result) < 2:
+        return tuple(result.values())
+    return (f"the phases of {', '.join(result)}: {next(iter(result.values()))}",)
 
 
 def _find_dead(value: Complex[NDArray[np.complex128], "c f"], sensors: Sequence[MeasuredSensor]) -> tuple[str, ...]:

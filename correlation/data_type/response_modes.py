@@ -46,7 +46,7 @@ def read_modes(
     if 2 * incoherent > there.sum():
         suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
     quantity = tuple(sensor.quantity for sensor in sensors)
-    found, doubt = analyse(
+    result, doubt = analyse(
         fit_or_doubt,
         response.frequency[coherent],
         response.value[:, coherent],
@@ -55,37 +55,37 @@ def read_modes(
         response.window,
     )
     suspicions += (doubt,) if doubt else ()
-    if found is None:
+    if result is None:
         return replace(response, suspicions=suspicions)
     # A shape needs two sensors, each in its own unit.
     has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
     modes = []
     # Damping that an exponential window cannot have left is no number of a mode; a suspicion tells.
-    for number in np.flatnonzero((found.frequency_deviation < VAGUE * found.frequency) & (found.damping_ratio > 0)):
-        omega = 2j * np.pi * found.frequency[number]
+    for number in np.flatnonzero((result.frequency_deviation < VAGUE * result.frequency) & (result.damping_ratio > 0)):
+        omega = 2j * np.pi * result.frequency[number]
         turned = [omega ** DERIVATIVE[sensor.quantity] for sensor in sensors]
         modes.append(
             MeasuredMode(
                 name=f"{response.name}, mode {number + 1}",
                 configuration=response.configuration,
-                frequency=float(found.frequency[number]),
+                frequency=float(result.frequency[number]),
                 frequency_deviation=float(
-                    np.hypot(found.frequency_deviation[number], LEAST_FREQUENCY * found.frequency[number])
+                    np.hypot(result.frequency_deviation[number], LEAST_FREQUENCY * result.frequency[number])
                 ),
-                damping=float(found.damping_ratio[number]),
+                damping=float(result.damping_ratio[number]),
                 damping_deviation=float(
-                    np.hypot(found.damping_deviation[number], LEAST_DAMPING * found.damping_ratio[number])
+                    np.hypot(result.damping_deviation[number], LEAST_DAMPING * result.damping_ratio[number])
                 ),
                 sensors=response.sensors if has_shape else (),
-                shape=np.array(found.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
+                shape=np.array(result.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
             )
         )
     return replace(
         response,
         modes=tuple(modes),
-        fit=found,
-        suspicions=(*suspicions, *found.suspicions),
-        remarks=(*response.remarks, *found.remarks),
+        fit=result,
+        suspicions=(*suspicions, *result.suspicions),
+        remarks=(*response.remarks, *result.remarks),
     )
 
 
@@ -104,12 +104,12 @@ def fit_or_doubt(
         As in `fit_modes`, shape (f,) and (c, f).
     """
     try:
-        found = fit_modes(frequency, value, quantity=quantity, decay=decay, window=window)
+        result = fit_modes(frequency, value, quantity=quantity, decay=decay, window=window)
     except CampaignError as error:
         why = _fits_conjugate(frequency, value, quantity, decay, window) or str(error)
         return None, f"no mode was read: {why}"
-    unexplained = float(np.median(found.residual)) > UNEXPLAINED
-    return found, _fits_conjugate(frequency, value, quantity, decay, window) if unexplained else ""
+    unexplained = float(np.median(result.residual)) > UNEXPLAINED
+    return result, _fits_conjugate(frequency, value, quantity, decay, window) if unexplained else ""
 
 
 def _fits_conjugate(
@@ -121,14 +121,14 @@ def _fits_conjugate(
 ) -> str:
     """Evidence that responses are of the other time factor: their conjugates are those of modes; else empty."""
     try:
-        found = fit_modes(frequency, value.conj(), quantity=quantity, decay=decay, window=window)
+        result = fit_modes(frequency, value.conj(), quantity=quantity, decay=decay, window=window)
     except CampaignError:
         return ""
-    if float(np.median(found.residual)) > UNEXPLAINED:
+    if float(np.median(result.residual)) > UNEXPLAINED:
         return ""
-    listed = ", ".join(f"{frequency:.4g}" for frequency in found.frequency[:4])
+    listed = ", ".join(f"{frequency:.4g}" for frequency in result.frequency[:4])
     return (
-        f"with the other sign of the imaginary parts {len(found.frequency)} modes at {listed} Hz leave "
-        f"{np.median(found.residual):.0%} of the responses, and as they are none fits: do the numbers belong to the "
+        f"with the other sign of the imaginary parts {len(result.frequency)} modes at {listed} Hz leave "
+        f"{np.median(result.residual):.0%} of the responses, and as they are none fits: do the numbers belong to the "
         "other time factor? If so, change convention.time of the manifest"
     )

@@ -92,13 +92,13 @@ class FreeDecay:
         """Suspicions about the record, in words."""
         size = float(np.ptp(self.signal)) / 2 if len(self.signal) else 0.0
         clipped = describe_clipping(self.signal[self.time >= self._start])
-        found = [f"{clipped}, which spoils frequency and damping: give a later start"] if clipped else []
+        result = [f"{clipped}, which spoils frequency and damping: give a later start"] if clipped else []
         if self.unit == "m" and size >= LARGEST:
-            found.append(
+            result.append(
                 f"its displacement is {size:.4g} m: are these the numbers of a recorder? Frequency and damping go with "
                 "the amplitude: give its unit or sensitivity"
             )
-        return tuple(found)
+        return tuple(result)
 
     @property
     def _start(self) -> float:

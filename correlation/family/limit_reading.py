@@ -220,12 +220,12 @@ def _refined_readings(
     readings: list[float] = []
     error, before, reached = 0.0, None, solvers[0][0]
     for number, (solver, check) in enumerate(solvers):
-        found: SteadyState | None = state
+        result: SteadyState | None = state
         if number:
-            found = _find_limit_state(solver.balance, curve, at, state.motion, slider, _choose_effort(number))
-        if found is None:
+            result = _find_limit_state(solver.balance, curve, at, state.motion, slider, _choose_effort(number))
+        if result is None:
             break
-        state, reached = found, solver
+        state, reached = result, solver
         readings.append(_reading(states, state, solver))
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
         vibration = 0.0 if states.harmonic else solver.read(state, np.array([states.sensor]), np.array([1]))[0]
@@ -250,10 +250,10 @@ def _other_reading(
     if own is None:
         return np.nan
     effort = _choose_effort(len(refined.values) - 1)
-    solver, found = variant.refine(refined.solver.balance, own, state, refined.state, effort)
-    if found is None:
+    solver, result = variant.refine(refined.solver.balance, own, state, refined.state, effort)
+    if result is None:
         return np.nan
-    return _reading(states, found, solver) / (variant.factor if states.harmonic else 1.0)
+    return _reading(states, result, solver) / (variant.factor if states.harmonic else 1.0)
 
 
 def _reading(states: LimitStates, state: SteadyState, solver: ModelSolver) -> float:
@@ -300,8 +300,8 @@ def _rates(
     rates = solver.slopes(state, frequency, names, harmonic, solver.rates(tangents))[0]
     if not states.harmonic:
         return np.asarray(rates.real)
-    found = solver.read(state, names, harmonic)[0]
-    return np.asarray((np.conj(found) * rates).real / max(abs(found), np.finfo(float).tiny))
+    result = solver.read(state, names, harmonic)[0]
+    return np.asarray((np.conj(result) * rates).real / max(abs(result), np.finfo(float).tiny))
 
 
 def _average_over_neighbours(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64], " f"]:

@@ -144,10 +144,10 @@ def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> Re
         group = [table for table in tables if (table.family.sensor, table.family.harmonic) == key]
         if key[0] in stated:
             relative, absolute = stated[key[0]]
-            found = ReadingNoise(relative=relative, absolute=absolute, source="stated")
+            result = ReadingNoise(relative=relative, absolute=absolute, source="stated")
         else:
-            found = _noise(group)
-        noise[key] = replace(found, gain=min(_gain_scatter(group), MOST_GAIN) if key[1] else 0.0)
+            result = _noise(group)
+        noise[key] = replace(result, gain=min(_gain_scatter(group), MOST_GAIN) if key[1] else 0.0)
     forces = {sensor.name for sensor in campaign.sensors if sensor.line is not None}
     moving = [table for table in tables if table.family.sensor not in forces and table.family.harmonic > 0]
     return RepeatErrors(noise=noise, frequency=_frequency_jitter(moving))

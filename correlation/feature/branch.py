@@ -144,9 +144,9 @@ def find_minority(
         Whether the readings are known to scatter, so that they cannot be used if they do not form two groups.
     """
     there = np.flatnonzero(np.isfinite(value))
-    found = np.zeros(len(value), dtype=bool)
+    result = np.zeros(len(value), dtype=bool)
     if len(there) < 2:
-        return found
+        return result
     order = there[np.argsort(np.abs(value[there]))]
     size = np.abs(value[order])
     gap = np.diff(size)
@@ -155,12 +155,12 @@ def find_minority(
     spread = max(float(np.ptp(size[:cut])), float(np.ptp(size[cut:])), by_noise)
     apart = gap[cut - 1] > max(GAP * spread, MIN_DIFFERENCE * size[-1])
     if not apart:
-        found[there] = scattered
+        result[there] = scattered
     elif 2 * cut == len(order):
-        found[there] = True
+        result[there] = True
     else:
-        found[order[:cut] if 2 * cut < len(order) else order[cut:]] = True
-    return found
+        result[order[:cut] if 2 * cut < len(order) else order[cut:]] = True
+    return result
 
 
 def _noise(curves: CurveSet, number: int) -> Float[NDArray[np.float64], " n"]:
@@ -177,11 +177,11 @@ def _states_between_jumps(
     if len(value) < 2:
         return
     jumps = [find_curve_jumps(frequency, curve, scatter) for curve, scatter in zip(value, noise, strict=True)]
-    found = np.unique(np.concatenate(jumps))
-    if not len(found):
+    result = np.unique(np.concatenate(jumps))
+    if not len(result):
         return
     # Jumps that lie within a few points are one and the same.
-    for group in np.split(found, np.flatnonzero(np.diff(found) > max(3, value.shape[1] // 10)) + 1):
+    for group in np.split(result, np.flatnonzero(np.diff(result) > max(3, value.shape[1] // 10)) + 1):
         # A repeat whose jump was not recognised may have jumped a step beside.
         yield from range(max(int(group[0]), 0), min(int(group[-1]) + 2, value.shape[1]))
 
@@ -259,7 +259,7 @@ def find_scattered(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]) ->
     Jitter makes the dynamic stiffness F / X scatter almost alike at neighbouring frequencies, and noise X itself. (Away
     from a resonance F / X alone scatters more, and at a resonance X alone.)
     """
-    found = np.ones(len(bistable), dtype=bool)
+    result = np.ones(len(bistable), dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore"):
         inverse = 1 / curves.value
     for value in (curves.value, inverse):
@@ -271,8 +271,8 @@ def find_scattered(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]) ->
         n_mean = np.where(bistable, len(np.unique(curves.sweep)), 1)
         n = there.sum(axis=0)
         squares = np.where(there, np.abs(value - mean) ** 2, 0.0).sum(axis=0)
-        found &= _outlying(np.where(n >= FEWEST, np.sqrt(squares / np.maximum(n - n_mean, 1)), np.nan))
-    return found
+        result &= _outlying(np.where(n >= FEWEST, np.sqrt(squares / np.maximum(n - n_mean, 1)), np.nan))
+    return result
 
 
 def _mean(value: Curves) -> Curves:
@@ -283,12 +283,12 @@ def _mean(value: Curves) -> Curves:
 
 
 def _outlying(scatter: Float[NDArray[np.float64], " n"]) -> Bool[NDArray[np.bool_], " n"]:
-    found = np.zeros(len(scatter), dtype=bool)
+    result = np.zeros(len(scatter), dtype=bool)
     known = np.flatnonzero(np.isfinite(scatter))
     if len(known) <= FEWEST:
-        return found
+        return result
     for place, number in enumerate(known):
         first = int(np.clip(place - BESIDE // 2, 0, max(len(known) - BESIDE - 1, 0)))
         beside = [other for other in known[first : first + BESIDE + 1] if other != number]
-        found[number] = scatter[number] > SCATTER * np.median(scatter[beside])
-    return found
+        result[number] = scatter[number] > SCATTER * np.median(scatter[beside])
+    return result

@@ -47,14 +47,14 @@ class CurveSet:
 
 def list_curves(campaign: Campaign) -> list[CurveSet]:
     """Curves of each configuration and level, in this order; none of levels at which no motion was read."""
-    table, found = campaign.measurement, []
+    table, result = campaign.measurement, []
     is_free = campaign.is_free[table.test]
     for free in np.unique(is_free):
         for level in np.unique(table.level[is_free == free]):
             rows = _largest_motion(campaign, (is_free == free) & (table.level == level))
             if rows.any():
-                found.append(_arranged(campaign, rows, bool(free)))
-    return found
+                result.append(_arranged(campaign, rows, bool(free)))
+    return result
 
 
 def _arranged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: bool) -> CurveSet:

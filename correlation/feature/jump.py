@@ -50,15 +50,15 @@ def _find_in_band(
     x = value[there]
     step, inverse = np.abs(np.diff(x)), np.abs(np.diff(1 / x))
     larger = np.maximum(np.abs(x[1:]), np.abs(x[:-1]))
-    found = _stand_out(step) & _stand_out(inverse) & (step > MIN_JUMP * larger)
+    result = _stand_out(step) & _stand_out(inverse) & (step > MIN_JUMP * larger)
     if noise is not None:
         scatter = np.nan_to_num(noise[there])
-        found &= step > MAX_NOISE_STEP * np.hypot(scatter[1:], scatter[:-1])
+        result &= step > MAX_NOISE_STEP * np.hypot(scatter[1:], scatter[:-1])
     # A single outlying point makes two steps, there and back.
     back = np.abs(x[2:] - x[:-2]) < 0.5 * np.minimum(step[1:], step[:-1])
-    found[1:] &= ~back
-    found[:-1] &= ~back
-    return np.asarray(there[np.flatnonzero(found)])
+    result[1:] &= ~back
+    result[:-1] &= ~back
+    return np.asarray(there[np.flatnonzero(result)])
 
 
 def _stand_out(step: Steps) -> Bool[NDArray[np.bool_], " s"]:

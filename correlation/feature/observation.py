@@ -217,9 +217,9 @@ def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
     table = campaign.measurement
     jointed = ~campaign.is_free[table.test]
     sweep, order = table.sweep[jointed], table.order[jointed]
-    found = np.unique(sweep)
-    first = [order[sweep == way].min() for way in found]
-    return tuple(int(way) for way in found[np.argsort(first, kind="stable")] if way)
+    result = np.unique(sweep)
+    first = [order[sweep == way].min() for way in result]
+    return tuple(int(way) for way in result[np.argsort(first, kind="stable")] if way)
 
 
 def take_training_part(campaign: Campaign) -> Observation:

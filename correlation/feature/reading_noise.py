@@ -69,9 +69,9 @@ def smooth_noise(points: Points, value: ComplexColumn, *, has_phase: bool) -> No
             if not len(rows) or not np.abs(value[rows]).any():
                 continue
             parts = 2 if has_phase and harmonic else 1
-            found, _ = estimate_curve_noise(points.frequency[rows], value[rows], parts=parts)
+            result, _ = estimate_curve_noise(points.frequency[rows], value[rows], parts=parts)
             own = points.sweep[rows] == way
-            noise[rows[own]] = found[own]
+            noise[rows[own]] = result[own]
     return _filled(points, np.abs(value), noise)
 
 

@@ -56,11 +56,11 @@ class Drift:
     @property
     def settled(self) -> Bool[NDArray[np.bool_], " R"]:
         """The last repeats, which differ by a small share of the whole change; at least the last one, shape (R,)."""
-        found = np.ones(len(self.repeat), dtype=bool)
+        result = np.ones(len(self.repeat), dtype=bool)
         for change in (self.frequency, self.amplitude):
             if is_ordered(change):
-                found &= np.abs(change - change[-1]) <= SETTLED * np.ptp(change)
-        return found
+                result &= np.abs(change - change[-1]) <= SETTLED * np.ptp(change)
+        return result
 
 
 def find_drifts(campaign: Campaign) -> list[Drift]:

@@ -197,7 +197,7 @@ def _dips(
     reference: Int[NDArray[np.int64], " k"],
 ) -> Bool[NDArray[np.bool_], " k"]:
     """Fundamentals at an antiresonance: a share of the reference motion far below what the sensor usually has of it."""
-    rows, found = np.flatnonzero(fundamental), np.zeros(len(points), dtype=np.bool_)
+    rows, result = np.flatnonzero(fundamental), np.zeros(len(points), dtype=np.bool_)
     # Where no steady state was found, or nothing moves, there is no share.
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.abs(value[rows] / value[reference[rows]])
@@ -205,5 +205,5 @@ def _dips(
         for sensor in np.unique(points.sensor[rows]):
             of = (points.free[rows] == free) & (points.sensor[rows] == sensor)
             if np.isfinite(share[of]).any():
-                found[rows[of]] = share[of] < DIP * np.nanmedian(share[of])
-    return found
+                result[rows[of]] = share[of] < DIP * np.nanmedian(share[of])
+    return result

@@ -77,7 +77,7 @@ def _of_rate(
 
 def _step(facts: Mapping[str, str]) -> float | None:
     """Step of time of a rate or a step in some facts [s]; None without one, or where two of them differ."""
-    found = set()
+    result = set()
     for key, text in facts.items():
         whole = re.sub(r"[^a-z]", "", key.lower())
         ending = re.search(r"[_ (](khz|hz|ms|us|s)\)?$", key.lower())
@@ -89,8 +89,8 @@ def _step(facts: Mapping[str, str]) -> float | None:
         factor = FACTORS.get(unit or (match[2] if match else "") or "s")
         if kind and number is not None and number > 0 and factor is not None:
             value = number * factor
-            found.add(float(f"{value if kind < 0 else 1 / value:.12g}"))
-    return found.pop() if len(found) == 1 else None
+            result.add(float(f"{value if kind < 0 else 1 / value:.12g}"))
+    return result.pop() if len(result) == 1 else None
 
 
 def _of_pair(file: MeasuredFile, path: str, length: int) -> Column | None:

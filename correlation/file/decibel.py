@@ -32,15 +32,15 @@ def read_decibels(column: Column) -> Column:
         As the file has it, its label such as "tip (dB re 1 m/N)"; without a reference :math:`x_0` is 1.
     """
     label = column.label or " ".join([column.name, column.unit_label])
-    found = DECIBEL.search(label)
-    if found is None or POWER.search(label) or column.words or np.iscomplexobj(column.values):
+    result = DECIBEL.search(label)
+    if result is None or POWER.search(label) or column.words or np.iscomplexobj(column.values):
         return column
-    attached, said = (found["attached"] or "").lower(), found["unit"].strip()
+    attached, said = (result["attached"] or "").lower(), result["unit"].strip()
     if attached and attached not in ATTACHED:
-        return replace(column, unit="", unit_label=f"dB{found['attached']}")
+        return replace(column, unit="", unit_label=f"dB{result['attached']}")
     unit = ATTACHED.get(attached) or unit_text(said)
-    reference = float(found["reference"] or 1.0)
+    reference = float(result["reference"] or 1.0)
     with np.errstate(over="ignore"):
         values = reference * 10 ** (column.values / 20)
-    unknown = said if found["reference"] and not unit and not names_no_unit(said) else ""
+    unknown = said if result["reference"] and not unit and not names_no_unit(said) else ""
     return replace(column, values=values, unit=unit, unit_label=unknown, facts={**column.facts, SCALE: label.strip()})

@@ -102,9 +102,9 @@ def split_label(label: str) -> tuple[str, str]:
     -------
     Name without the unit, and the unit as `unit_text` gives it. What is no unit stays in the name.
     """
-    found = find_unit(label)
-    unit = "" if found.is_doubtful else unit_text(found.unit, name=found.name)
-    return (found.name, unit) if unit else (label.strip(), "")
+    result = find_unit(label)
+    unit = "" if result.is_doubtful else unit_text(result.unit, name=result.name)
+    return (result.name, unit) if unit else (label.strip(), "")
 
 
 def find_unit(label: str) -> Label:
@@ -116,14 +116,14 @@ def find_unit(label: str) -> Label:
     """
     label = label.strip()
     if (match := WITH_AMPLITUDE.match(label)) and match["unit"]:  # "Force [N] rms"
-        found = find_unit(match["unit"])
-        if unit_text(found.unit, name=found.name) and not found.is_doubtful:
-            return found._replace(unit=f"{found.unit} {match['word']}")
+        result = find_unit(match["unit"])
+        if unit_text(result.unit, name=result.name) and not result.is_doubtful:
+            return result._replace(unit=f"{result.unit} {match['word']}")
     if (match := BRACKETED.match(label)) and match["name"] and not unit_text(match["name"]):  # "(m/s^2)(N)"
         token = match["square"] if match["square"] is not None else match["round"]
         rest, sign = match["rest"].strip(), match["both"][0]
-        if not unit_text(token) and unit_text((found := find_unit(match["name"])).unit) and not found.is_doubtful:
-            return found._replace(name=f"{found.name} {match['both']} {rest}".strip())  # "Disp [mm] (tip)"
+        if not unit_text(token) and unit_text((result := find_unit(match["name"])).unit) and not result.is_doubtful:
+            return result._replace(name=f"{result.name} {match['both']} {rest}".strip())  # "Disp [mm] (tip)"
         if not rest or (unit_text(token) and (sign == "[" or _may_be_behind(match["name"], sign, token))):
             return Label(f"{match['name']} {rest}".strip(), token, sign)
     behind = [(label[: one.start()], one[0], label[one.end() :]) for one in BEFORE_UNIT.finditer(label)]

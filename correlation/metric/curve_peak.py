@@ -66,7 +66,7 @@ def find_curve_peaks(
         noise = np.zeros(len(frequency))
     else:
         noise = np.sqrt(np.nansum((np.abs(motion) * deviation) ** 2, axis=0)) / np.maximum(size, np.finfo(float).tiny)
-    found: list[CurvePeak] = []
+    result: list[CurvePeak] = []
     for piece in np.split(np.arange(len(frequency)), find_gaps(frequency) + 1):
         tops = [top for top in piece[1:-1] if _is_peak(size[piece], noise[piece], int(top - piece[0]))]
         ends = [
@@ -74,14 +74,14 @@ def find_curve_peaks(
             *(int(left + np.argmin(size[left : right + 1])) for left, right in pairwise(tops)),
             int(piece[-1]),
         ] if len(piece) else []  # fmt: skip
-        found += [
+        result += [
             CurvePeak(
                 frequency=float(frequency[top]), low=float(frequency[low]), high=float(frequency[high]),
                 shape=motion[:, top],
             )
             for top, (low, high) in zip(tops, pairwise(ends), strict=False)
         ]  # fmt: skip
-    return tuple(found)
+    return tuple(result)
 
 
 def find_own_peaks(

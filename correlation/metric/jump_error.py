@@ -75,13 +75,13 @@ def compute_jump_errors(
     # The way to a level may lead through others, which are no part of these data.
     measured = {*zip(observed.points.free.tolist(), observed.points.level.tolist(), strict=True)}
     predicted = [jump for jump in prediction.jumps if (jump.free, jump.level) in measured]
-    found, both = [], len(sweeps) > 1
+    result, both = [], len(sweeps) > 1
     for jump, width in find_measured_jumps(observed, sweeps):
         own = [item for item in predicted if item[:3] == jump[:3] and item.falls == jump.falls]
         nearest = min(own, key=lambda item: abs(item.frequency - jump.frequency), default=None)
         if nearest is not None:
             predicted.remove(nearest)
-        found.append(
+        result.append(
             JumpError(
                 **jump._asdict(),
                 frequency_deviation=width / np.sqrt(12),
@@ -89,14 +89,14 @@ def compute_jump_errors(
                 swept_both_ways=both,
             )
         )
-    found += [
+    result += [
         JumpError(
             **item._replace(frequency=np.nan)._asdict(), frequency_deviation=np.nan,
             predicted_frequency=item.frequency, swept_both_ways=both,
         )
         for item in predicted
     ]  # fmt: skip
-    return tuple(sorted(found, key=lambda item: (item.free, item.level, -item.sweep)))
+    return tuple(sorted(result, key=lambda item: (item.free, item.level, -item.sweep)))
 
 
 def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Iterator[tuple[SweepJump, float]]:

@@ -165,10 +165,10 @@ def compute_misfit(
     k = len(observed.points)
 
     def pairs(numbers: Float[NDArray[np.float64], " m"]) -> Float[NDArray[np.float64], "k 2"]:
-        found = np.full((k, 2), np.nan)
-        found[:, 0] = numbers[:k]
-        found[~features.real_only, 1] = numbers[k:]
-        return found
+        result = np.full((k, 2), np.nan)
+        result[:, 0] = numbers[:k]
+        result[~features.real_only, 1] = numbers[k:]
+        return result
 
     n = np.isfinite(observed.repeat).sum(axis=1)
     mean = np.nansum(observed.repeat, axis=1) / np.maximum(n, 1)

@@ -131,11 +131,11 @@ def compute_peak_errors(sources: Sequence[PeakSource], level_unit: str = "N") ->
         for number, mode in enumerate(measured):
             own = predicted[partners[number]] if number in partners else {}
             for place in sorted(mode):
-                found = levels[place].read(mode[place], own.get(place), number + 1, level_unit)
-                if isinstance(found, PeakError):
-                    errors.append(found)
-                elif found:
-                    unread.append(found)
+                result = levels[place].read(mode[place], own.get(place), number + 1, level_unit)
+                if isinstance(result, PeakError):
+                    errors.append(result)
+                elif result:
+                    unread.append(result)
         alone = [mode for number, mode in enumerate(predicted) if number not in partners.values()]
         unread += [_name_alone(mode, levels, level_unit) for mode in alone]
     return ModePeaks(errors=tuple(errors), unread=tuple(unread))
@@ -217,19 +217,19 @@ class _Level:
                 "branches shows a damping ratio by its width"
             )
         try:
-            found = read_peaks(
+            result = read_peaks(
                 curves["measured"], curves["predicted"], rows, self.source.features, self.source.whitening
             )
         except CampaignError:
-            found = None
-        if found is None or found.damping > MOST_DAMPED:
+            result = None
+        if result is None or result.damping > MOST_DAMPED:
             return f"the measured {where} has not the shape of one mode, which frequency and damping are read from"
-        return PeakError(free=self.free, level=self.level, sensor=sensor, mode=mode, **vars(found))
+        return PeakError(free=self.free, level=self.level, sensor=sensor, mode=mode, **vars(result))
 
 
 def _list_levels(sources: Sequence[PeakSource], free: bool) -> list[_Level]:
     """Levels of a configuration, rising."""
-    found: dict[float, _Level] = {}
+    result: dict[float, _Level] = {}
     for source in sources:
         points, features = source.observed.points, source.features
         own = features.fundamental & (points.free == free)
@@ -238,9 +238,9 @@ def _list_levels(sources: Sequence[PeakSource], free: bool) -> list[_Level]:
         ratio = points.level / points.force
         measured, predicted = measured * ratio, source.predicted * ratio
         for level in np.unique(points.level[own]).tolist():
-            if level not in found:
+            if level not in result:
                 rows = np.flatnonzero(own & (points.level == level))
-                found[level] = _Level(
+                result[level] = _Level(
                     source=source, free=free, level=level, measured=measured, predicted=predicted, rows=rows
                 )
-    return [found[level] for level in sorted(found)]
+    return [result[level] for level in sorted(result)]

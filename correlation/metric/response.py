@@ -54,9 +54,9 @@ def find_peak(
     near[peak - 1 : peak + 2] = True
     left = peak - int(np.argmin(near[peak::-1])) if not near[: peak + 1].all() else -1
     right = peak + int(np.argmin(near[peak:])) if not near[peak:].all() else len(near)
-    found = np.zeros(len(order), dtype=bool)
-    found[order[max(left + 1 - beside, 0) : right + beside]] = True
-    return found
+    result = np.zeros(len(order), dtype=bool)
+    result[order[max(left + 1 - beside, 0) : right + beside]] = True
+    return result
 
 
 def fit_resonance(

@@ -70,8 +70,8 @@ def fit_peak(
         for step in (STEP, -STEP):
             moved = values.copy()
             moved[point] *= np.exp(step)
-            found = fit_resonance(lines, moved.astype(complex), chosen)
-            ends.append([*found, _height(lines, moved, chosen, found)])
+            result = fit_resonance(lines, moved.astype(complex), chosen)
+            ends.append([*result, _height(lines, moved, chosen, result)])
         slopes[:, column] = (np.array(ends[0]) - ends[1]) / (2 * STEP)
     spread = np.sqrt((slopes**2) @ variance)
     height = _height(lines, values, chosen, (float(best[0]), float(best[1])))

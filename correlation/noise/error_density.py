@@ -61,10 +61,10 @@ def estimate_error_size(
         Measured less predicted features, shape (m,).
     """
     density = ErrorSizeDensity(whitening, patterns, usual, difference)
-    reading, found, least = _search_readings(density, usual.reading)
+    reading, result, least = _search_readings(density, usual.reading)
     if least > density(NO_ERROR) - MIN_GAIN:
         return NO_ERROR
-    frequency, damping, shape = found.tolist()
+    frequency, damping, shape = result.tolist()
     sizes = np.array([frequency, damping, reading, shape])
     return ErrorSize(*np.where(sizes < SMALL_SIZE * np.array(astuple(usual)), 0.0, sizes).tolist())
 
@@ -201,13 +201,13 @@ class ErrorSizeDensity:
         scale = np.log(self._scale[there])
         lower, upper = scale + np.log(MIN_SIZE), scale + np.log(MAX_SIZE)
         start = np.log(np.maximum(first[there], MIN_SIZE * self._scale[there]))
-        found = scipy.optimize.minimize(
+        result = scipy.optimize.minimize(
             cost, start, jac=True, method="L-BFGS-B", bounds=list(zip(lower, upper, strict=True)),
             options={"ftol": 1e-10, "gtol": 1e-3},
         )  # fmt: skip
         sizes = np.zeros(3)
-        sizes[there] = np.exp(found.x)
-        return sizes, float(found.fun)
+        sizes[there] = np.exp(result.x)
+        return sizes, float(result.fun)
 
     def _at(self, reading: float) -> "_AtReading":
         of, known = self._of, self._of.products(reading)

@@ -106,14 +106,14 @@ class FreeModes:
         structures.
         """
         damping, loss = system.damping, system.structural_damping
-        found = []
+        result = []
         for shape, row in zip(self.shapes[: self.n_reached], self.weighted, strict=False):
             along = np.outer(row, row)
             lost = None if loss is None else float(shape @ loss @ shape) * along
-            found.append(
+            result.append(
                 _make_tangent(MatrixParameter(damping=float(shape @ damping @ shape) * along, structural_damping=lost))
             )
-        return found
+        return result
 
     def shape_errors(self, motions: Motions, kinds: Sequence[Rows]) -> list[Tangent]:
         """Errors that mix the modes that are reached with all others: those that change readings most.

@@ -345,7 +345,7 @@ def _share_patterns(model: Model) -> list[Tangent]:
 
     Another rule of integration along the line has this effect. A tilt would be a misalignment, and so a missing effect.
     """
-    found = []
+    result = []
     for field in ("preload", "tangential_stiffness", "normal_stiffness"):
         static, rates = np.zeros(model.system.n_dof), {}
         for names in model.lines.values():
@@ -356,8 +356,8 @@ def _share_patterns(model: Model) -> list[Tangent]:
                 if field == "preload":
                     static += rate * contact.normal
         if any(rates.values()):
-            found.append(Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={}))
-    return found
+            result.append(Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={}))
+    return result
 
 
 def compute_parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:

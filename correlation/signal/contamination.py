@@ -69,7 +69,7 @@ def find_contamination(
     names
         Of the channels.
     """
-    found = []
+    result = []
     harmonics = _higher_harmonics(time, *frequency, n_harmonic)
     for name, values, left in zip(names, channels, residual, strict=True):
         amplitude = np.sqrt(2) * values.std()
@@ -79,19 +79,19 @@ def find_contamination(
         if tone is not None and tone[1] > LEAST_TONE * amplitude:
             ratio = tone[0] / frequency[0]
             kind = "a subharmonic or combination tone" if abs(2 * ratio - round(2 * ratio)) < 0.02 else "hum or a beat"
-            found.append(
+            result.append(
                 f"{name}: what the harmonics leave has a tone at {tone[0]:.5g} Hz ({ratio:.4g} times the "
                 f"frequency) of {tone[1] / amplitude:.2g} of the amplitude: {kind}"
             )
         for side, sign in (("upper", 1.0), ("lower", -1.0)):
             flat = _clipped(sign * values)
             if flat:
-                found.append(
+                result.append(
                     f"{name}: {flat} samples, {flat / len(values):.2g} of all, stand at the {side} end "
                     f"{sign * (sign * values).max():.6g} exactly: "
                     "the signal is clipped, and its amplitude is a lower bound"
                 )
-    return found
+    return result
 
 
 def _higher_harmonics(

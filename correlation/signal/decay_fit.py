@@ -163,7 +163,7 @@ def _track(decay: Decay, flows: list[SlowFlow]) -> list[SlowFlow]:
             continue
         shorter = [replace(flow, n_sample=min(flow.n_sample, n)) for flow in flows]
         fit = fit_slow_flows(decay.values[:n], decay.step, shorter, PRIOR)
-        flows = [replace(flow, coefficients=found.coefficients) for flow, found in zip(flows, fit.flows, strict=True)]
+        flows = [replace(flow, coefficients=result.coefficients) for flow, result in zip(flows, fit.flows, strict=True)]
     return flows
 
 

@@ -227,7 +227,7 @@ def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector,
 def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
     """Frequency of the largest line at a harmonic of a mode that may be a mode of its own, if there is one [Hz]."""
     power, line, _ = _spectrum(decay.values, decay.step)
-    found: list[tuple[float, float]] = []
+    result: list[tuple[float, float]] = []
     for own in decay.frequencies:
         for order in harmonics:
             near = np.flatnonzero(np.abs(line / (order * own) - 1) < HARMONIC)
@@ -237,8 +237,8 @@ def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | No
             top = near[np.argmax(power[near])]
             # The flank of a damped mode falls through these lines; a line of its own stands above both of their ends.
             if power[top] > max(PEAK * power[near[[0, -1]]].max(), STRONG**2 * power.max()):
-                found.append((float(power[top]), float(line[top])))
-    return max(found)[1] if found else None
+                result.append((float(power[top]), float(line[top])))
+    return max(result)[1] if result else None
 
 
 def find_new_tone(decay: Decay, residual: Vector) -> float | None:

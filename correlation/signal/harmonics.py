@@ -222,9 +222,9 @@ def fit_drifting(time: Samples, channels: Channels, frequency: float, n_harmonic
     order = np.arange(1, n_harmonic + 1)
     waves = np.hstack([np.ones((n, 1)), np.cos(np.outer(phase, order)), np.sin(np.outer(phase, order))])
     columns = np.hstack([waves, waves * (2 * (time - middle) / span)[:, None]])
-    found = np.linalg.lstsq(columns, channels.T, rcond=None)[0]
-    residual = channels - (columns @ found).T
-    constant, drift = (_complex(part, n_harmonic) for part in np.split(found, 2))
+    result = np.linalg.lstsq(columns, channels.T, rcond=None)[0]
+    residual = channels - (columns @ result).T
+    constant, drift = (_complex(part, n_harmonic) for part in np.split(result, 2))
     # Phases count from the record's own zero of time.
     turn = np.exp(-2j * np.pi * frequency * middle * np.arange(n_harmonic + 1))
     power = noise_power(time, residual, frequency, n_harmonic) * n / max(n - columns.shape[1], 1)

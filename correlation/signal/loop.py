@@ -339,7 +339,7 @@ def _play(x: Samples, f: Samples) -> float:
 
 def _dwell(x: Samples, f: Samples) -> float:
     """Way of each branch through forces near zero beyond that of a crossing, their mean [m]; 0 if either has none."""
-    turn, size, found = int(np.argmin(x)), float(np.ptp(f)), []
+    turn, size, result = int(np.argmin(x)), float(np.ptp(f)), []
     for way, force in ((x[: turn + 1], f[: turn + 1]), (x[turn:], -f[turn:])):
         # From the last sample above each level to the first one below: noise may cross a level several times.
         levels = size * np.array([BESIDE, NO_FORCE, -NO_FORCE, -BESIDE])
@@ -352,8 +352,8 @@ def _dwell(x: Samples, f: Samples) -> float:
         ends = [above[0][-1], above[1][-1], *(rows[0] for rows in below)]
         before, through, after = np.abs(np.diff(way[ends]))
         crossing = min(before, after) * 2 * NO_FORCE / (BESIDE - NO_FORCE)
-        found.append(float(through - crossing) if through > DWELLS * crossing else 0.0)
-    return float(np.mean(found)) if all(found) else 0.0
+        result.append(float(through - crossing) if through > DWELLS * crossing else 0.0)
+    return float(np.mean(result)) if all(result) else 0.0
 
 
 def _has_negative_work(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...]) -> bool:

@@ -136,13 +136,13 @@ def _significant_harmonics(
     """A periodic signal at some phases without harmonics that its noise explains, and the noise that they bear."""
     most = max(min(MOST_HARMONICS, int(samples_per_period / 6)), 1)
     columns = _waves(phase, np.arange(1, most + 1))
-    found = np.linalg.lstsq(columns, values, rcond=None)[0]
-    variance = float(((values - columns @ found) ** 2).sum() / max(len(values) - columns.shape[1], 1))
-    size = np.hypot(found[1 : most + 1], found[most + 1 :])
+    result = np.linalg.lstsq(columns, values, rcond=None)[0]
+    variance = float(((values - columns @ result) ** 2).sum() / max(len(values) - columns.shape[1], 1))
+    size = np.hypot(result[1 : most + 1], result[most + 1 :])
     order = 1 + np.flatnonzero(size > SIGNIFICANT * np.sqrt(2 * variance / len(values)))
     columns = _waves(phase, order)
-    found = np.linalg.lstsq(columns, values, rcond=None)[0]
-    return np.asarray(_waves(points, order) @ found), float(np.sqrt(variance * columns.shape[1] / len(values)))
+    result = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return np.asarray(_waves(points, order) @ result), float(np.sqrt(variance * columns.shape[1] / len(values)))
 
 
 def _waves(phase: Points, order: NDArray[np.int64]) -> Float[NDArray[np.float64], "n p"]:

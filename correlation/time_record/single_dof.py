@@ -51,8 +51,8 @@ def fit_single_dof(record: TimeRecord, sensor: str) -> Model:
     for _ in range(ROUNDS):
         table, right = columns * weight[:, None], force * weight
         real = np.concatenate([table.real, table.imag])
-        found = np.linalg.lstsq(real, np.concatenate([right.real, right.imag]), rcond=None)[0]
-        stiffness, damping, mass = (float(item) for item in found / scale ** np.arange(3))
+        result = np.linalg.lstsq(real, np.concatenate([right.real, right.imag]), rcond=None)[0]
+        stiffness, damping, mass = (float(item) for item in result / scale ** np.arange(3))
         weight = 1 / np.abs(stiffness + damping * s + mass * s**2)
     if not (stiffness * mass > 0 and damping * mass > 0):
         raise CampaignError(

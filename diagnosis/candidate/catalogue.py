@@ -77,8 +77,8 @@ class Catalogue:
         """
         kind = find_kind(effect)
         is_alike = None if kind is None else kind.is_alike
-        found = (item for item in self.candidates if is_alike is not None and is_alike(item, effect))
-        return next(found, None) or self.effect(effect.name)
+        result = (item for item in self.candidates if is_alike is not None and is_alike(item, effect))
+        return next(result, None) or self.effect(effect.name)
 
 
 def list_kinds() -> list[EffectKind]:
@@ -162,11 +162,11 @@ def list_campaign_effects(
 
 def _highest(campaign: Campaign) -> dict[str, float]:
     """Highest force of each tested configuration [N]."""
-    table, found = campaign.measurement, dict[str, float]()
+    table, result = campaign.measurement, dict[str, float]()
     for number, test in enumerate(campaign.tests):
         level = table.level[table.test == number].max(initial=0.0)
-        found[test.configuration] = max(found.get(test.configuration, 0.0), float(level))
-    return {configuration: level for configuration, level in found.items() if level > 0}
+        result[test.configuration] = max(result.get(test.configuration, 0.0), float(level))
+    return {configuration: level for configuration, level in result.items() if level > 0}
 
 
 def _from(extra: Extra, model: Model) -> Iterable[Effect | Untestable]:
@@ -174,8 +174,8 @@ def _from(extra: Extra, model: Model) -> Iterable[Effect | Untestable]:
         return read_effects(extra).candidates(model)
     offered = getattr(extra, "candidates", None)
     if offered is not None:
-        found: Iterable[Effect | Untestable] = offered(model)
-        return found
+        result: Iterable[Effect | Untestable] = offered(model)
+        return result
     if not hasattr(extra, "apply"):
         raise EffectError(f"{extra!r} is no effect: give effects, or paths of files that offer some")
     return [extra]  # type: ignore[list-item]

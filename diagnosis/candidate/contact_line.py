@@ -16,8 +16,8 @@ from reduction.jointed_system import FrictionContact
 def find_contacts(model: Model, line: str) -> list[FrictionContact]:
     """Contacts of a line, in order along it; none in a configuration without the line."""
     members = model.lines.get(line, ())
-    found = {contact.name: contact for contact in friction_contacts(model.system.joints)}
-    return [found[name] for name in members]
+    result = {contact.name: contact for contact in friction_contacts(model.system.joints)}
+    return [result[name] for name in members]
 
 
 def scale_contacts(model: Model, factor: dict[str, float], quantity: str) -> Model:
@@ -88,15 +88,15 @@ def _list_line_ratios(
         return [Untestable(name=f"{kind} of {lines[0]}", reason=reason)]
     parameter = EffectParameter(name="ratio", unit="-", lower=0.2, upper=5.0, typical=1.1, vanishes=1.0)
     pairs = [(lines[0], lines[1])] if len(lines) == 2 else [(line, "") for line in lines]
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for line, other in pairs:
         name = f"{kind} of {line}" + (f" against {other}" if other else "")
         if not any(getattr(contact, quantity) for item in (line, other) for contact in find_contacts(model, item)):
-            found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+            result.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
             continue
         effect = LineRatio(
             name=name, kind=kind, physics=physics, signature=signature, line=line, other=other, quantity=quantity,
             parameters=(parameter,),
         )  # fmt: skip
-        found.append(effect)
-    return found
+        result.append(effect)
+    return result

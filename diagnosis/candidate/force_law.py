@@ -189,7 +189,7 @@ def make_clearance_laws(name: str, row: Row, secant: float, largest: float, *, r
     rotational
         Whether the displacement is an angle.
     """
-    found = []
+    result = []
     for sides in ((1.0, -1.0), (1.0,), (-1.0,)):
         stiff = 2 * secant / (len(sides) * REACHED)
         stiffness = EffectParameter(
@@ -201,13 +201,13 @@ def make_clearance_laws(name: str, row: Row, secant: float, largest: float, *, r
             typical=CLEARANCE * largest,
         )  # fmt: skip
         label = " and ".join(f"{side:+.0f}" for side in sides)
-        found.append(
+        result.append(
             ClearanceLaw(
                 name=f"clearance {label} for {name}", row=row, sides=sides, parameters=(stiffness, gap),
                 start=(stiff, CLEARANCE * largest),
             )
         )  # fmt: skip
-    return found
+    return result
 
 
 def make_even_laws(name: str, row: Row, cubic: float, compliance: float, *, rotational: bool) -> list[EvenLaw]:

@@ -64,11 +64,11 @@ def find_moving_places(
     if not model.places:
         return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
     rows = [*model.places.values(), *(item.row for item in model.sensors if isinstance(item, Sensor))]
-    found: list[Place] = []
+    result: list[Place] = []
     left: list[Untestable] = []
     for name, row in model.places.items():
         share = scale.share(row, rows)
-        twin = next((item.name for item in found if is_parallel(item.row, row)), None)
+        twin = next((item.name for item in result if is_parallel(item.row, row)), None)
         reason = ""
         if not row.any():
             reason = "it does not move: its row is zero"
@@ -79,8 +79,8 @@ def find_moving_places(
         if reason:
             left.append(Untestable(name=f"{kind} at {name}", reason=reason))
         else:
-            found.append(Place(name=name, row=row, rotational=is_rotation(model, row)))
-    return found, left
+            result.append(Place(name=name, row=row, rotational=is_rotation(model, row)))
+    return result, left
 
 
 def is_parallel(one: Row, other: Row) -> bool:

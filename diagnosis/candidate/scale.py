@@ -74,11 +74,11 @@ class Scale:
 
     def cubic(self, row: Row) -> float | None:
         """Cubic stiffness that shifts a resonance as a spring would [N/m^3]; none where no spring or force does."""
-        found = []
+        result = []
         for item in self.resonances:
             spring = item.stiffening(row) or item.softening(row)
-            found.append(None if spring is None else item.cubic(row, spring))
-        return _least(found)
+            result.append(None if spring is None else item.cubic(row, spring))
+        return _least(result)
 
     def removable_stiffness(self, row: Row) -> float:
         """Stiffness that can be removed from a structure supported without its contacts [N/m]; 0 for any other."""
@@ -126,15 +126,15 @@ def measure_scale(
         if item not in CONFIGURATIONS:
             raise EffectError(f'"{item}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
     free = "free" in levels and model.lines
-    found = [find_resonance(model.without_contacts().system, levels["free"])] if free else []
+    result = [find_resonance(model.without_contacts().system, levels["free"])] if free else []
     jointed = find_resonance(model.system, levels.get("jointed", level))
     if jointed is None:
         raise EffectError(
             "the lowest frequency with all contacts stuck is 0 Hz: hold the structure by a support or a contact"
         )
     if "jointed" in levels or not free:
-        found.append(jointed)
-    return Scale(system=model.system, resonances=tuple(item for item in found if item) or (jointed,))
+        result.append(jointed)
+    return Scale(system=model.system, resonances=tuple(item for item in result if item) or (jointed,))
 
 
 def _least(strengths: Iterable[float | None]) -> float | None:

@@ -108,10 +108,12 @@ class EffectSource:
         EffectError
             The function fails, or an item is not an effect.
         """
-        found: object = _called(lambda: self.offer(model), self.origin, "`candidates`")
-        if isinstance(found, str) or not isinstance(found, Iterable):
-            raise EffectError(f"{self.origin}: `candidates` returns a {type(found).__name__}: return a list of effects")
-        listed = _called(lambda: list(found), self.origin, "`candidates`")
+        result: object = _called(lambda: self.offer(model), self.origin, "`candidates`")
+        if isinstance(result, str) or not isinstance(result, Iterable):
+            raise EffectError(
+                f"{self.origin}: `candidates` returns a {type(result).__name__}: return a list of effects"
+            )
+        listed = _called(lambda: list(result), self.origin, "`candidates`")
         return [item if isinstance(item, Untestable) else self._checked(item, model) for item in listed]
 
     def _checked(self, effect: Any, model: Model) -> OwnEffect:

@@ -106,13 +106,13 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
     model
         Calibrated model. A resonance of its jointed structure lies between those without and with its contacts stuck.
     """
-    found = []
+    result = []
     for free, measured in _list_peaks(observed):
         low, high = _bracket(model.without_contacts().system if free else model.system)
         ends = np.where(measured < low, low, np.where(measured > high, high, measured))
         nearest = float(ends[np.argmin(np.abs(np.log(np.maximum(ends, 1e-300) / measured)))])
-        found.append(FarResonance(name_configuration(free), measured, nearest))
-    farthest = max(found, key=lambda item: abs(np.log(item.nearest / item.measured)), default=None)
+        result.append(FarResonance(name_configuration(free), measured, nearest))
+    farthest = max(result, key=lambda item: abs(np.log(item.nearest / item.measured)), default=None)
     if farthest is None or abs(farthest.nearest / farthest.measured - 1) <= MAX_RESONANCE_ERROR:
         return None
     return farthest

@@ -131,11 +131,11 @@ def find_better(laws: Sequence[FittedLaw], chance: float) -> FittedLaw | None:
 
 def find_alternatives(laws: Sequence[FittedLaw], refuted: float) -> list[FittedLaw]:
     """Laws that the data do not refute, the best first; of those of one kind the best."""
-    found: dict[str, FittedLaw] = {}
+    result: dict[str, FittedLaw] = {}
     for law in sorted(laws, key=lambda law: -law.whole_gain):
         if law.is_alternative(refuted) and law.refit.effect is not None:
-            found.setdefault(law.refit.effect.kind, law)
-    return [*found.values()]
+            result.setdefault(law.refit.effect.kind, law)
+    return [*result.values()]
 
 
 def _fit(arrangement: Arrangement, beside: float, refit: Refit, law: ForceLaw) -> FittedLaw:

@@ -65,12 +65,12 @@ def find_pair_that_passes(fits: Fits) -> FoundPair:
     further = fits.explain_residual(first).refit
     if further is None or further.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
         return FoundPair()
-    found = find_pair(fits, first, further)
-    if found.pair is None:
-        return found
-    alone = fits.finalists[found.pair.first.name].refit
-    is_worse = raises_held_out_error(found.pair.second.refit, fits.baseline)
-    return FoundPair() if is_worse or compute_held_out_gain(found.pair, alone) < DECISIVE else found
+    result = find_pair(fits, first, further)
+    if result.pair is None:
+        return result
+    alone = fits.finalists[result.pair.first.name].refit
+    is_worse = raises_held_out_error(result.pair.second.refit, fits.baseline)
+    return FoundPair() if is_worse or compute_held_out_gain(result.pair, alone) < DECISIVE else result
 
 
 def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:

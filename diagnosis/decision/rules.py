@@ -160,9 +160,9 @@ def _decide_without_effect(nothing: Verdict, fits: Fits) -> Verdict:
         return replace(_name_effects(nothing, fits, [], pair), finding=Finding.AMBIGUOUS)
     if _is_force_missing(fits):  # rule 5
         return _decide_unknown(nothing, fits, place=fits.places[0])
-    found = _find_law_that_generalises(fits)
-    if found is not None:  # rule 6
-        return _name_law(nothing, fits, *found)
+    result = _find_law_that_generalises(fits)
+    if result is not None:  # rule 6
+        return _name_law(nothing, fits, *result)
     if fits.beyond_priors:  # rule 7
         return _decide_unknown(nothing, fits)
     if errs_on_held_out(fits.baseline):  # rule 8
@@ -193,11 +193,11 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
 
 def _find_law_of_another(fits: Fits, best: Refit, pair: Pair | None) -> tuple[Refit, FittedLaw | None]:
     """Another effect with a law that is more probable than the best effect and than two; else the best, and None."""
-    found = fits.find_best_law([item for item in fits.refits if item.name != best.name and item.gain > 0])
+    result = fits.find_best_law([item for item in fits.refits if item.name != best.name and item.gain > 0])
     known = max(compute_log_density(item) for item in (best, *([] if pair is None else [pair.first.refit])))
-    if found is None or compute_law_density(*found) <= known + DECISIVE:
+    if result is None or compute_law_density(*result) <= known + DECISIVE:
         return best, None
-    return found
+    return result
 
 
 def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: Pair | None) -> Verdict:

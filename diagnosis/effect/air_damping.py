@@ -42,16 +42,16 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     r"""Drag at each place, typically 8/(3 pi) d omega a of a dashpot with a tenth of the modal damping."""
     size = size or measure_scale(model)
     places, left = find_moving_places(model, size, KIND)
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for place in places:
         name, typical = f"{KIND} at {place.name}", size.drag(place.row)
         if typical is None:
-            found.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
+            result.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
             continue
         upper, unit = LARGEST * typical, place.unit("N s^2/m^2", "N m s^2")
         parameter = EffectParameter(name="damping", unit=unit, lower=0.0, upper=upper, typical=typical)
-        found.append(AirDamping(name=name, row=place.row, parameters=(parameter,)))
-    return [*found, *left]
+        result.append(AirDamping(name=name, row=place.row, parameters=(parameter,)))
+    return [*result, *left]
 
 
 EFFECTS.register(

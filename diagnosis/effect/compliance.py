@@ -42,20 +42,20 @@ class Compliance:
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The compliance under each part that tells its support."""
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for part, body in model.elastic_bodies.items():
         name = f"{KIND} of the clamp of {part}"
         size = size or measure_scale(model)
         typical = min((item for item in (_typical(one, body) for one in size.resonances) if item), default=None)
         if typical is None:
-            found.append(Untestable(name=name, reason="no compliance there lowers the first resonance by 0.5 %"))
+            result.append(Untestable(name=name, reason="no compliance there lowers the first resonance by 0.5 %"))
             continue
         # No stiffer than a fixed support.
         parameter = EffectParameter(
             name="compliance", unit="m/N", lower=-body.compliance, upper=LARGEST * typical, typical=typical
         )
-        found.append(Compliance(name=name, part=part, parameters=(parameter,)))
-    return found or [Untestable(name=KIND, reason="the model does not tell how its supports could give way")]
+        result.append(Compliance(name=name, part=part, parameters=(parameter,)))
+    return result or [Untestable(name=KIND, reason="the model does not tell how its supports could give way")]
 
 
 def _typical(resonance: ResonanceModel, body: ElasticBody) -> float | None:

@@ -46,19 +46,19 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     r"""A cubic spring at each place, typically 3/4 k a^2 of a spring that shifts the resonance by 0.5 %."""
     size = size or measure_scale(model)
     places, left = find_moving_places(model, size, KIND)
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for place in places:
         name = f"{KIND} at {place.name}"
         typical = size.cubic(place.row)
         if not size.amplitude(place.row):
-            found.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
+            result.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
         elif typical is None:
-            found.append(Untestable(name=name, reason="no stiffness there can shift the first resonance by 0.5 %"))
+            result.append(Untestable(name=name, reason="no stiffness there can shift the first resonance by 0.5 %"))
         else:
             lower, upper, unit = -SOFTEST * typical, LARGEST * typical, place.unit("N/m^3", "N m")
             parameter = EffectParameter(name="stiffness", unit=unit, lower=lower, upper=upper, typical=typical)
-            found.append(Cubic(name=name, row=place.row, parameters=(parameter,)))
-    return [*found, *left]
+            result.append(Cubic(name=name, row=place.row, parameters=(parameter,)))
+    return [*result, *left]
 
 
 def other_laws(effect: Effect, strength: float, model: Model, states: Sequence[SteadyState]) -> list[ForceLaw]:

@@ -41,12 +41,12 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     """A dashpot at each place, typically with a tenth of the modal damping."""
     size = size or measure_scale(model)
     places, left = find_moving_places(model, size, KIND)
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for place in places:
         typical, unit = size.dashpot(place.row), place.unit("N s/m", "N m s")
         parameter = EffectParameter(name="damping", unit=unit, lower=0.0, upper=LARGEST * typical, typical=typical)
-        found.append(Dashpot(name=f"{KIND} at {place.name}", row=place.row, parameters=(parameter,)))
-    return [*found, *left]
+        result.append(Dashpot(name=f"{KIND} at {place.name}", row=place.row, parameters=(parameter,)))
+    return [*result, *left]
 
 
 EFFECTS.register(

@@ -44,14 +44,14 @@ class Density:
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The density of each part."""
     del size
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for part in model.parts:
         name = f"{KIND} of {part.name}"
         if part.mass.any():
-            found.append(Density(name=name, part=part.name))
+            result.append(Density(name=name, part=part.name))
         else:
-            found.append(Untestable(name=name, reason="the part has no mass"))
-    return found
+            result.append(Untestable(name=name, reason="the part has no mass"))
+    return result
 
 
 EFFECTS.register(

@@ -63,11 +63,11 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     """A gap at each end of each line; one for a line of a single contact."""
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for line in model.lines:
         members = find_contacts(model, line)
         if not members:
-            found.append(Untestable(name=f"{KIND} of {line}", reason="the line has no contacts"))
+            result.append(Untestable(name=f"{KIND} of {line}", reason="the line has no contacts"))
             continue
         closing = sum(item.preload for item in members) / sum(item.normal_stiffness for item in members)
         if not closing > 0:
@@ -75,7 +75,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
             closing = max(size.amplitude(item.normal) for item in members)
         if not closing > 0:
             reason = "the line is not pressed and no force moves it, so that its contacts never close"
-            found.append(Untestable(name=f"{KIND} of {line}", reason=reason))
+            result.append(Untestable(name=f"{KIND} of {line}", reason=reason))
             continue
         largest = LARGEST * closing
         parameter = EffectParameter(name="gap", unit="m", lower=-largest, upper=largest, typical=TYPICAL * closing)
@@ -84,8 +84,8 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
             f"{KIND} of {line} at {members[0].name}": tuple(1 - item for item in along),
             f"{KIND} of {line} at {members[-1].name}": tuple(along),
         }  # fmt: skip
-        found += [Gap(name=name, line=line, share=share, parameters=(parameter,)) for name, share in ends.items()]
-    return found
+        result += [Gap(name=name, line=line, share=share, parameters=(parameter,)) for name, share in ends.items()]
+    return result
 
 
 def _along(model: Model, members: Sequence[FrictionContact]) -> list[float]:

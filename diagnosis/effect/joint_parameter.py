@@ -52,25 +52,25 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     del size
     if not model.joint_groups:
         return [Untestable(name=KIND, reason="the model has no joints beside its contact lines")]
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for group in model.joint_groups:
         joints = find_joints(model, group)
         if not joints:
-            found.append(Untestable(name=f"{KIND} of {group}", reason="the model has no joint of this name"))
+            result.append(Untestable(name=f"{KIND} of {group}", reason="the model has no joint of this name"))
             continue
         for parameter in joints[0].parameters:
             name = f"{group}.{parameter.name}"
             if parameter.is_form:
                 continue
             if not find_size(joints, parameter.name):
-                found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+                result.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
                 continue
             lower, upper = find_factor_bounds(joints, parameter.name)
             ratio = EffectParameter(
                 name="ratio", unit="-", lower=lower, upper=upper, typical=min(TYPICAL, upper), vanishes=1.0
             )
-            found.append(JointParameter(name=name, group=group, key=parameter.name, parameters=(ratio,)))
-    return found
+            result.append(JointParameter(name=name, group=group, key=parameter.name, parameters=(ratio,)))
+    return result
 
 
 EFFECTS.register(

@@ -41,13 +41,13 @@ class Lean:
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The lean of each head of each sensor that tells its heads."""
     del size
-    found: list[Effect | Untestable] = [
+    result: list[Effect | Untestable] = [
         Lean(name=f"{KIND} of {sensor.name} at {head}", sensor=sensor.name, head=head)
         for sensor in model.sensors
         if isinstance(sensor, Sensor)
         for head in sensor.heads
     ]
-    return found or [Untestable(name=KIND, reason="the model does not tell how its sensors could lean")]
+    return result or [Untestable(name=KIND, reason="the model does not tell how its sensors could lean")]
 
 
 EFFECTS.register(

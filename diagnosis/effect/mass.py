@@ -41,26 +41,26 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     """A mass at each place: on all translations of its node, or along the place's row where the node is not known."""
     size = size or measure_scale(model)
     places, left = find_moving_places(model, size, KIND)
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     taken: dict[tuple[int, ...], str] = {}
     for place in places:
         name = f"{KIND} at {place.name}"
         moved = find_translations(model, place.row)
         if moved in taken:
-            found.append(Untestable(name=name, reason=f'it is the mass at "{taken[moved]}": one node'))
+            result.append(Untestable(name=name, reason=f'it is the mass at "{taken[moved]}": one node'))
             continue
         if moved:
             taken[moved] = place.name
         rows = np.eye(len(place.row))[list(moved)] if moved else place.row[None]
         typical = size.point_mass(rows)
         if typical is None:
-            found.append(Untestable(name=name, reason="no mass there can lower the first resonance by 0.5 %"))
+            result.append(Untestable(name=name, reason="no mass there can lower the first resonance by 0.5 %"))
             continue
         lower, upper = -min(size.removable_mass(rows), LARGEST * typical), LARGEST * typical
         unit = place.unit("kg", "kg m^2")
         parameter = EffectParameter(name="mass", unit=unit, lower=lower, upper=upper, typical=typical)
-        found.append(PointMass(name=name, rows=rows, parameters=(parameter,)))
-    return [*found, *left]
+        result.append(PointMass(name=name, rows=rows, parameters=(parameter,)))
+    return [*result, *left]
 
 
 EFFECTS.register(

@@ -45,14 +45,14 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     del size
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
-    found: list[Effect | Untestable] = []
+    result: list[Effect | Untestable] = []
     for target in model.preloads:
         name = f"{KIND} {'by' if target in model.dead_weights else 'of'} {target}"
         if target in model.dead_weights or any(item.preload for item in find_contacts(model, target)):
-            found.append(Preload(name=name, target=target))
+            result.append(Preload(name=name, target=target))
         else:
-            found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
-    return found
+            result.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+    return result
 
 
 EFFECTS.register(

@@ -45,13 +45,13 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     """A spring to the ground at each place, and between places of two bodies that move in one direction."""
     size = size or measure_scale(model)
     places, left = find_moving_places(model, size, KIND, least=SUPPORT)
-    found: list[Effect | Untestable] = [_candidate(f"{KIND} at {item.name}", item, size) for item in places]
+    result: list[Effect | Untestable] = [_candidate(f"{KIND} at {item.name}", item, size) for item in places]
     for one, other in combinations(places, 2):
         first, second = find_dof(model, one.row), find_dof(model, other.row)
         if first and second and first.body != second.body and first.direction == second.direction:
             gap = Place(name="", row=_unsigned(one.row) - _unsigned(other.row), rotational=one.rotational)
-            found.append(_candidate(f"{KIND} between {one.name} and {other.name}", gap, size))
-    return [*found, *left]
+            result.append(_candidate(f"{KIND} between {one.name} and {other.name}", gap, size))
+    return [*result, *left]
 
 
 def _unsigned(row: Float[NDArray[np.float64], " r"]) -> Float[NDArray[np.float64], " r"]:

@@ -120,13 +120,13 @@ def find_level(base: Model, data: Sequence[Datum]) -> float:
 
 def list_indications(model: Model, data: Sequence[Datum]) -> tuple[Indication, ...]:
     """Indications of the data beside a model, the clearest first."""
-    found: list[Indication] = []
+    result: list[Indication] = []
     for name in dict.fromkeys(datum.type for datum in data):
         kind = DATA_TYPES[name]
         own = [datum for datum in data if datum.type == name]
         if kind.indications is not None:
-            found += kind.indications(model, own, [kind.predict(model, datum) for datum in own])
-    return tuple(sorted(found, key=lambda indication: -abs(indication.difference)))
+            result += kind.indications(model, own, [kind.predict(model, datum) for datum in own])
+    return tuple(sorted(result, key=lambda indication: -abs(indication.difference)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

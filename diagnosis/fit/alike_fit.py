@@ -40,16 +40,16 @@ def fit_alike(
     run_step
         Looks up the stored result of a step, or computes it.
     """
-    found, name = list(fits), ""
+    result, name = list(fits), ""
     for number in range(ROUNDS):
-        best = min(found, key=lambda pair: pair[1].chi2, default=None)
+        best = min(result, key=lambda pair: pair[1].chi2, default=None)
         if best is None or best[0].effect.name == name:
             break
         name = best[0].effect.name
         like = f"{name}, round {number + 1}"
-        starts = run_step(f"starts like {like}", partial(list_starts_alike, problem, scores, found, *best))
-        found = fit_from_starts(problem, scores, found, starts, run_step, like=like, nearby=best[1].prediction)
-    return found
+        starts = run_step(f"starts like {like}", partial(list_starts_alike, problem, scores, result, *best))
+        result = fit_from_starts(problem, scores, result, starts, run_step, like=like, nearby=best[1].prediction)
+    return result
 
 
 def list_starts_alike(
@@ -67,12 +67,12 @@ def list_starts_alike(
     best, best_fit
         The best of the effects, and its fit.
     """
-    found = {score.effect.name: item.chi2 for score, item in fits}
+    result = {score.effect.name: item.chi2 for score, item in fits}
     selection, gain = problem.selection, problem.fit.chi2 - best_fit.chi2
     missed = list[tuple[float, Score]]()
     for score in scores if gain > 0 else ():
         behind = (1 - float(score.direction @ best.direction) ** 2) * gain
-        is_worse = found.get(score.effect.name, np.inf) > best_fit.chi2 + behind + selection.least_gain
+        is_worse = result.get(score.effect.name, np.inf) > best_fit.chi2 + behind + selection.least_gain
         is_alike = behind < min(MAX_SHARE_BEHIND * gain, selection.largest_chi2_gap)
         if score.size and best.size and is_worse and is_alike:
             missed.append((behind, score))

@@ -255,8 +255,8 @@ def arrange(
         for item in budget.refined
     )
     values = first_values(unknowns, added)
-    found = _compared(campaign, unknowns, values, budget, finer)
-    return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **found)
+    result = _compared(campaign, unknowns, values, budget, finer)
+    return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **result)
 
 
 def first_values(unknowns: Unknowns, added: Sequence[AddedEffect]) -> Values:

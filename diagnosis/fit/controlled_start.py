@@ -110,16 +110,16 @@ def find_controlled_starts(
     weighed = without.comparison
     exact = calibrate(weighed, unknowns, without.fit.values, without.fit.prediction, ending=Ending.EXACT)
     gains = compute_slope_gains(_Controlled(of=problem, train=weighed, fit=exact), effects)
-    found = []
+    result = []
     for number in np.argsort(-gains)[: problem.selection.n_shortlisted]:
         effect = effects[number]
         more = problem.unknowns([effect])
         start = np.array([*exact.values, *more.vanishing[len(exact.values) :]])
         try:
-            found.append((effect, fit_under_control(comparison, more, start, usual)))
+            result.append((effect, fit_under_control(comparison, more, start, usual)))
         except ModelError:
             continue  # a structure with so much of it is not supported
-    return [(effect, item.fit.values) for effect, item in sorted(found, key=lambda pair: pair[1].error_factor)]
+    return [(effect, item.fit.values) for effect, item in sorted(result, key=lambda pair: pair[1].error_factor)]
 
 
 def _root_mean_square(residual: Values) -> float:

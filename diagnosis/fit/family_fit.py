@@ -105,16 +105,16 @@ class LinearLimits:
         value = _to_linear(target, limits)
         slopes = np.zeros((len(at), *value.shape))
         for number, direction in enumerate(np.eye(len(at))):
-            found: list[Float[NDArray[np.float64], "2 2 n"]] = []
+            result: list[Float[NDArray[np.float64], "2 2 n"]] = []
             for signed in (step, -step):
                 moved = at + signed * direction
-                if (moved < bounds.lb).any() or (moved > bounds.ub).any() or (found and not both_sides):
+                if (moved < bounds.lb).any() or (moved > bounds.ub).any() or (result and not both_sides):
                     continue
                 limits_there = compute_if_possible(compute, moved)
                 if limits_there is not None:
-                    found.append((_to_linear(target, limits_there) - value) / signed)
-            if found:
-                slope = np.mean(found, axis=0)
+                    result.append((_to_linear(target, limits_there) - value) / signed)
+            if result:
+                slope = np.mean(result, axis=0)
                 slopes[number] = np.where(np.isfinite(slope), slope, 0.0)
         return cls(target=target, at=at, value=value, slopes=slopes)
 
@@ -205,10 +205,10 @@ def fit_limits(
         predicted = least - linear.score(trial) - compute_prior(trial, prior)
         if not predicted >= LEAST_FALL:
             break
-        found = compute_if_possible(evaluate, trial)
-        gain = -np.inf if found is None else least - target.score(found) - compute_prior(trial, prior)
-        if found is not None and gain > 0:
-            best, limits, least, linear = trial, found, least - gain, None
+        result = compute_if_possible(evaluate, trial)
+        gain = -np.inf if result is None else least - target.score(result) - compute_prior(trial, prior)
+        if result is not None and gain > 0:
+            best, limits, least, linear = trial, result, least - gain, None
         if not gain >= POOR_SHARE * predicted:
             radius *= SHRINK
         elif gain > GOOD_SHARE * predicted:

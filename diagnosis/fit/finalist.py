@@ -145,13 +145,15 @@ def refit_each_by_own_covariance(
     run_step
         Looks up the stored result of a step, or computes it.
     """
-    found: list[Finalist] = []
+    result: list[Finalist] = []
     costs = [screening.cost_with_error_left(item.fit) for item in refits]
     for item, cost in zip(refits, costs, strict=True):
-        gains = any(min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in found)
+        gains = any(
+            min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in result
+        )
         if not gains or cost < min(costs) + screening.selection.largest_chi2_gap:
-            found.append(run_step(f"{item.name} by its own covariance", partial(refit_one, item)))
-    return found
+            result.append(run_step(f"{item.name} by its own covariance", partial(refit_one, item)))
+    return result
 
 
 def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangement, Fit]:
@@ -161,13 +163,13 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     without the effect may have moved the calibration parameters into the wrong one. That leaves an unusual model error.
     Another fit then begins with the lowest level alone, where the model is almost linear, and the more probable counts.
     """
-    found, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
-    if found.model_error_size.is_within(usual):
-        return found, fit
+    result, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
+    if result.model_error_size.is_within(usual):
+        return result, fit
     train = resize_model_error(arrangement.train, usual)
     second = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
     other = arrangement.with_refit(second, train)
-    return (other, other.fit) if other.cost < found.cost else (found, fit)
+    return (other, other.fit) if other.cost < result.cost else (result, fit)
 
 
 def compare(refit: Refit, without: Refit, gain: float) -> Refit:

@@ -89,14 +89,14 @@ class PreloadJitter:
 
 def list_jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
     """Effects with the standard deviations of their numbers, for the blocks of `NuisanceModes.jitter`."""
-    found: list[tuple[Effect, float]] = []
+    result: list[tuple[Effect, float]] = []
     singles = [kind(configuration=name) for kind in (FrequencyShift, ForceExcess) for name in ("jointed", "free")]
     for effect, covariance in zip(singles, covariances, strict=False):
         if covariance[0, 0] > 0:
-            found.append((effect, float(np.sqrt(covariance[0, 0]))))
+            result.append((effect, float(np.sqrt(covariance[0, 0]))))
     if model.lines and len(covariances) > len(singles):
-        found += list_preload_jitter(model, covariances[len(singles)])
-    return found
+        result += list_preload_jitter(model, covariances[len(singles)])
+    return result
 
 
 def list_preload_jitter(

@@ -103,21 +103,21 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
     factor = EffectParameter(
         name="factor", unit="-", lower=1 - most, upper=1 + most, typical=1 + deviation, vanishes=1.0
     )
-    found: list[FrequencyCorrection] = []
+    result: list[FrequencyCorrection] = []
     for number in np.flatnonzero(moved > SHARP_CHANGE).tolist():
         rate = tangents[number].free.matrices.stiffness
         assert rate is not None
-        found.append(
+        result.append(
             ModeCorrection(
                 name=f"natural frequency {number + 1}", physics="Error of a natural frequency of the model.",
                 deviation=deviation, parameters=(factor,), n_dof=model.system.n_dof, number=number, rate=rate,
             )
         )  # fmt: skip
-    if found and len(np.unique(measured.observed.points.free)) > 1:
-        found.append(
+    if result and len(np.unique(measured.observed.points.free)) > 1:
+        result.append(
             FrequencyCorrection(
                 name="natural frequencies with contacts", physics="Error of all other modes of the model.",
                 deviation=deviation, parameters=(factor,), n_dof=model.system.n_dof,
             )
         )  # fmt: skip
-    return tuple(found)
+    return tuple(result)

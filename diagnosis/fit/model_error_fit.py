@@ -30,13 +30,13 @@ def fit_from_scratch(
     if not usual:
         return plain, _calibrated(plain, unknowns, values, prediction)
     fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK)
-    found = [alternate(plain, fit)]
+    result = [alternate(plain, fit)]
     if fit.chi2 > MAX_CALIBRATION_CHI2 * fit.n_number:
         wide = update_model_error(plain, prediction)
         begins = [values] if get_error_size(wide) != NO_ERROR else []
         begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
-        found += [alternate(wide, calibrate(wide, unknowns, item, prediction, ending=Ending.QUICK)) for item in begins]
-    return _finish_most_probable(found)
+        result += [alternate(wide, calibrate(wide, unknowns, item, prediction, ending=Ending.QUICK)) for item in begins]
+    return _finish_most_probable(result)
 
 
 def fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Comparison, Fit]:
@@ -50,11 +50,11 @@ def fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Compar
     if not usual:
         return plain, _calibrated(plain, unknowns, values, prediction)
     # A quick fit may end above its minimum.
-    found = [alternate(plain, recalibrate(plain, fit))]
+    result = [alternate(plain, recalibrate(plain, fit))]
     wide = update_model_error(plain, prediction)
     if get_error_size(wide) != NO_ERROR:
-        found.append(alternate(wide, recalibrate(wide, fit, ending=Ending.QUICK)))
-    return _finish_most_probable(found)
+        result.append(alternate(wide, recalibrate(wide, fit, ending=Ending.QUICK)))
+    return _finish_most_probable(result)
 
 
 def _finish_most_probable(found: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:

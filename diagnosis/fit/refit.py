@@ -118,7 +118,7 @@ def fit_from_starts(
     like, nearby
         Name of the fit that the starts are taken from, if they are, and its prediction.
     """
-    found, by_name = (
+    result, by_name = (
         {score.effect.name: (score, fit) for score, fit in fits},
         {item.effect.name: item for item in scores},
     )
@@ -126,9 +126,9 @@ def fit_from_starts(
     for number, (effect, start) in enumerate(starts):
         name, begin = effect.name, partial(fit_from, problem, effect, start, nearby, ceiling=ceiling)
         fit = run_step(f"fit of {name} from {f'that of {like}' if like else f'start {number}'}", begin)
-        if name not in found or fit.chi2 < found[name][1].chi2:
-            found[name] = (by_name[name], fit)
-    return list(found.values())
+        if name not in result or fit.chi2 < result[name][1].chi2:
+            result[name] = (by_name[name], fit)
+    return list(result.values())
 
 
 def fit_from(

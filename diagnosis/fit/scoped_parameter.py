@@ -97,13 +97,13 @@ def _require_key(name: str, key: str, known: Sequence[str]) -> None:
 
 
 def _part_size(model: Model, part: str, key: str) -> float:
-    (found,) = (item for item in model.parts if item.name == part)
+    (result,) = (item for item in model.parts if item.name == part)
     if key == "density":
-        return float(np.abs(found.mass).max())
+        return float(np.abs(result.mass).max())
     if model.system.structural_damping is not None:
         raise EffectError(
             f'"{part}.E" cannot be calibrated beside structural damping, whose share of each part is not known: use E'
         )
     if any(isinstance(sensor, LoadCell) for sensor in model.sensors):
         raise EffectError(f'"{part}.E" cannot be calibrated beside load cells, which read a stiffness: use E')
-    return float(np.abs(found.stiffness).max())
+    return float(np.abs(result.stiffness).max())

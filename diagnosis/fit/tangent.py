@@ -51,7 +51,7 @@ def differentiate(
     ModelError
         The model takes no value beside that of a parameter.
     """
-    found: list[Tangent | None] = []
+    result: list[Tangent | None] = []
     for number, (lower, upper) in enumerate(bounds):
         if number < first:
             continue
@@ -61,11 +61,11 @@ def differentiate(
         if low == high:
             raise ModelError(f"parameter number {number} has no neighbouring value that the model takes")
         if _moves(before, after):
-            found.append(None)
+            result.append(None)
             continue
         shift = {name: _growth(before.frequency_shift, after.frequency_shift, name) for name in ("jointed", "free")}
         force_error = {name: _growth(before.force_error, after.force_error, name) for name in ("jointed", "free")}
-        found.append(
+        result.append(
             Tangent(
                 jointed=_rates(before.system, after.system, high - low, shift["jointed"], force_error["jointed"]),
                 free=_rates(
@@ -88,7 +88,7 @@ def differentiate(
                 frequency_shift={name: change / (high - low) for name, change in shift.items() if change},
             )
         )
-    return found
+    return result
 
 
 def _end(compose: Compose, values: Float[NDArray[np.float64], " p"], number: int, value: float) -> tuple[float, Model]:

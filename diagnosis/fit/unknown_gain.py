@@ -121,9 +121,9 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
     if campaign.drive.calibrated:
         return SensorGains(parameters=_parameters(search.fit(1.0)[1]))
     gain, told = search.best()
-    found = search.fit(gain)[1]
+    result = search.fit(gain)[1]
     if told:
-        return SensorGains(parameters=_parameters({"": gain} | found))
+        return SensorGains(parameters=_parameters({"": gain} | result))
     unit = campaign.drive.unit
     fixed = (
         f"the gain of the drive [{'N' if campaign.drive.quantity == 'force' else 'm/s^2'} per {unit}] cannot be told "
@@ -131,7 +131,7 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
         "these data show: it is fixed at 1, and the gains of the sensors are those of sensor and drive together; "
         "calibrate one of them"
     )
-    return SensorGains(parameters=_parameters(found), fixed=fixed)
+    return SensorGains(parameters=_parameters(result), fixed=fixed)
 
 
 def _parameters(gains: Mapping[str, float]) -> tuple[UnknownGain, ...]:

@@ -318,7 +318,7 @@ def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> li
     """Shifts by `NODE` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
     sizes = [NODE * float(np.sqrt(item[0, 0])) for item in scatter.jitter[:2]]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
-    found = [
+    result = [
         _make_shift(
             lambda share: model.with_frequency_shift("jointed", share * sizes[0]).with_frequency_shift(
                 "free", share * sizes[1]
@@ -330,8 +330,8 @@ def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> li
         effect, deviation = max(patterns, key=lambda item: item[1])
         size = NODE * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.preload_groups])
-        found.append(_make_shift(lambda share: effect.apply(model, [share * size]), repeats[-1] @ along * size))
-    return found
+        result.append(_make_shift(lambda share: effect.apply(model, [share * size]), repeats[-1] @ along * size))
+    return result
 
 
 def _make_shift(shifted: Callable[[float], Model], change: Vector) -> JitterShift:

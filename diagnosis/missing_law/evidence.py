@@ -97,11 +97,11 @@ def compute_posterior(
     least_noise
         Least sigma [-].
     """
-    found = [
+    result = [
         _posterior_from(start, changes, residual, group, is_positive, fundamental, n_free, least_noise)
         for start in STARTS
     ]
-    return min(found, key=lambda item: item.cost)
+    return min(result, key=lambda item: item.cost)
 
 
 def _posterior_from(

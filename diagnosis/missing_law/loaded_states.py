@@ -116,17 +116,17 @@ def compute_response(
     )  # fmt: skip
     both = join_tables([points, more])
     listed = [*(tangent for row in rows for tangent in _list_forces(model, row, count)), *tangents]
-    found = np.nan_to_num(replace(predictor, points=both).derivatives(seeing, prediction, listed))
+    result = np.nan_to_num(replace(predictor, points=both).derivatives(seeing, prediction, listed))
     n = 2 * p * count
     # Loads are those of a level of 1 N.
-    forces = (found[:, :n] / both.force[:, None]).reshape(-1, p, count, 2)
+    forces = (result[:, :n] / both.force[:, None]).reshape(-1, p, count, 2)
     places = np.arange(p)
     return Response(
         value=prediction.value,
         motion=np.array([np.array(rows) @ prediction.states[key].coefficients[:count].T for key in table.keys]),
         slopes=forces[: len(points)],
         receptance=forces[len(points) :, :, 1].reshape(s, p, p, 2)[:, places, places],
-        tangents=found[: len(points), n:],
+        tangents=result[: len(points), n:],
         states={key: prediction.states[key] for key in table.keys},
     )  # fmt: skip
 
@@ -162,13 +162,13 @@ def compute_loaded_response(
         start = near[key]
         single = Predictor(points=alone, slider=partial(_take_sliders, start))
         known = Prediction(points=alone, value=np.zeros(len(at), dtype=complex), states={key: start})
-        found = single.predict(loaded, known)
-        if key not in found.states:
+        result = single.predict(loaded, known)
+        if key not in result.states:
             continue
         mine = StateTable(keys=(key,), force=table.force[number : number + 1], number=np.zeros(len(at), dtype=np.int64))
-        part = compute_response(single, loaded, found, mine, [row], count, tangents)
+        part = compute_response(single, loaded, result, mine, [row], count, tangents)
         whole.value[at], whole.slopes[at], whole.tangents[at] = part.value, part.slopes, part.tangents
-        motion[number], own[number], states[key] = part.motion[0], part.receptance[0], found.states[key]
+        motion[number], own[number], states[key] = part.motion[0], part.receptance[0], result.states[key]
     return replace(whole, motion=motion, receptance=own, states=states)
 
 

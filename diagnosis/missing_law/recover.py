@@ -201,9 +201,9 @@ class _Recovery:
             if number in tried:
                 continue
             tried.add(number)
-            found = self._descend(laws[number], closed, states)
-            if found.evidence > best.evidence:
-                return found
+            result = self._descend(laws[number], closed, states)
+            if result.evidence > best.evidence:
+                return result
         return best
 
     def _descend(self, law: PlaceLaw, closed: _ClosedLaw, states: Mapping[Key, SteadyState]) -> PlaceLaw:
@@ -351,16 +351,16 @@ class _Recovery:
             target = np.concatenate([data / noise, away])
             changes = np.vstack([law / noise, np.zeros((len(values), law.shape[1]))])
             taken = make_basis(jacobian)
-            found = compute_posterior(
+            result = compute_posterior(
                 project_out(taken, changes), project_out(taken, target), basis.group, basis.is_positive,
                 fundamental, n, 1 / noise,
             )  # fmt: skip
-            found = replace(found, cost=found.cost + n * np.log(noise**2), noise=noise * found.noise)
-            settled, noise = abs(np.log(found.noise / noise)) < SETTLED, found.noise
+            result = replace(result, cost=result.cost + n * np.log(noise**2), noise=noise * result.noise)
+            settled, noise = abs(np.log(result.noise / noise)) < SETTLED, result.noise
             if settled:
                 break
-        step, *_ = np.linalg.lstsq(jacobian, target - changes @ found.mean, rcond=1e-12)
-        return found, step * unknowns.size
+        step, *_ = np.linalg.lstsq(jacobian, target - changes @ result.mean, rcond=1e-12)
+        return result, step * unknowns.size
 
     def _sees_even(self) -> bool:
         """Whether an even harmonic was measured: without one, a force that is even is seen to second order at most."""

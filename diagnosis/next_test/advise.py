@@ -119,22 +119,22 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
     """
     probabilities = np.array([item.probability for item in candidates])
     ranked: list[RankedTest] = []
-    found = {}
+    result = {}
     for set_up in dict.fromkeys(test.set_up for test in tests):
         own = [test for test in tests if test.set_up == set_up]
         try:
-            found[set_up] = SetUpSignatures.predict(candidates, own, sources)
+            result[set_up] = SetUpSignatures.predict(candidates, own, sources)
         except ModelError:
             continue  # with this mass or preload a candidate is no structure that is supported
         for test in own:
-            separation = found[set_up].separate(test)
+            separation = result[set_up].separate(test)
             probability = compute_decision_probability(separation, probabilities)
             ranked.append(RankedTest(test=test, separation=separation, probability=probability))
     if not ranked:
         return None
     best = choose_test(ranked)
     rest = sorted((item for item in ranked if item is not best), key=lambda item: -item.probability)
-    best = replace(best, curve=found[best.test.set_up].take_curve(best.test))
+    best = replace(best, curve=result[best.test.set_up].take_curve(best.test))
     return Advice(
         names=tuple(item.name for item in candidates), probabilities=tuple(probabilities.tolist()),
         ranked=(best, *rest),

@@ -75,9 +75,9 @@ def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> li
     if verdict.finding is Finding.AMBIGUOUS:
         return _weigh(_list_effects(verdict))
     if verdict.finding is Finding.UNKNOWN and law is not None:
-        found = zip(law.places, law.probability.tolist(), strict=True)
+        result = zip(law.places, law.probability.tolist(), strict=True)
         return _weigh(
-            [_of_law(item, share, verdict.baseline.fit) for item, share in found if item.name in law.credible]
+            [_of_law(item, share, verdict.baseline.fit) for item, share in result if item.name in law.credible]
         )
     return []
 
@@ -87,16 +87,16 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
     if len(shares) > 1 and max(shares) >= CREDIBLE:
         # The held-out data object to the one that the densities prefer: neither decides.
         shares = [1.0] * len(shares)
-    found = [_of_refit(item, share) for item, share in zip(verdict.effects, shares, strict=True)]
+    result = [_of_refit(item, share) for item, share in zip(verdict.effects, shares, strict=True)]
     # A law that was fitted in place of the first of two effects was fitted without the second one.
     for other in verdict.laws if verdict.further is None else ():
         # It is an alternative to the first effect: its odds follow from the densities of both.
         odds = float(np.exp(np.clip(other.whole_gain, -2 * DECISIVE, 2 * DECISIVE) / 2))
-        found.append(_of_refit(other.refit, shares[0] * odds, other.words))
-    if len(found) == 1:
+        result.append(_of_refit(other.refit, shares[0] * odds, other.words))
+    if len(result) == 1:
         odds = float(np.exp(-np.clip(verdict.effects[0].held_out_gain, 0.0, DECISIVE) / 2))
-        found.append(_of_refit(verdict.baseline, odds, f"no {found[0].name}"))
-    return found
+        result.append(_of_refit(verdict.baseline, odds, f"no {result[0].name}"))
+    return result
 
 
 def _weigh(found: list[CandidateModel]) -> list[CandidateModel]:
@@ -113,14 +113,14 @@ def _improbable(candidate: CandidateModel) -> float:
 
 def _of_refit(refit: Refit, probability: float, name: str = "") -> CandidateModel:
     fit = refit.fit
-    found = CandidateModel(
+    result = CandidateModel(
         name=name or refit.label, probability=probability, unknowns=fit.unknowns, fit_values=fit.values,
         covariance=fit.covariance, model=fit.model,
     )  # fmt: skip
-    root = found.root
+    root = result.root
     along = root[:, int(np.argmax(np.linalg.norm(root / fit.unknowns.size[:, None], axis=0)))]
     up, down = (fit.unknowns.compose(fit.unknowns.clipped(fit.values + side * along)) for side in (1.0, -1.0))
-    return replace(found, curvature_pair=(up, down))
+    return replace(result, curvature_pair=(up, down))
 
 
 def _of_law(law: PlaceLaw, probability: float, fit: Fit) -> CandidateModel:

@@ -131,9 +131,9 @@ def find_mass_rows(model: Model, place: str) -> Float[NDArray[np.float64], "t r"
 def list_free_places(model: Model, sensors: tuple[str, ...]) -> list[str]:
     """Places that none of some sensors follows, each once."""
     rows = [row for item in model.sensors if item.name in sensors and (row := getattr(item, "row", None)) is not None]
-    found = []
+    result = []
     for name, row in model.places.items():
         if row.any() and not any(is_parallel(row, other) for other in rows):
-            found.append(name)
+            result.append(name)
             rows.append(row)
-    return found
+    return result

@@ -41,7 +41,7 @@ class PlannedNoise:
         observed, features, k = train.observed, train.features, len(train.features.points)
         size = np.abs(observed.mean)
         deviation = train.noise[:k] / features.per_reading(observed.mean)[:k]
-        found: dict[tuple[str, int], NoiseLaw] = {}
+        result: dict[tuple[str, int], NoiseLaw] = {}
         motions: list[NoiseLaw] = []
         for name in np.unique(observed.points.sensor).tolist():
             for harmonic in np.unique(observed.points.harmonic[observed.points.sensor == name]).tolist():
@@ -50,12 +50,12 @@ class PlannedNoise:
                 if not own.any():
                     continue
                 law = _fit_law(size[own], deviation[own])
-                found[name, harmonic] = law
+                result[name, harmonic] = law
                 if harmonic == 1 and observed.motion[own].all():
                     motions.append(law)
-        chosen = motions or [*found.values()]
+        chosen = motions or [*result.values()]
         usual = NoiseLaw(max(law.relative for law in chosen), max(law.absolute for law in chosen))
-        return cls(usual=usual, known=found)
+        return cls(usual=usual, known=result)
 
     def deviation(
         self, points: Points, value: Complex[NDArray[np.complex128], " k"]

@@ -44,12 +44,12 @@ def compute_separation(signatures: list[Signature], spreads: list[Spread], error
         Covariance C of noise and model error.
     """
     n = len(signatures)
-    found = np.zeros((n, n))
+    result = np.zeros((n, n))
     for a in range(n):
         for b in range(a):
             whitened = whiten_difference((signatures[a], signatures[b]), (spreads[a], spreads[b]), errors)
-            found[a, b] = found[b, a] = whitened @ whitened
-    return found
+            result[a, b] = result[b, a] = whitened @ whitened
+    return result
 
 
 def whiten_difference(

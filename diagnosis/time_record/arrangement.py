@@ -89,7 +89,7 @@ class RecordArrangement:
 
     def testable(self, effects: Sequence[Effect]) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
         """Effects that the time integration allows, and the others with the reason."""
-        found, left = [], []
+        result, left = [], []
         for effect in effects:
             unknowns = self.unknowns([effect])
             ends = [
@@ -104,8 +104,8 @@ class RecordArrangement:
             except InputError as reason:
                 left.append(Untestable(name=effect.name, reason=str(reason)))
             else:
-                found.append(effect)
-        return tuple(found), tuple(left)
+                result.append(effect)
+        return tuple(result), tuple(left)
 
 
 def arrange_records(

@@ -127,13 +127,13 @@ class RecordComparison:
         """
         del nearby
         begin = np.zeros(self.n_start) if starts is None else starts
-        found = []
+        result = []
         for item, start in zip(self.drives, self._split(begin), strict=True):
             prediction = predict_record(model, item, start)
             if prediction is None:
                 raise ModelError(f'the model runs away in record "{item.record.name}": give other values')
-            found.append(_weighted(item, item.measured - prediction))
-        return RecordPrediction(starts=begin, residual=np.concatenate(found))
+            result.append(_weighted(item, item.measured - prediction))
+        return RecordPrediction(starts=begin, residual=np.concatenate(result))
 
     def residual(self, prediction: RecordPrediction) -> Vector:
         """(measured - predicted) in units of each sensor, shape (m,)."""

@@ -24,8 +24,8 @@ START = "docs/README.md"
 def site_pages(root: Path) -> dict[str, str]:
     """Every page of the repository that the site has: its file in the repository, and in the site."""
     pages = {path.relative_to(root).as_posix(): path for path in sorted((root / "docs").rglob("*.md"))}
-    found = {name: path.relative_to(root / "docs").as_posix() for name, path in pages.items()}
-    return found | OUTSIDE | {START: "index.md"}
+    result = {name: path.relative_to(root / "docs").as_posix() for name, path in pages.items()}
+    return result | OUTSIDE | {START: "index.md"}
 
 
 def example_pages(root: Path) -> dict[str, str]:

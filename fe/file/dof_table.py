@@ -90,7 +90,7 @@ class DofLabels:
             A node that has no row, or none in these directions.
         """
         order = np.argsort(self.key)
-        found = []
+        result = []
         for node in nodes:
             wanted = len(DIRECTIONS) * node + np.asarray(directions)
             place = np.searchsorted(self.key, wanted, sorter=order).clip(max=self.n_dof - 1)
@@ -101,8 +101,8 @@ class DofLabels:
                 wished = ", ".join(DIRECTIONS[item] for item in directions)
                 remedy = "name other directions" if own else "name a node of the model, or correct its table of rows"
                 raise MatrixFileError(f"node {node} has no degree of freedom {wished}: {has}, so {remedy}")
-            found.append(rows)
-        return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+            result.append(rows)
+        return np.concatenate([np.zeros(0, dtype=np.int64), *result])
 
 
 def numbered(n_dof: int) -> DofLabels:
@@ -151,8 +151,8 @@ def read_dof_table(path: Path | str) -> DofLabels:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise MatrixFileError(f'"{path}" is no text: give degrees of freedom as .csv, .mapping or .dof') from None
-    found = reader(path, lines)
-    rows = [row for row, _, _ in found]
+    result = reader(path, lines)
+    rows = [row for row, _, _ in result]
     if sorted(rows) != list(range(len(rows))):
         counted = sorted(rows)
         if counted == list(range(1, len(rows) + 1)):
@@ -160,7 +160,7 @@ def read_dof_table(path: Path | str) -> DofLabels:
         first = next((k for k, row in enumerate(counted) if row != k), len(rows))
         what = "twice" if first and counted[first - 1] == counted[first] else "without a row of that number before it"
         raise MatrixFileError(f'"{path}" has the row {counted[first]} {what}: number the rows without gaps')
-    ordered = sorted(found)
+    ordered = sorted(result)
     try:
         return DofLabels(node=np.array([n for _, n, _ in ordered]), direction=np.array([d for _, _, d in ordered]))
     except MatrixFileError as error:
@@ -185,28 +185,28 @@ def _entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
             "name dof, node and direction"
         )
     reader.fieldnames = names
-    found = []
+    result = []
     for entry in reader:
         try:
-            found.append((int(entry["dof"]), int(entry["node"]), direction_number(entry["direction"] or "")))
+            result.append((int(entry["dof"]), int(entry["node"]), direction_number(entry["direction"] or "")))
         except (ValueError, TypeError) as error:
             why = f": {error}" if isinstance(error, MatrixFileError) else ": give whole numbers"
             shown = ", ".join(str(entry[name])[:SHOWN_CHARACTERS] for name in ("dof", "node", "direction"))
             raise MatrixFileError(f'"{path}", line {reader.line_num}: cannot read "{shown}"{why}') from None
-    if not found:
+    if not result:
         raise MatrixFileError(f'"{path}" lists no row: give one line for each row of the matrices')
-    return found
+    return result
 
 
 def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
-    found = []
+    result = []
     for number, line in enumerate(lines, start=1):
         match = _MAPPING.match(line)
         if match is None:
             continue  # headings
         equation, node, label = match.groups()
         try:
-            found.append((int(equation) - 1, int(node), direction_number(label)))
+            result.append((int(equation) - 1, int(node), direction_number(label)))
         except MatrixFileError as error:
             raise MatrixFileError(f'"{path}", line {number}: {error}; leave other fields out of the model') from None
         except ValueError:  # of thousands of digits
@@ -214,22 +214,22 @@ def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
                 f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN_CHARACTERS]}": '
                 "give equation, node and label"
             ) from None
-    if not found:
+    if not result:
         raise MatrixFileError(f'"{path}" lists no equation: write it with HBMAT, its last field YES')
-    return found
+    return result
 
 
 def _node_dot_direction(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
-    found: list[tuple[int, int, int]] = []
+    result: list[tuple[int, int, int]] = []
     for number, line in enumerate(lines, start=1):
         # As text: 12.1 and 12.10 would be one number.
         node, dot, direction = line.strip().partition(".")
         try:
-            found.append((len(found), int(node), direction_number(direction if dot else "")))
+            result.append((len(result), int(node), direction_number(direction if dot else "")))
         except ValueError:
             raise MatrixFileError(
                 f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN_CHARACTERS]}": give node.direction'
             ) from None
-    if not found:
+    if not result:
         raise MatrixFileError(f'"{path}" lists no row: write it with *FREQUENCY, SOLVER=MATRIXSTORAGE')
-    return found
+    return result

@@ -64,15 +64,15 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
         return CarriedMaterial()
     read = format_of(MESH_FORMATS, file).materials
     try:
-        found = () if read is None else read(file)
+        result = () if read is None else read(file)
     except OSError as error:
         raise cannot_open(file, error) from error
-    if not found:
+    if not result:
         return CarriedMaterial()
-    names = " and ".join(f'"{item.name}"' for item in found)
-    if len(found) > 1 and not all(_is_same(item, found[0]) for item in found):
+    names = " and ".join(f'"{item.name}"' for item in result)
+    if len(result) > 1 and not all(_is_same(item, result[0]) for item in result):
         return CarriedMaterial(obstacle=f"{file.name} has the materials {names}, and a part has one")
-    only = found[0]
+    only = result[0]
     missing = [name for name in ("young", "poisson", "density") if getattr(only, name) is None]
     if only.obstacle or missing:
         return CarriedMaterial(

@@ -151,8 +151,8 @@ def read_matrices(
         A file that cannot be read, matrices or a table of different sizes, or a matrix that is not symmetric.
     """
     sources = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
-    found = {name: _read(name, source) for name, source in sources.items()}
-    matrices, table = _on_one_table(sources, found, dofs)
+    result = {name: _read(name, source) for name, source in sources.items()}
+    matrices, table = _on_one_table(sources, result, dofs)
     for name, matrix in matrices.items():
         _check_symmetric(sources[name].file, name, matrix, table)
         matrices[name] = _in_si(sp.csr_array((matrix + matrix.T) / 2), table, units)

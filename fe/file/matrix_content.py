@@ -103,11 +103,11 @@ def fortran_real(text: str) -> float:
 
 def columns(lines: list[str], width: int) -> list[str]:
     """Entries of lines, in columns of a fixed width; what is blank is none."""
-    found = []
+    result = []
     for line in lines:
         text = line.rstrip()
-        found += [text[start : start + width] for start in range(0, len(text), width)]
-    return [item for item in found if item.strip()]
+        result += [text[start : start + width] for start in range(0, len(text), width)]
+    return [item for item in result if item.strip()]
 
 
 def reals(entries: list[str]) -> Float[NDArray[np.float64], " n"]:

@@ -45,14 +45,14 @@ def read_matrix(source: MatrixSource) -> FileMatrix:
     matrices = format_of(MATRIX_FORMATS, path).read(path)
     if source.name and {*matrices} == {""}:
         raise MatrixFileError(f'"{path}" holds one matrix without a name: remove the name "{source.name}"')
-    found = matrices[source.name] if source.name in matrices else next(iter(matrices.values()), None)
-    if found is None:
+    result = matrices[source.name] if source.name in matrices else next(iter(matrices.values()), None)
+    if result is None:
         raise MatrixFileError(f'"{path}" holds no matrix: write it again')
     if source.name not in matrices and (source.name or len(matrices) > 1):
         wanted = f'no matrix "{source.name}"' if source.name else "several matrices"
         raise MatrixFileError(f'"{path}" holds {wanted}: name one of {", ".join(matrices)}')
-    _check(path, found)
-    return found
+    _check(path, result)
+    return result
 
 
 def require_file(path: Path) -> None:

@@ -99,9 +99,9 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
         lower = members[number[members] < 0]
         if lower.size:
             carried = _cells_by_number(file_mesh, lower)
-            found = _matching_faces(cells, carried)
-            if found is not None:
-                face_sets[name] = found
+            result = _matching_faces(cells, carried)
+            if result is not None:
+                face_sets[name] = result
             else:
                 node_sets[name] = _kept(new_node, np.concatenate([np.ravel(nodes) for _, nodes in carried]))
                 detached += [name] if any(cell_type.startswith(SURFACES) for cell_type, _ in carried) else []
@@ -250,12 +250,12 @@ def _once(cells: Int[NDArray[np.int64], "cell node"]) -> tuple[Int[NDArray[np.in
 
 def _cells_by_number(file_mesh: FileMesh, members: Indices) -> list[tuple[str, Int[NDArray[np.int64], "_ _"]]]:
     starts = np.cumsum([0, *(len(nodes) for _, nodes in file_mesh.blocks)])
-    found = []
+    result = []
     for (cell_type, nodes), start in zip(file_mesh.blocks, starts, strict=False):
         here = members[(members >= start) & (members < start + len(nodes))] - start
         if here.size:
-            found.append((cell_type, nodes[here]))
-    return found
+            result.append((cell_type, nodes[here]))
+    return result
 
 
 def _matching_faces(
@@ -281,7 +281,7 @@ def _matching_faces(
                 # A face inside the body belongs to two cells: the first one keeps it.
                 known.setdefault(tuple(key), (start + cell, local))
         start += len(nodes)
-    found = [known.get(corners) for corners in wanted]
-    if None in found:
+    result = [known.get(corners) for corners in wanted]
+    if None in result:
         return None
-    return np.array(found, dtype=np.int64)
+    return np.array(result, dtype=np.int64)

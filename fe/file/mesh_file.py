@@ -59,10 +59,10 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
         raise MeshError(f"length unit {length_unit_in_metre} m must be positive: 0.001 stands for millimetres")
     require_mesh_file(file)
     try:
-        found = format_of(MESH_FORMATS, file).read(file)
+        result = format_of(MESH_FORMATS, file).read(file)
     except OSError as error:
         raise cannot_open(file, error) from error
-    mesh, labels = solid_mesh(found, source=str(file), length_unit_in_metre=length_unit_in_metre)
+    mesh, labels = solid_mesh(result, source=str(file), length_unit_in_metre=length_unit_in_metre)
     check_quality(mesh, source=file, labels=labels)
     return mesh
 

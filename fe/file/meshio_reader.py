@@ -45,13 +45,13 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
         with warnings.catch_warnings(), contextlib.redirect_stderr(output), contextlib.redirect_stdout(output):
             # numpy only warns where a text file ends in the middle of its numbers.
             warnings.filterwarnings("error", message=".*string or file could not be read")
-            found = getattr(meshio, file_format).read(str(path))
+            result = getattr(meshio, file_format).read(str(path))
     # Damaged files raise anything from AssertionError to zlib.error, and some readers leave through SystemExit.
     except (Exception, SystemExit) as error:
         raise _refusal(path, file_format, f"{type(error).__name__} {error}".strip()) from error
     if output.getvalue().strip():
         raise _refusal(path, file_format, output.getvalue())
-    return found
+    return result
 
 
 def _refusal(path: Path, file_format: str, reason: str) -> MeshError:

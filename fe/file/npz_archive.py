@@ -46,7 +46,7 @@ def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, N
         An array of Python objects.
     """
     with _opened(path) as archive:
-        found = {}
+        result = {}
         for name in _names(archive):
             if names is None or name in names:
                 _, kind = _described(archive, path, name)
@@ -54,10 +54,10 @@ def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, N
                     raise ObjectArray(f'its array "{name}" holds Python objects')
                 try:
                     with archive.open(name + _SUFFIX) as member:
-                        found[name] = _checked_text(npy.read_array(member, allow_pickle=False))
+                        result[name] = _checked_text(npy.read_array(member, allow_pickle=False))
                 except Exception as error:  # a dozen kinds, depending on which byte is damaged
                     raise NpzError(f'its array "{name}" is damaged ({type(error).__name__})') from None
-        return found
+        return result
 
 
 def _checked_text(array: NDArray[Any]) -> NDArray[Any]:

@@ -95,9 +95,9 @@ def suffixes(formats: Registry[FileFormat[Content]], *, written: bool = False) -
 
 def format_of(formats: Registry[FileFormat[Content]], file: Path) -> FileFormat[Content]:
     """The format of an existing file whose suffix is one of `suffixes`: of several, the one that recognises it."""
-    found = [item for item in formats if file.suffix.lower() in item.suffixes]
-    if len(found) > 1:
+    result = [item for item in formats if file.suffix.lower() in item.suffixes]
+    if len(result) > 1:
         with file.open("rb") as opened:
             head = opened.read(HEAD)
-        found = [item for item in found if item.recognise(head)] or found
-    return found[0]
+        result = [item for item in result if item.recognise(head)] or result
+    return result[0]

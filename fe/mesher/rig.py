@@ -138,12 +138,12 @@ def mesh_rig(rig: Rig, cells: RigMesh) -> dict[str, Mesh]:
     lasers = {name: point for name, point in named_points(rig)["blade"].items() if name.startswith("laser")}
     # The disc that the shaker pushes spans few elements: halves of it with as many are resolved best.
     blade = mesh_blade(rig.blade, cells.blade, cells.pads, rig.blade.excitation_height)
-    found = {"blade": add_named_points(blade, lasers)}
+    result = {"blade": add_named_points(blade, lasers)}
     for body, place in placements(rig).items():
         if body.startswith("damper"):
-            found[body] = mesh_damper(rig.damper, element, cells.damper, placement=place, subdivisions=subdivisions)
+            result[body] = mesh_damper(rig.damper, element, cells.damper, placement=place, subdivisions=subdivisions)
         elif body.startswith("decoupler"):
-            found[body] = mesh_decoupler(
+            result[body] = mesh_decoupler(
                 rig.decoupler, element, cells.decoupler, placement=place, subdivisions=subdivisions
             )
-    return found
+    return result

@@ -151,12 +151,12 @@ def _sizes(
 
 def _spread(triangles: Float[NDArray[np.float64], "t 3 3"], spacing: float) -> Float[NDArray[np.float64], "p 3"]:
     """Points on triangles, none farther from the next than about the spacing."""
-    found = [triangles.reshape(-1, 3)]
+    result = [triangles.reshape(-1, 3)]
     for corners in triangles:
         n = int(np.ceil(max(np.linalg.norm(corners[k] - corners[k - 1]) for k in range(3)) / spacing))
         inside = np.array([(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]) / n
-        found.append(inside @ corners)
-    return np.concatenate(found)
+        result.append(inside @ corners)
+    return np.concatenate(result)
 
 
 def _linear(points: Float[NDArray[np.float64], "k 3"], cells: Int[NDArray[np.int64], "cell 4"]) -> Mesh:
@@ -171,11 +171,11 @@ def _linear(points: Float[NDArray[np.float64], "k 3"], cells: Int[NDArray[np.int
 def _at_nodes(
     triangles: Int[NDArray[np.int64], "k 3"], label: Int[NDArray[np.int64], " k"]
 ) -> dict[int, frozenset[int]]:
-    found: dict[int, set[int]] = {}
+    result: dict[int, set[int]] = {}
     for nodes, face in zip(triangles.tolist(), label.tolist(), strict=True):
         for node in nodes:
-            found.setdefault(node, set()).add(face)
-    return {node: frozenset(faces) for node, faces in found.items()}
+            result.setdefault(node, set()).add(face)
+    return {node: frozenset(faces) for node, faces in result.items()}
 
 
 def _at_edges(
@@ -185,11 +185,11 @@ def _at_edges(
 ) -> dict[int, frozenset[int]]:
     edges, _ = sort_edges(cells)
     place = {(first, second): k for k, (first, second) in enumerate(edges.tolist())}
-    found: dict[int, set[int]] = {}
+    result: dict[int, set[int]] = {}
     for (a, b, c), face in zip(np.sort(triangles, axis=1).tolist(), label.tolist(), strict=True):
         for edge in ((a, b), (b, c), (a, c)):
-            found.setdefault(place[edge], set()).add(face)
-    return {edge: frozenset(faces) for edge, faces in found.items()}
+            result.setdefault(place[edge], set()).add(face)
+    return {edge: frozenset(faces) for edge, faces in result.items()}
 
 
 def _prove(mesh: Mesh, part: Part) -> None:

@@ -27,11 +27,11 @@ def library() -> Any:
     # The wheel `mkl` puts its libraries here. Importing pypardiso would search all files of the installation for them,
     # twice, which takes two seconds.
     for place in sorted(Path(sys.prefix).glob("lib/libmkl_rt.*")):
-        found = ctypes.CDLL(str(place))
+        result = ctypes.CDLL(str(place))
         break
     else:
         import pypardiso
 
-        found = pypardiso.PyPardisoSolver().libmkl
-    found.MKL_Set_Interface_Layer(SHORT_INTEGERS)
-    return found
+        result = pypardiso.PyPardisoSolver().libmkl
+    result.MKL_Set_Interface_Layer(SHORT_INTEGERS)
+    return result

@@ -23,12 +23,12 @@ GROUP = 24
 
 def project(basis: Float[Matrix, "n m"], columns: Float[Matrix, "n k"]) -> Float[Matrix, "m k"]:
     """basis^T columns; both in Fortran order."""
-    found = np.empty((basis.shape[1], columns.shape[1]), order="F")
+    result = np.empty((basis.shape[1], columns.shape[1]), order="F")
     for some, lanes in groups(columns.shape[1]):
-        sums = np.zeros((len(found), len(lanes)))
+        sums = np.zeros((len(result), len(lanes)))
         _project(sums, basis.T, columns[:, some].T, np.zeros((PIECE, len(lanes))), lanes)
-        found[:, some] = sums[:, : some.stop - some.start]
-    return found
+        result[:, some] = sums[:, : some.stop - some.start]
+    return result
 
 
 def subtract(columns: Float[Matrix, "n k"], basis: Float[Matrix, "n m"], factors: Float[Matrix, "m k"]) -> None:

@@ -128,8 +128,8 @@ class UpperBlocks:
         order = np.lexsort((block_column, block_row))
         start = np.concatenate([[0], np.cumsum(np.bincount(block_row, minlength=len(nodes)))])
         size = (NODE * len(nodes), self.shape[1])
-        found = sp.csr_array(sp.bsr_array((values[order], block_column[order], start), shape=size))
-        return sp.csr_array(found[NODE * which + rows % NODE])
+        result = sp.csr_array(sp.bsr_array((values[order], block_column[order], start), shape=size))
+        return sp.csr_array(result[NODE * which + rows % NODE])
 
     def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "UpperBlocks":
         """Copy of the part of some nodes, in ascending order."""

@@ -175,11 +175,11 @@ class _BackboneContinuation:
                 here.motion + ahead * t[0], here.angular_frequency + ahead * t[1], here.damping_ratio + ahead * t[2],
                 here.log_amplitude + ahead * t[3],
             )  # fmt: skip
-            found = self._correct(start, (t[0] / self._size(here) ** 2, t[3]))
-            if found is None:
+            result = self._correct(start, (t[0] / self._size(here) ** 2, t[3]))
+            if result is None:
                 step *= SHRINK
                 continue
-            here, equation, iterations = found
+            here, equation, iterations = result
             points.append(here)
             if iterations <= EASY:
                 step = min(GROW * step, self.longest)
@@ -213,13 +213,13 @@ class _BackboneContinuation:
         zeta = float(modal.modes.damping[m, m]) / (2 * omega)
         linear = modal.linear(omega, zeta)
         start = ModalUnknowns(modal.rest + np.exp(first) * modal.fundamental(linear.by_amplitude), omega, zeta, first)
-        found = self._correct(start, (np.zeros_like(modal.rest), 1.0))
-        if found is None:
+        result = self._correct(start, (np.zeros_like(modal.rest), 1.0))
+        if result is None:
             raise NoSteadyState(
                 f"no periodic motion of mode {m + 1} was found at the amplitude {np.exp(first):.3g} m kg^1/2: "
                 "Newton's method from the linear mode did not converge; begin with a smaller amplitude"
             )
-        return found[0], found[1]
+        return result[0], result[1]
 
     def _size(self, at: ModalUnknowns) -> float:
         """Size of the vibration, to which changes of the motion are relative [m]."""

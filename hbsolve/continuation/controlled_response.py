@@ -110,11 +110,11 @@ def begin_controlled(
     try:
         point = solve_at(balance, condensed, start, sliders)
     except NoSteadyState:
-        found = from_many_starts(balance, condensed, start, sliders)
-        if found is None:
+        result = from_many_starts(balance, condensed, start, sliders)
+        if result is None:
             shown = f"{continuation.path.displayed(continuation.first):.6g} {continuation.path.unit}"
             raise NoSteadyState(f"no steady state with the amplitude of the control was found at {shown}") from None
-        point = found
+        point = result
     return [(continuation.first, point)], continuation.state_at(point.motion, sliders)
 
 

@@ -171,8 +171,8 @@ class _Search:
         for start, length in _passes(curve, balance, state.angular_frequency):
             if np.linalg.norm(start - state.motion) > length + 0.1 * size:
                 continue
-            found = newton_from(balance, condensed, start, self.sliders)
-            if found is not None and is_same_motion(found.motion, state.motion):
+            result = newton_from(balance, condensed, start, self.sliders)
+            if result is not None and is_same_motion(result.motion, state.motion):
                 return True
         return False
 
@@ -279,9 +279,9 @@ def _lowest(missed: dict[float, float]) -> float:
 def _brackets(frequencies: Sequence[float], arcs: Sequence[LevelArc]) -> list[Bracket]:
     """Where a fold misses the level by little, and by less than at the frequencies beside; the ends have no arcs."""
     missed = [np.inf, *(arc.missed for arc in arcs), np.inf]
-    found = [
+    result = [
         Bracket(missed[index], *frequencies[index - 1 : index + 2])
         for index in range(1, len(frequencies) - 1)
         if missed[index] < MOST_MISSED and missed[index - 1] >= missed[index] < missed[index + 1]
     ]
-    return sorted(found, key=lambda item: item.missed)[:MOST_REFINED]
+    return sorted(result, key=lambda item: item.missed)[:MOST_REFINED]

@@ -142,13 +142,13 @@ def _passed(
     change = after.motion - before.motion
     length = float(np.linalg.norm(change))
     start = before.motion + (level - before.value) / (after.value - before.value) * change
-    found = newton_from(balance, condensed, start, sliders)
-    if found is None or np.linalg.norm(found.motion - start) > NEAR * length:
+    result = newton_from(balance, condensed, start, sliders)
+    if result is None or np.linalg.norm(result.motion - start) > NEAR * length:
         # Beside a fold the way is bent: along it, at a distance that grows from one point to the other.
-        found = newton_from(balance, condensed, _along(path, level, before, after, sliders), sliders)
-    if found is None or np.linalg.norm(found.motion - start) > length:
+        result = newton_from(balance, condensed, _along(path, level, before, after, sliders), sliders)
+    if result is None or np.linalg.norm(result.motion - start) > length:
         return []
-    return [found]
+    return [result]
 
 
 def _along(

@@ -165,8 +165,8 @@ def _motion_at(
     share = (value - first[0]) / (last[0] - first[0]) if last[0] != first[0] else 0.0
     balance, condensed = path.at(value)
     start = first[1].motion + share * (last[1].motion - first[1].motion)
-    found = newton_from(balance, condensed, start, sliders)
-    return None if found is None else found.motion
+    result = newton_from(balance, condensed, start, sliders)
+    return None if result is None else result.motion
 
 
 def _state_at(
@@ -185,7 +185,7 @@ def _connected(below: _Curve, above: _Curve, place: int, sliders: InitialSliders
         return False
     ratio, value = above.path.amplitude / below.path.amplitude, float(above.omega[place])
     for path, start, wanted in ((above.path, _scaled(low, ratio), high), (below.path, _scaled(high, 1 / ratio), low)):
-        found = newton_from(*path.at(value), start, sliders)
-        if found is None or not is_same_motion(found.motion, wanted):
+        result = newton_from(*path.at(value), start, sliders)
+        if result is None or not is_same_motion(result.motion, wanted):
             return False
     return True

@@ -66,7 +66,7 @@ def crossing_branches(
     if point.kind is not Bifurcation.BRANCH_POINT:
         raise BalanceError(f"a {point.kind.label} has no other branch of the same period: give a branch point")
     path, values = path_of(balance, branch)
-    found = []
+    result = []
     for side in (1, -1):
         left = _leave(path, values, branch, balance, point, side)
         if left is None:
@@ -78,10 +78,10 @@ def crossing_branches(
         begun = [(_value(path, point.state), point.state), (state.value, first_state)]
         points, state, reason = follow_to_end(continuation, (begun, state))
         states = [item for _, item in points]
-        found.append(
+        result.append(
             branch_of([path.balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
         )
-    return tuple(found)
+    return tuple(result)
 
 
 def _leave(
@@ -96,16 +96,16 @@ def _leave(
     for distance in DISTANCES:
         ahead = Direction(side * distance * across.motion, side * distance * across.value)
         t = Direction(side * across.motion, side * across.value)
-        found = correct_in_plane(path, x, value, t, distance, metric, start, ahead)
-        if found is None:
+        result = correct_in_plane(path, x, value, t, distance, metric, start, ahead)
+        if result is None:
             continue
-        away = Direction(found.motion - x, found.value - value)
+        away = Direction(result.motion - x, result.value - value)
         length = metric.length(away)
-        here = recover_state(found.at.balance, found.at.condensed, found.motion, start, 0.0, found.iterations)
+        here = recover_state(result.at.balance, result.at.condensed, result.motion, start, 0.0, result.iterations)
         state = ContinuationState(
-            value=found.value, motion=found.motion, slider=start.value, by_multiplier=start.by_multiplier,
+            value=result.value, motion=result.motion, slider=start.value, by_multiplier=start.by_multiplier,
             tangent=Direction(away.motion / length, away.value / length), orientation=0, step=FIRST, n_point=2,
-            mark=Mark(Direction(found.motion, found.value), Direction(0 * x, 0.0), 2),
+            mark=Mark(Direction(result.motion, result.value), Direction(0 * x, 0.0), 2),
         )  # fmt: skip
         return here, state
     return None
@@ -118,18 +118,18 @@ def _find_second_direction(
     here = equation(path, value, x, start)
     t, _ = tangent(here, way, metric, 0)
     # Any direction has a part in the kernel; a fixed seed makes results repeatable.
-    found = Direction(metric.motion * np.random.default_rng(0).standard_normal(x.shape), 0.0)
+    result = Direction(metric.motion * np.random.default_rng(0).standard_normal(x.shape), 0.0)
     first, count = here.balance.joint_of_direction
     border, corner = np.ascontiguousarray(t.motion / metric.motion**2), t.value / metric.value**2
     for _ in range(ITERATIONS):
         motion, by_value = bordered_step(
-            here.forces, here.condensed.columns, first, count, -found.motion, here.by_value, border, corner,
-            -found.value, DENSE,
+            here.forces, here.condensed.columns, first, count, -result.motion, here.by_value, border, corner,
+            -result.value, DENSE,
         )  # fmt: skip
         length = metric.length(Direction(motion, float(by_value)))
-        found = Direction(motion / length, float(by_value) / length)
-    along = metric.dot(found, t)
-    return Direction(found.motion - along * t.motion, found.value - along * t.value)
+        result = Direction(motion / length, float(by_value) / length)
+    along = metric.dot(result, t)
+    return Direction(result.motion - along * t.motion, result.value - along * t.value)
 
 
 def _value(path: Path, state: SteadyState) -> float:

@@ -125,22 +125,22 @@ class Bench:
             found_alone, shown = compare_data_campaign(self.case, campaign, self.run)
             shown["verdict"]["seen"] = seen
             return CallResult(numbers=found_alone, views=shown)
-        self._comparison = found = self._compare(campaign)
-        compared, history = found.compared, history_of(self.case)
+        self._comparison = result = self._compare(campaign)
+        compared, history = result.compared, history_of(self.case)
         with self.run.progress.step("page", expected=2):
-            views = show_comparison(compared, found.lines)
-            views["verdict"]["seen"] = hash_text(found.text)
-            views["parameters"] = show_parameters(found.read.setup, found.unknowns, found.values, history)
+            views = show_comparison(compared, result.lines)
+            views["verdict"]["seen"] = hash_text(result.text)
+            views["parameters"] = show_parameters(result.read.setup, result.unknowns, result.values, history)
             operations = list_operations(compared.model, compared.prediction, compared.campaign.drive.unit)
-            make_surfaces = found.read.structure.surfaces
+            make_surfaces = result.read.structure.surfaces
             surfaces = {} if make_surfaces is None else make_surfaces()
             views["structure"] = show_structure(compared.model, surfaces, operations)
-            views["own"] = show_own_effects(self.case, found.read.setup.model)
+            views["own"] = show_own_effects(self.case, result.read.setup.model)
         views["history"] = show_history(history)
         numbers = {"training deviations [-]": summarise_misfit(compared.train).whitened}
         if compared.held_out is not None:
             numbers["held-out deviations [-]"] = summarise_misfit(compared.held_out).whitened
-        return CallResult(numbers={**numbers, **list_errors(compared, found.drawn)}, views=views)
+        return CallResult(numbers={**numbers, **list_errors(compared, result.drawn)}, views=views)
 
     def screen(self) -> CallResult:
         """Screen the effects, which is the first part of `stickslip diagnose`.
@@ -185,8 +185,8 @@ class Bench:
         """
         campaign = self._read_campaign()
         if campaign.has_only_typed_data:
-            found, alone = diagnose_data_campaign(self.case, campaign, self.folder, self.run, self.without)
-            return CallResult(numbers=found, views=alone)
+            result, alone = diagnose_data_campaign(self.case, campaign, self.folder, self.run, self.without)
+            return CallResult(numbers=result, views=alone)
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
         best = diagnosed.last.best
@@ -265,11 +265,11 @@ class Bench:
         if self._comparison is None and (campaign := self._read_campaign()).has_only_typed_data:
             numbers_alone, views = move_data_parameters(self.case, campaign, self.run, values)
             return CallResult(numbers=numbers_alone, views=views)
-        found = self._current()
-        moved = move_values(found.unknowns, found.values, values, self.case)
+        result = self._current()
+        moved = move_values(result.unknowns, result.values, values, self.case)
         with self.run.progress.step("exact curves", expected=3):
-            lines = move_lines(found.compared, found.lines, found.unknowns, moved)
-            shown, numbers = show_moved(found.compared, lines)
+            lines = move_lines(result.compared, result.lines, result.unknowns, moved)
+            shown, numbers = show_moved(result.compared, lines)
         return CallResult(numbers={**numbers}, views={"moved": {**shown, "values": dict(values)}})
 
     def limits(self) -> CallResult:
@@ -277,16 +277,16 @@ class Bench:
 
         What was found of a search that was cancelled is stored, and the same call goes on from there.
         """
-        found = self._current()
-        setup, compared, case = found.read.setup, found.compared, found.read.opened.case
+        result = self._current()
+        setup, compared, case = result.read.setup, result.compared, result.read.opened.case
         with TemporaryDirectory(prefix="stickslip-") as passing:
             folder = self.run.store.folder
             run = replace(self.run, output=prepare_output(Path(passing) if folder is None else folder / "bench"))
             families = find_families(
-                compared.model, setup.complete_budget, compared.campaign, case.limits, found.read.structure, run,
+                compared.model, setup.complete_budget, compared.campaign, case.limits, result.read.structure, run,
                 stem=hash_text(str(self.case.resolve()))[:16],
             )  # fmt: skip
-        drawing = Drawing.of(compared, found.drawn)
+        drawing = Drawing.of(compared, result.drawn)
         panels = [(free, panel) for free, listed in drawing.panels.items() for panel in listed if panel.curves]
         return CallResult(numbers=count_limits(families), views={"limits": show_limits(families, panels)})
 
@@ -329,10 +329,10 @@ class Bench:
 
     def _current(self) -> _Comparison:
         """The comparison of the case as it is now."""
-        found = self._comparison
-        if found is None or found.text != read_text(self.case):
-            self._comparison = found = self._compare(self._read_campaign())
-        return found
+        result = self._comparison
+        if result is None or result.text != read_text(self.case):
+            self._comparison = result = self._compare(self._read_campaign())
+        return result
 
     def _compare(self, campaign: Campaign) -> _Comparison:
         if not len(campaign.measurement):

@@ -101,14 +101,14 @@ def diagnose_data_campaign(
     case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str]
 ) -> tuple[Numbers, Views]:
     """Numbers and parts of the page of a diagnosis, as `stickslip diagnose` makes it."""
-    found = diagnose_data(case, campaign, folder, run, without)
-    verdict = found.diagnosis.verdict
-    shown = {"sentence": found.headline, "threshold": "", "finding": verdict.finding.value}
+    result = diagnose_data(case, campaign, folder, run, without)
+    verdict = result.diagnosis.verdict
+    shown = {"sentence": result.headline, "threshold": "", "finding": verdict.finding.value}
     views = {
-        "candidates": {"rows": _list_candidates(found), "verdict": shown, "chance": None},
+        "candidates": {"rows": _list_candidates(result), "verdict": shown, "chance": None},
         "history": show_history(history_of(case)),
     }
-    numbers: Numbers = {"finding": verdict.finding.value, "verdict": found.headline}
+    numbers: Numbers = {"finding": verdict.finding.value, "verdict": result.headline}
     return numbers | {"held-out error, calibrated [standard deviations]": verdict.baseline.held_out_error}, views
 
 

@@ -127,8 +127,8 @@ def at_measured(misfit: Misfit, points: Points, line: Complex[NDArray[np.complex
         columns = (of.free, of.level, of.frequency, of.sensor, of.harmonic, of.sweep)
         return list(zip(*(column.tolist() for column in columns), strict=True))
 
-    found = dict(zip(rows(points), line.tolist(), strict=True))
-    value = [found.get(row, old) for row, old in zip(rows(misfit.points), misfit.predicted.tolist(), strict=True)]
+    result = dict(zip(rows(points), line.tolist(), strict=True))
+    value = [result.get(row, old) for row, old in zip(rows(misfit.points), misfit.predicted.tolist(), strict=True)]
     predicted = np.array(value, dtype=np.complex128)
     # A sensor without a phase reads moduli.
     modulus = ~misfit.phased & (misfit.points.harmonic > 0)

@@ -106,10 +106,10 @@ class BenchApplication:
     async def _view(self, request: "web.Request") -> "web.StreamResponse":
         from aiohttp import web
 
-        found = self.session.views.get(request.match_info["name"])
-        if found is None:
+        result = self.session.views.get(request.match_info["name"])
+        if result is None:
             return web.Response(status=404)
-        return web.Response(body=found[1], content_type="application/json")
+        return web.Response(body=result[1], content_type="application/json")
 
     async def _script(self, request: "web.Request") -> "web.StreamResponse":
         from aiohttp import web

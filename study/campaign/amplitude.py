@@ -26,8 +26,8 @@ def said_amplitude(judged: JudgedTable, column: Column) -> str:
     if by_label:
         return by_label
     facts = {**judged.table.file.facts, **column.facts}
-    found = {word for key, text in facts.items() if (word := _said_in_text(f"{key}: {text}"))}
-    return found.pop() if len(found) == 1 else ""
+    result = {word for key, text in facts.items() if (word := _said_in_text(f"{key}: {text}"))}
+    return result.pop() if len(result) == 1 else ""
 
 
 @cache  # a file may have thousands of texts, which stand beside each of its columns

@@ -45,18 +45,18 @@ def sets_by_array(table: MeasuredTable) -> ChannelSets | None:
     deep = [array for array in responses if _rank(arrays[array]) > 1 and not set(name_words(array)) & RATIOS]
     if number < 2 and not deep:
         return None
-    found = ChannelSets(marks={})
+    result = ChannelSets(marks={})
     for array, places in arrays.items():
         axes = [axis for axis, size in enumerate(_sizes(places)) if number > 1 and size == number]
         if len(axes) != 1:
             if array in deep or (number > 1 and array in responses):
                 why = _why(array, _sizes(places), number)
-                found.lost |= dict.fromkeys(places, why)
+                result.lost |= dict.fromkeys(places, why)
             continue
         for name, place in places.items():
             which = sorted({one[axes[0]] for one in places.values()}).index(place[axes[0]])
-            _mark(found, name, array, place, axes[0], which, levels)
-    return found if found.marks or found.lost else None
+            _mark(result, name, array, place, axes[0], which, levels)
+    return result if result.marks or result.lost else None
 
 
 def _mark(

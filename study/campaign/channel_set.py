@@ -72,7 +72,7 @@ def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[Me
     -------
     A table for each set, and which columns are not used, one sentence each.
     """
-    sets = next((found for find in finders if (found := find(table)) is not None), None)
+    sets = next((result for find in finders if (result := find(table)) is not None), None)
     if sets is None:
         return [table], []
     roles = {column.name: role_of(table, column, sets.names) for column in table.columns}
@@ -228,10 +228,10 @@ def number_sets(channels: Mapping[str, Hashable]) -> dict[str, str]:
 
 def _several(table: MeasuredTable, told: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
     """Sets by names and words of columns, if a response has several words; None if none has."""
-    found: dict[str, set[str]] = {}
+    result: dict[str, set[str]] = {}
     for channel, mark in told.values():
-        found.setdefault(channel, set()).update([mark] if mark else [])
-    if not any(len(words) > 1 for words in found.values()):
+        result.setdefault(channel, set()).update([mark] if mark else [])
+    if not any(len(words) > 1 for words in result.values()):
         return None
     named = {name: (channel or "response", mark) for name, (channel, mark) in told.items() if mark}
     named |= _below(table, named)

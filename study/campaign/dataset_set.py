@@ -62,8 +62,8 @@ def _harmonic(column: Column) -> int | None:
     """Harmonic in the texts of a dataset; None without one, and for a frequency response, whose H1 is an estimator."""
     if column.function == FREQUENCY_RESPONSE:
         return None
-    found = (HARMONIC_IN_NAME.search(column.facts.get(line, "")) for line in LINES)
-    return next((int(match[1]) for match in found if match), None)
+    result = (HARMONIC_IN_NAME.search(column.facts.get(line, "")) for line in LINES)
+    return next((int(match[1]) for match in result if match), None)
 
 
 def sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
@@ -139,14 +139,14 @@ def _by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[s
 
 def _estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> ChannelSets | None:
     """Of several estimates of one frequency response the first is kept."""
-    found = {
+    result = {
         one.name: match[0]
         for one in columns
         if (match := ESTIMATOR.search(" ".join(one.facts.get(line, "") for line in LINES)))
     }
     kept: dict[Hashable, str] = {}
     lost: dict[str, str] = {}
-    for name, estimator in found.items():
+    for name, estimator in result.items():
         first = kept.setdefault(keys[name], estimator)
         if estimator != first:
             lost[name] = f"it is the estimate {estimator} of a response whose estimate {first} is used, no repeat"
@@ -156,8 +156,8 @@ def _estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> Chann
 def _levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
     """Set of each frequency response by the level in its text."""
     for line in LINES:
-        found = {one.name: LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns}
-        marks = {name: match[0] for name, match in found.items() if match}
+        result = {one.name: LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns}
+        marks = {name: match[0] for name, match in result.items() if match}
         pairs = [(keys[name], mark) for name, mark in marks.items() if name in keys]
         if len(pairs) == len(keys) == len({*pairs}) and len({*marks.values()}) > 1:
             return marks
@@ -169,9 +169,9 @@ def _common_level(table: MeasuredTable, columns: Sequence[Column]) -> dict[str, 
     if len({one.abscissa for one in table.file.columns if one.abscissa}) < 2:
         return None
     for line in LINES:
-        found = [LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns]
-        levels = {match[0] for match in found if match}
-        if len(levels) == 1 and all(found):
+        result = [LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns]
+        levels = {match[0] for match in result if match}
+        if len(levels) == 1 and all(result):
             return dict.fromkeys((one.name for one in columns), levels.pop())
     return None
 

@@ -74,12 +74,12 @@ def nearest_each_other(
 def _nearest(judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]) -> Column | None:
     """The column whose name differs least, and in words of motions or ratios alone: "acc tip" and "phase tip"."""
     own, of_others = _telling_words(judged, like), _telling_words(judged, others)
-    found: dict[int, list[Column]] = {}
+    result: dict[int, list[Column]] = {}
     for other in others:
         different = own[column.name] ^ of_others[other.name]
         if own[column.name] & of_others[other.name] and different <= RATIOS.union(*MOTION_WORDS.values()):
-            found.setdefault(len(different), []).append(other)
-    least = found[min(found)] if found else []
+            result.setdefault(len(different), []).append(other)
+    least = result[min(result)] if result else []
     return least[0] if len(least) == 1 else None
 
 

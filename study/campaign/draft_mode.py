@@ -49,8 +49,8 @@ def draft_modes(draft: ManifestDraft, files: Mapping[str, MeasuredFile]) -> None
             called = _unique(f"{file_stem(name)} {shape.facts.get('mode', number)}", taken)
             draft.entries["mode"].append(_mode(draft, file, shape, called, {**nodes, **file.nodes}))
         if modes:
-            found = [shape.frequency for shape in modes]
-            why = f"shapes with natural frequencies from {min(found):.4g} to {max(found):.4g} Hz"
+            result = [shape.frequency for shape in modes]
+            why = f"shapes with natural frequencies from {min(result):.4g} to {max(result):.4g} Hz"
             draft.notes.append(Note(file=name, columns=f"{len(modes)} shapes", role="modes", unit="", evidence=why))
 
 

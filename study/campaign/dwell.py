@@ -54,8 +54,8 @@ def contradicted_frequency(judged: JudgedTable) -> tuple[float, float] | None:
     named = frequency_in_name(judged.table.label)
     if named is None or _has_line(judged, named):
         return None
-    found = _found_frequency(judged)
-    return (named, found) if np.isfinite(found) else None
+    result = _found_frequency(judged)
+    return (named, result) if np.isfinite(result) else None
 
 
 def _scheme(judged: JudgedTable) -> tuple[str, ...]:

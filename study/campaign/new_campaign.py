@@ -174,9 +174,9 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
             "the names of the folders in theirs, or draft a campaign in each"
         )
     tables = {name: find_tables(file) for name, file in measured.files.items()}
-    found = share_kind([judge_table(table) for of_file, _ in tables.values() for table in of_file])
-    by_file = {name: [one for one in found if one.table.file is file] for name, file in measured.files.items()}
-    judged = [choose_drive(draft, table) for table in found]
+    result = share_kind([judge_table(table) for of_file, _ in tables.values() for table in of_file])
+    by_file = {name: [one for one in result if one.table.file is file] for name, file in measured.files.items()}
+    judged = [choose_drive(draft, table) for table in result]
     draft.notes += list_notes(judged)
     for name, of_file in by_file.items():
         if reason := unused_file(measured.files[name], of_file):

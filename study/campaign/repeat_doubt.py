@@ -93,9 +93,9 @@ def read_peaks(frequency: Series, size: Series) -> tuple[WidePeak, ...]:
     lines, place = np.unique(frequency[there], return_inverse=True)
     curve = np.zeros(len(lines))
     np.maximum.at(curve, place, size[there])
-    found = [wide for peak in find_own_peaks(lines, curve) if (wide := _measure_width(peak, lines, curve)) is not None]
-    found.sort(key=lambda wide: -float(wide.peak.shape[0].real))
-    return tuple(found) if found and found[0].peak.shape[0].real == curve.max() else ()
+    result = [wide for peak in find_own_peaks(lines, curve) if (wide := _measure_width(peak, lines, curve)) is not None]
+    result.sort(key=lambda wide: -float(wide.peak.shape[0].real))
+    return tuple(result) if result and result[0].peak.shape[0].real == curve.max() else ()
 
 
 def _measure_width(peak: CurvePeak, frequency: Series, size: Series) -> WidePeak | None:

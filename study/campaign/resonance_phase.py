@@ -85,21 +85,21 @@ def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, M
                 arrays.setdefault(column.name[: index.start()], set()).add(name)
             if evidence.is_passed and evidence.time_sign == time_sign:
                 clear.setdefault(name, []).append(evidence)
-    found: dict[str, Marked] = {}
+    result: dict[str, Marked] = {}
     for name, items in clear.items():
         motions = [name_motion(item, time_sign) for item in items]
         motion = max(AT_RESONANCE, key=motions.count)
         own = [item for item, told in zip(items, motions, strict=True) if told == motion]
         if 3 * len(own) >= 2 * len(items):
             why = f"{_tell_phase(own, len(items), time_sign)}, as that of {motion} at the force"
-            found[name] = Marked(value=motion, assumed=why)
+            result[name] = Marked(value=motion, assumed=why)
     for names in arrays.values():
-        told = [str(found[name].value) for name in sorted(names) if name in found]
+        told = [str(result[name].value) for name in sorted(names) if name in result]
         motion = max(AT_RESONANCE, key=told.count)
         if told and (len(set(told)) > 1 or len(told) < len(names)):
             why = f"{told.count(motion)} of {len(names)} channels of its array have the phase of {motion} at the force"
-            found |= dict.fromkeys(names, Marked(value=motion, assumed=why))
-    return found
+            result |= dict.fromkeys(names, Marked(value=motion, assumed=why))
+    return result
 
 
 def _tell_phase(items: Sequence[PhaseEvidence], n_peak: int, time_sign: int) -> str:

@@ -40,8 +40,8 @@ BESIDE = {"level", "rep", "repeat", "repetition"}
 
 def levels_in_name(name: str) -> list[re.Match[str]]:
     """Levels in a name, those first that a word before them calls so; "preload_10N" is none."""
-    found = [one for one in LEVEL_IN_NAME.finditer(name) if not OTHER_FORCE.search(name[: one.start()])]
-    return sorted(found, key=lambda one: LEVEL_BEFORE.search(name[: one.start()]) is None)
+    result = [one for one in LEVEL_IN_NAME.finditer(name) if not OTHER_FORCE.search(name[: one.start()])]
+    return sorted(result, key=lambda one: LEVEL_BEFORE.search(name[: one.start()]) is None)
 
 
 def level_value(match: re.Match[str]) -> tuple[float, str]:
@@ -87,18 +87,18 @@ def split_name(name: str, *patterns: re.Pattern[str], has_unit: bool = True) -> 
     unit = find_unit(name).unit if has_unit else ""
     place = -1 if any(pattern.fullmatch(unit) for pattern in patterns) else name.rfind(unit)
     plain = f"{name[:place]}\0{name[place + len(unit) :]}" if unit and place >= 0 else name
-    found: list[str] = []
+    result: list[str] = []
     for pattern in patterns:
         for match in reversed([*pattern.finditer(plain)]):
             if not (LEVEL_IN_NAME.fullmatch(match[0]) and OTHER_FORCE.search(plain[: match.start()])):
-                found.append(re.sub(r"(?<=\d) ", "", match[0]))
+                result.append(re.sub(r"(?<=\d) ", "", match[0]))
                 plain = plain[: match.start()] + plain[match.end() :]
-    if not found:
+    if not result:
         return name, ""
     plain = re.sub(r"[(\[]\s*[)\]]", "", plain)
     plain = re.sub(r"([ _-])[ _-]+", r"\1", re.sub(r"\s*@\s*", " ", plain))
     plain = re.sub(r"[ _-]+(?=[(\[])", " ", plain).strip(" _-")
-    return plain.replace("\0", unit), " ".join(found)
+    return plain.replace("\0", unit), " ".join(result)
 
 
 def frequency_in_name(name: str) -> float | None:

@@ -51,16 +51,16 @@ def unknown_unit(column: Column, name: str) -> str:
         return ""
     if column.unit_label and not unit_text(column.unit_label, name=name):
         return "" if names_no_unit(column.unit_label) else column.unit_label
-    found = find_unit(column.label or name)
-    if not found.unit:
+    result = find_unit(column.label or name)
+    if not result.unit:
         return _unknown_symbol(name)
-    if COUNTS.fullmatch(found.unit):
-        return found.unit
-    if names_no_unit(found.unit) or NO_UNITS.fullmatch(found.unit):
+    if COUNTS.fullmatch(result.unit):
+        return result.unit
+    if names_no_unit(result.unit) or NO_UNITS.fullmatch(result.unit):
         return ""
-    if found.sign == "[":
-        return found.unit if re.search(r"[^\W\d_]", found.unit) else ""
-    return found.unit if looks_like_a_unit(found.unit) or _may_measure(found.name, found.unit) else ""
+    if result.sign == "[":
+        return result.unit if re.search(r"[^\W\d_]", result.unit) else ""
+    return result.unit if looks_like_a_unit(result.unit) or _may_measure(result.name, result.unit) else ""
 
 
 def _unknown_symbol(name: str) -> str:

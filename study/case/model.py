@@ -352,11 +352,11 @@ def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[t
 
 def _joints_of_tables(case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes) -> dict[str, list[Joint]]:
     """Joints of each table ``[[joint]]`` that is none of the mistakes, by its name."""
-    found: dict[str, list[Joint]] = {}
+    result: dict[str, list[Joint]] = {}
     for number, table in enumerate(case.joint):
         with mistakes.at("joint", number):
-            found[table.name] = make_joints(case, number, finder)
-    return found
+            result[table.name] = make_joints(case, number, finder)
+    return result
 
 
 def make_joints(case: Case[StructureTable], number: int, finder: PlaceFinder) -> list[Joint]:

@@ -63,11 +63,11 @@ def make_surface(mesh: Mesh, rom: ReducedModel, columns: slice | None = None, n_
 
 def list_outer_triangles(mesh: Mesh) -> Triangles:
     """Nodes of triangles between the corners of the outer faces, shape (t, 3) [-]."""
-    found = []
+    result = []
     for _, element, local, cells in mesh.face_groups(find_outer_faces(mesh)):
         corners = cells[:, list(element.corner_faces[local])]
-        found += [corners[:, [0, k, k + 1]] for k in range(1, corners.shape[1] - 1)]
-    return np.concatenate(found)
+        result += [corners[:, [0, k, k + 1]] for k in range(1, corners.shape[1] - 1)]
+    return np.concatenate(result)
 
 
 def thin_surface(points: Points, triangles: Triangles) -> tuple[Int[NDArray[np.int64], " k"], Triangles]:

@@ -79,9 +79,9 @@ def is_own(file: Path) -> bool:
     for place in (file.resolve(), file.resolve().parent):
         if place == file.resolve() and not place.exists():
             continue
-        found = place.stat()
-        others_write = found.st_mode & stat.S_IWOTH and not (place.is_dir() and found.st_mode & stat.S_ISVTX)
-        if found.st_uid not in {os.getuid(), 0} or others_write:
+        result = place.stat()
+        others_write = result.st_mode & stat.S_IWOTH and not (place.is_dir() and result.st_mode & stat.S_ISVTX)
+        if result.st_uid not in {os.getuid(), 0} or others_write:
             return False
     return True
 

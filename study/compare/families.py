@@ -113,13 +113,13 @@ def compare_families(
     executor: Executor | None = None,
 ) -> FamilyComparison:
     """`find_families`, and its figures in the output folder, under a title."""
-    found = find_families(model, budget, campaign, table, structure, run, stem=stem, executor=executor)
-    if not found.verdicts:
-        return found
+    result = find_families(model, budget, campaign, table, structure, run, stem=stem, executor=executor)
+    if not result.verdicts:
+        return result
     sensors = {item.name: item for item in campaign.sensors}
-    drawn = family_figures(found.verdicts, sensors, title, campaign.drive.unit)
+    drawn = family_figures(result.verdicts, sensors, title, campaign.drive.unit)
     files = run.draw({f"{stem}_{name}": figure for name, figure in drawn.items()})
-    return replace(found, files=tuple(files))
+    return replace(result, files=tuple(files))
 
 
 def find_families(

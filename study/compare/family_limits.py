@@ -196,11 +196,11 @@ def find_family_limits(
     }
     try:
         problem = search.problem()
-        found = several_limits(
+        result = several_limits(
             problem, objectives, omega, search.levels, settings=search.settings, store=store, executor=executor,
             progress=None if report is None else SeveralSearchProgress(_first_part(report)),
         )  # fmt: skip
-        readings = _readings(search, problem, omega, [*found.values()], store, executor, report)
+        readings = _readings(search, problem, omega, [*result.values()], store, executor, report)
     except NoSteadyState as error:
         raise ComputationFailed(f"limits: {error}") from error
     except BrokenExecutor as error:
@@ -217,10 +217,10 @@ def find_family_limits(
             )
             for level, read in enumerate(readings)
         )
-        for number, (channel, limits) in enumerate(zip(search.channels, found.values(), strict=True))
+        for number, (channel, limits) in enumerate(zip(search.channels, result.values(), strict=True))
     }  # fmt: skip
-    sampled = float(np.mean([limits.n_sampled.mean() for limits in found.values()]))
-    reach = next(iter(found.values())).reach
+    sampled = float(np.mean([limits.n_sampled.mean() for limits in result.values()]))
+    reach = next(iter(result.values())).reach
     return FamilyLimits(bands=bands, levels=search.levels, reach=reach, n_sampled=sampled)
 
 

@@ -100,13 +100,13 @@ def view_modes(model: Model, data: Sequence[Datum], compared: Sequence[DataCompa
     # A test sees a mode once; the next one sees it again.
     tests: list[Sequence[MeasuredMode]] = [[item for item in data if isinstance(item, MeasuredMode)]]
     responses, decays = [], []
-    for item, found in zip(data, compared, strict=True):
+    for item, result in zip(data, compared, strict=True):
         if isinstance(item, MeasuredResponse) and item.fit is not None:
             tests.append(item.modes)
-            if not found.reason:
+            if not result.reason:
                 responses.append((item, predict_linear_response(model, item)))
         elif isinstance(item, FreeDecay):
-            decays.append((item, found.predicted))
+            decays.append((item, result.predicted))
     sets = tuple(own for modes in tests for own in _find_sets(model, modes))
     view = ModalView(sets=sets, responses=tuple(responses), decays=tuple(decays))
     view.figures.update(_draw(model, view, title))

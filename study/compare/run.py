@@ -281,14 +281,14 @@ def _list_data_sets(
 
 def find_jumps(data_sets: Sequence[DataSet]) -> tuple[JumpError, ...]:
     """Errors of jumps: of the training levels from the training data, of the others from what is held out."""
-    found: list[JumpError] = []
+    result: list[JumpError] = []
     for data_set in data_sets:
-        known = {(item.free, item.level) for item in found}
+        known = {(item.free, item.level) for item in result}
         errors = compute_jump_errors(
             data_set.comparison.observed, data_set.prediction, data_set.comparison.predictor.sweeps
         )
-        found += [item for item in errors if (item.free, item.level) not in known]
-    return tuple(found)
+        result += [item for item in errors if (item.free, item.level) not in known]
+    return tuple(result)
 
 
 def find_peaks(data_sets: Sequence[DataSet], level_unit: str) -> ModePeaks:

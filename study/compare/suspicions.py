@@ -110,13 +110,13 @@ def _wrong_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> 
     stated = readings.stated_misfit
     if not len(readings.value) or not stated > GROSS or campaign.drive.unit not in LEVEL_UNITS:
         return ()
-    found = []
+    result = []
     for power in (-3, 3):
         level = readings.points.level * 10.0**power
         asked = replace(readings.points, level=level, force=level)
         left = readings.misfit(Predictor(points=asked, tolerance=ROUGH_TOLERANCE).predict(model).value)
         if left < MENDED:
-            found.append(
+            result.append(
                 Suspicion(
                     where="levels",
                     sentence=f"with levels {10.0**power:g} times as large as stated the model agrees within "
@@ -125,7 +125,7 @@ def _wrong_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> 
                     of_test=True,
                 )
             )
-    return tuple(found)
+    return tuple(result)
 
 
 def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:

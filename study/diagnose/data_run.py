@@ -202,17 +202,17 @@ def run_data_diagnosis(
         run.warn(str(suspicion))
     n_round = 0
     while True:
-        found = _diagnose(case, setup, campaign, folder, run, without, suspicions)
+        result = _diagnose(case, setup, campaign, folder, run, without, suspicions)
         n_round += 1
-        verdict = found.diagnosis.verdict
+        verdict = result.diagnosis.verdict
         if not auto or n_round > MOST_ADDED or verdict.finding is not Finding.MISSING:
             break
         add(case, verdict.effects[0].name, run=run)
         setup = _read_setup(case, campaign, run)
         suspicions = _find_suspicions(setup, campaign)
     with run.progress.step("page and figures", expected=5):
-        contents = _draw(found, case.stem)
-    return replace(found, files=run.write_files(contents))
+        contents = _draw(result, case.stem)
+    return replace(result, files=run.write_files(contents))
 
 
 def diagnose_data(

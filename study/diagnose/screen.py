@@ -67,12 +67,12 @@ def screen_case(
     run_step = Steps(store, setup, campaign, without)
     with one_blas_thread(), phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
         watched = shown.watched(run_step)
-        found = calibrate_model(
+        result = calibrate_model(
             campaign, setup.model, setup.calibration_parameters, setup.budget, added=setup.added, without=without,
             extra=setup.effect_files, run_step=watched, report=shown.report,
         )  # fmt: skip
-        scores = screen_effects(found.screening, found.effects, watched, shown.report, found.progress)
-    arrangement = found.arrangement
+        scores = screen_effects(result.screening, result.effects, watched, shown.report, result.progress)
+    arrangement = result.arrangement
     with progress.step("test of the calibration", expected=3):
         baseline = run_step("calibrated", lambda: baseline_fit(arrangement))
         uncalibrated = run_step("as drawn", lambda: arrangement.test_uncalibrated(setup.model))

@@ -71,7 +71,7 @@ def choose_estimate(estimates: Sequence[FirstEstimate], parameter: str) -> First
 
 def list_contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
     """Estimates of one parameter whose intervals, as factors, have nothing in common, in words."""
-    found = []
+    result = []
     for parameter in ("kt", "mu", "zeta"):
         best = choose_estimate(estimates, parameter)
         for item in estimates:
@@ -80,8 +80,8 @@ def list_contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
             low, high = (end / item.model_value for end in item.interval)
             own_low, own_high = (end / best.model_value for end in best.interval)
             if (low > own_high and not item.may_be_less) or (high < own_low and not best.may_be_less):
-                found.append(
+                result.append(
                     f"{parameter}: {item.source} says {item.factor:.3g} times the model, {best.source} "
                     f"{best.factor:.3g} times: one factor cannot be right for both"
                 )
-    return found
+    return result

@@ -66,8 +66,8 @@ def read_level_modes(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> 
         for sensor, (_, size) in curves.items():
             largest[sensor] = max(largest.get(sensor, 0.0), float(size.max()))
     modes = track_modes([_find_peaks(curves, largest) for curves in repeats])
-    found = [_read_mode(campaign, repeats, mode) for mode in modes if _is_in_most(mode, repeats)]
-    return [mode for mode in found if mode is not None]
+    result = [_read_mode(campaign, repeats, mode) for mode in modes if _is_in_most(mode, repeats)]
+    return [mode for mode in result if mode is not None]
 
 
 def _list_curves(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> Curves:
@@ -110,17 +110,17 @@ def _read_mode(campaign: Campaign, repeats: Sequence[Curves], mode: Mode) -> Lev
     """A mode by the sensor that shows it most clearly; None if none shows the peak of one mode."""
     by_sensor = []
     for sensor in sorted({sensor for number in mode for sensor in repeats[number]}):
-        found = list[tuple[float, ...]]()
+        result = list[tuple[float, ...]]()
         for number, peak in sorted(mode.items()):
             if sensor not in repeats[number]:
                 continue
             frequency, size = repeats[number][sensor]
             span = (frequency >= peak.low) & (frequency <= peak.high)
             try:
-                found.append(fit_peak(frequency[span], size[span], None, campaign.sensors[sensor].quantity))
+                result.append(fit_peak(frequency[span], size[span], None, campaign.sensors[sensor].quantity))
             except CampaignError:
                 continue
-        by_sensor += [np.array(found)] if found else []
+        by_sensor += [np.array(result)] if result else []
     if not by_sensor:
         return None
     # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.

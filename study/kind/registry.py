@@ -194,10 +194,10 @@ def _load_plugins(path: Path) -> None:
     case = load_case(path, _Plugins)
     for number, file in enumerate(case.plugins.files):
         with at_key(case, "plugins", "files", number):
-            found = path.parent / file
-            if found.is_file():
-                require_trust([found], path)
-            load_plugin(found)
+            result = path.parent / file
+            if result.is_file():
+                require_trust([result], path)
+            load_plugin(result)
 
 
 class _Plugins(CaseModel):

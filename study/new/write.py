@@ -141,11 +141,11 @@ def _drive_point(structure: Structure, shape: Float[NDArray[np.float64], " r"]) 
         dof = int(shape.argmax())
         return DrivePoint(keys=f"dof = {dof}", name=f"dof {dof}")
     best = max(named, key=lambda number: shape[number])
-    found = structure.dofs[best]
+    result = structure.dofs[best]
     if structure.matrices.rom is not None:
-        return DrivePoint(keys=f'at = "{found.body}"\ndirection = "{found.direction}"', name=found.body)
-    body = f'body = "{found.body}"\n' if found.body else ""
-    return DrivePoint(keys=f'{body}node = {found.node}\ndirection = "{found.direction}"', name=f"node {found.node}")
+        return DrivePoint(keys=f'at = "{result.body}"\ndirection = "{result.direction}"', name=result.body)
+    body = f'body = "{result.body}"\n' if result.body else ""
+    return DrivePoint(keys=f'{body}node = {result.node}\ndirection = "{result.direction}"', name=f"node {result.node}")
 
 
 def _range(frequency: float) -> dict[str, str]:

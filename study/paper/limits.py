@@ -184,10 +184,10 @@ def find_limits(
     )  # fmt: skip
     step = run.step(f"{stem}: reach of the sliders", expected=20)
     search = search.with_numeric_box(lambda rest: step.run(find_reaches, rest, report=step.report))
-    found = run_search(find_family_limits, search, f"{stem}_response", run, executor)
-    preloads = estimate_preloads(measured.response, found, measured.errors, budget)
+    result = run_search(find_family_limits, search, f"{stem}_response", run, executor)
+    preloads = estimate_preloads(measured.response, result, measured.errors, budget)
     response = judge_families(
-        correct_families(measured.response, found, preloads, measured.errors), found, measured.errors, budget
+        correct_families(measured.response, result, preloads, measured.errors), result, measured.errors, budget
     )
     return IterationLimits(response=response, forces=tuple(_forces(search, measured, preloads, run, stem, executor)))
 

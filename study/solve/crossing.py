@@ -30,7 +30,7 @@ def find_crossing_branches(
     """
     balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
     points = [point for point in stability.bifurcations if point.kind is Bifurcation.BRANCH_POINT]
-    return tuple(found for point in points for found in crossing_branches(balance, branch, point))
+    return tuple(result for point in points for result in crossing_branches(balance, branch, point))
 
 
 def name_crossing_branch(curve: RequestedCurve, number: int) -> RequestedCurve:

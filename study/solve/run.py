@@ -159,12 +159,12 @@ def _crossing(item: SolvedCurve, place: str, run: RunContext) -> list[SolvedCurv
     model = item.model
     assert item.stability is not None
     with run.progress.step(f"branches of {place.partition(',')[0]}, {item.curve.label}"):
-        found = run.store.run(
+        result = run.store.run(
             find_crossing_branches, model.system, item.branch, item.stability, model.harmonics, model.n_sample
         )
     return [
         SolvedCurve(curve=name_crossing_branch(item.curve, count), branch=other, model=model)
-        for count, other in enumerate(found, start=1)
+        for count, other in enumerate(result, start=1)
     ]
 
 

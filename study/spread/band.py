@@ -61,7 +61,7 @@ def curve_bands(
         return ()
     drawn = take_independent_draws(sampled.curves.curves[1:], len(deviation))
     bands = []
-    for number, found in enumerate(sensitivities):
+    for number, result in enumerate(sensitivities):
         nominal = sampled.curves.curves[0][number]
         own = [point[number] for point in drawn if point[number].complete]
         along, quantiles = np.zeros(0), np.zeros((len(nominal.response), 3, 0))
@@ -83,7 +83,7 @@ def curve_bands(
                 quantiles=quantiles,
                 nominal_along=nominal.parameter,
                 nominal=np.abs(nominal.response),
-                deviation=np.sqrt(np.einsum("dop,d->op", found.amplitude**2, deviation**2)),
+                deviation=np.sqrt(np.einsum("dop,d->op", result.amplitude**2, deviation**2)),
             )
         )
     return tuple(bands)

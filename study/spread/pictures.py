@@ -114,14 +114,14 @@ def _shares(spread: Spread, title: str, names: Container[str]) -> VarianceShares
     panels = []
     for name in dict.fromkeys(item.name for item in rows):
         own = [item for item in rows if item.name == name and item.curve in shown]
-        found = [item.indices for item in own]
+        result = [item.indices for item in own]
         panels.append(
             SharePanel(
                 label=f"of the {name}",
-                first=np.array([nothing if item is None else item.first for item in found]),
-                total=np.array([nothing if item is None else item.total for item in found]),
+                first=np.array([nothing if item is None else item.first for item in result]),
+                total=np.array([nothing if item is None else item.total for item in result]),
                 interval=np.stack(
-                    [np.array([nothing, nothing]) if item is None else item.total_interval for item in found], axis=1
+                    [np.array([nothing, nothing]) if item is None else item.total_interval for item in result], axis=1
                 ),
                 linear=np.array([item.linear_share for item in own]),
             )

@@ -86,8 +86,8 @@ def _curve_rows(sampled: SampledCase, sensitivities: Sequence[CurveSensitivity])
     values = np.where(complete[..., None], sampled.curve_quantities()[:, :, 0, :3], np.nan)
     over_frequency = model.curves[0].parameter == "frequency"
     place = ("peak frequency", "Hz") if over_frequency else ("level of the peak", "-")
-    for number, (curve, found) in enumerate(zip(model.curves, sensitivities, strict=True)):
-        own, slope = values[:, number], found.peak[:, 0]
+    for number, (curve, result) in enumerate(zip(model.curves, sensitivities, strict=True)):
+        own, slope = values[:, number], result.peak[:, 0]
         yield curve.label, *place, own[:, 0], slope[:, 0]
         yield curve.label, "peak amplitude", unit, scale * own[:, 1], scale * slope[:, 1]
         yield curve.label, "equivalent damping ratio", "%", 100 * own[:, 2], np.full(len(slope), np.nan)

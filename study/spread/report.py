@@ -30,7 +30,7 @@ def spread_document(spread: Spread) -> dict[str, Any]:
 
 
 def _quantity(item: QuantitySpread) -> dict[str, Any]:
-    found = item.indices
+    result = item.indices
     return {
         "curve": item.curve,
         "quantity": item.name,
@@ -42,11 +42,11 @@ def _quantity(item: QuantitySpread) -> dict[str, Any]:
         "first_order_standard_deviation": item.first_order_deviation,
         "derivative": item.slope.tolist(),
         "first_order_share": item.linear_share.tolist(),
-        "share": None if found is None else found.first.tolist(),
-        "share_interval": None if found is None else found.first_interval.T.tolist(),
-        "total_share": None if found is None else found.total.tolist(),
-        "total_share_interval": None if found is None else found.total_interval.T.tolist(),
-        "n_draw": 0 if found is None else found.n_draw,
+        "share": None if result is None else result.first.tolist(),
+        "share_interval": None if result is None else result.first_interval.T.tolist(),
+        "total_share": None if result is None else result.total.tolist(),
+        "total_share_interval": None if result is None else result.total_interval.T.tolist(),
+        "n_draw": 0 if result is None else result.n_draw,
     }
 
 

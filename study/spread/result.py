@@ -35,22 +35,22 @@ def format_quantities_csv(spread: Spread) -> str:
 
 
 def _shares(item: QuantitySpread, number: int) -> list[float]:
-    found = item.indices
-    if found is None:
+    result = item.indices
+    if result is None:
         return [np.nan] * 6
-    parts = ((found.first, found.first_interval), (found.total, found.total_interval))
+    parts = ((result.first, result.first_interval), (result.total, result.total_interval))
     return [float(x) for value, interval in parts for x in (value[number], *interval[:, number])]
 
 
 def make_spread_dataset(spread: Spread, title: str) -> "xr.Dataset":
     """All in one dataset: what `make_dataset` has of all points, derivatives, bands and shares; SI units."""
     data = make_dataset(spread.sampled, title)
-    for number, (band, found) in enumerate(zip(spread.bands, spread.sensitivities, strict=True)):
+    for number, (band, result) in enumerate(zip(spread.bands, spread.sensitivities, strict=True)):
         along, places = f"along_{number}", f"place_{number}"
         data = data.assign(
             {
                 f"mean_curve_{number}": (("output", along), band.nominal),
-                f"mean_curve_derivative_{number}": (("parameter", "output", along), found.amplitude),
+                f"mean_curve_derivative_{number}": (("parameter", "output", along), result.amplitude),
                 f"mean_curve_deviation_{number}": (("output", along), band.deviation),
                 f"band_{number}": (("output", "quantile", places), band.quantiles),
             }

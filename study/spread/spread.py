@@ -113,8 +113,8 @@ def spread(
         sensitivities = _sensitivities(opened, uncertain, model, run)
         curves = compute_curves(opened, points, model, run, workers)
         warn_of_failures(curves.failures, len(points) * len(model.curves), run)
-    found = compute_limits(opened, points, Path(path).stem, run, workers) if with_limits else ()
-    sampled = SampledCase(parameters=uncertain.parameters, values=values, curves=curves, limits=found)
+    result = compute_limits(opened, points, Path(path).stem, run, workers) if with_limits else ()
+    sampled = SampledCase(parameters=uncertain.parameters, values=values, curves=curves, limits=result)
     return Spread(
         uncertain=uncertain,
         draws=draws,

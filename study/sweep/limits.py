@@ -75,14 +75,16 @@ def compute_limits(
                 pool = worker_pool([own.search_stage.compute.__module__], workers)
                 executor = closed_in_the_end.enter_context(pool)
             if known is not None:
-                found = known.value
+                result = known.value
             elif run.output is None:
-                found = run.store.run(own.search_stage, own.search, executor=executor)
+                result = run.store.run(own.search_stage, own.search, executor=executor)
             else:
                 stem_of_point = f"{stem}_point{number + 1}"
-                found = run_search(own.search_stage, own.search, stem_of_point, replace(run, progress=within), executor)
+                result = run_search(
+                    own.search_stage, own.search, stem_of_point, replace(run, progress=within), executor
+                )
             quantities = own.quantities
-            curves.append(own.convert(found, replace(run, progress=SilentProgress())))
+            curves.append(own.convert(result, replace(run, progress=SilentProgress())))
     return tuple(
         SampledLimits(quantity=quantity, points=tuple(points))
         for quantity, *points in zip(quantities, *curves, strict=True)
@@ -104,12 +106,12 @@ def _make_request(case: Case[Any], model: SolveModel) -> _LimitRequest:
         several, quantities = make_several_search(case, case.limits, case.sweep, model)
         return _LimitRequest(
             search_stage=search_several_limits, search=several, quantities=quantities,
-            convert=lambda found, run: convert_several_limits(several, quantities, found, model, run),
+            convert=lambda result, run: convert_several_limits(several, quantities, result, model, run),
         )  # fmt: skip
     search, quantity = make_limit_search(case, case.limits, case.sweep, model), own_quantity(case.limits, model)
     return _LimitRequest(
         search_stage=search_limits, search=search, quantities=(quantity,),
-        convert=lambda found, run: (convert_own_limits(search, case.limits, found, model, run),),
+        convert=lambda result, run: (convert_own_limits(search, case.limits, result, model, run),),
     )  # fmt: skip
 
 

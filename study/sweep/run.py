@@ -93,9 +93,9 @@ def sweep(
     if opened.case.sweep is not None:
         curves = compute_curves(opened, points, make_solve_model(read), run, workers)
         warn_of_failures(curves.failures, len(points) * len(curves.model.curves), run)
-    found = compute_limits(opened, points, Path(path).stem, run, workers) if with_limits else ()
+    result = compute_limits(opened, points, Path(path).stem, run, workers) if with_limits else ()
     return SweepResult(
-        grid=grid, sampled=SampledCase(parameters=grid.parameters, values=numbers, curves=curves, limits=found)
+        grid=grid, sampled=SampledCase(parameters=grid.parameters, values=numbers, curves=curves, limits=result)
     )
 
 

@@ -100,8 +100,8 @@ def test_the_matrix_counts_every_campaign_once_and_knows_where_it_belongs() -> N
         ("nothing", "dashpot"): 1, ("nothing", "none of the known"): 1, ("cubic_excluded", "none of the known"): 1,
         ("stop", "none of the known"): 1, ("stop", "nothing"): 1,
     }  # fmt: skip
-    found = {(matrix.rows[i], matrix.columns[j]): int(n) for (i, j), n in np.ndenumerate(matrix.count) if n}
-    assert found == expected
+    result = {(matrix.rows[i], matrix.columns[j]): int(n) for (i, j), n in np.ndenumerate(matrix.count) if n}
+    assert result == expected
     assert int(matrix.count[matrix.right].sum()) == 6
 
 
@@ -191,15 +191,15 @@ def test_groups_are_read_as_they_were_written(tmp_path: Path) -> None:
     def direction(name: str, *numbers: float) -> SimpleNamespace:
         return SimpleNamespace(effect=SimpleNamespace(name=name), direction=np.array(numbers))
 
-    found = groups_of(
+    result = groups_of(
         [direction("a", 1, 0), direction("b", -0.96, 0.28), direction("c", 0.8, 0.6), direction("d", 0, 0)]  # type: ignore[list-item]
     )
-    assert found.pairs == {frozenset("ab"): 0.96, frozenset("ac"): 0.8}
-    assert found.of("a") == {"b"}
-    assert (found.of("c"), found.unseen) == (frozenset(), ("d",))
+    assert result.pairs == {frozenset("ab"): 0.96, frozenset("ac"): 0.8}
+    assert result.of("a") == {"b"}
+    assert (result.of("c"), result.unseen) == (frozenset(), ("d",))
     file = tmp_path / "groups.toml"
-    file.write_text(found.toml, encoding="utf-8")
-    assert read_groups(file) == found
+    file.write_text(result.toml, encoding="utf-8")
+    assert read_groups(file) == result
     with pytest.raises(SystemExit, match=r"no_such\.toml: make it"):
         read_groups(tmp_path / "no_such.toml")
 

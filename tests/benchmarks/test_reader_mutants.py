@@ -18,9 +18,9 @@ from tests.slow import slow
 
 @pytest.mark.parametrize("name", [pytest.param("MAT of matrices", marks=slow), "INP"])
 def test_damaged_files_are_right_or_one_sentence(name: str, tmp_path: Path) -> None:
-    found = list(watch(name, range(5000, 5030), tmp_path))
-    assert [number for number, _, _ in found] == list(range(5000, 5030))
-    assert {outcome for _, outcome, _ in found} <= {"right", "sentence"}, found
+    result = list(watch(name, range(5000, 5030), tmp_path))
+    assert [number for number, _, _ in result] == list(range(5000, 5030))
+    assert {outcome for _, outcome, _ in result} <= {"right", "sentence"}, result
 
 
 def test_the_same_number_is_the_same_damage() -> None:

@@ -48,6 +48,6 @@ def test_a_wrong_name_is_one_that_is_told_alone_or_beside(verdict: dict[str, Any
     ],
 )
 def test_two_effects_are_found_in_rounds_or_beside_each_other(rounds: list[dict[str, Any]], count: int) -> None:
-    found = record(*rounds, hidden=(MASS, GAIN))
-    assert n_found(found) == count
+    result = record(*rounds, hidden=(MASS, GAIN))
+    assert n_found(result) == count
     assert not is_wrong(record(told(MASS, further=GAIN), hidden=(MASS, GAIN)))

@@ -24,10 +24,10 @@ NOISE, FLOOR = 1e-3, 0.02
 
 def contacts(name: str, side: float) -> list[FrictionContact]:
     """Two contacts of a line, between the masses (0) and (1)."""
-    found = []
+    result = []
     for number, where in enumerate((0.4, 0.9)):
         z, x = along(N, {0: 1 - where, 2: where}), along(N, {1: 1 - where, 3: where})
-        found.append(
+        result.append(
             FrictionContact(
                 name=f"{name} {number}",
                 normal=side * (0.3 * z + 0.8 * x),
@@ -38,7 +38,7 @@ def contacts(name: str, side: float) -> list[FrictionContact]:
                 preload=4.0,
             )
         )
-    return found
+    return result
 
 
 def make_small() -> Model:

@@ -49,12 +49,12 @@ def absolute(mass: np.ndarray, frequency: float, level: float) -> complex:
 
 def test_linear_readings_are_those_of_the_absolute_equations() -> None:
     frequency, level = np.linspace(8.0, 40.0, 9), 3.0
-    found = readings(shaken(), frequency, level)
+    result = readings(shaken(), frequency, level)
     for number, at in enumerate(frequency):
         omega, x = 2 * np.pi * at, absolute(MASS, at, level)
         expected = [x, 1j * omega * x, -(omega**2) * x, x + level / omega**2]
         # Round-off of two small systems.
-        np.testing.assert_allclose(found[:, number], expected, rtol=1e-9)
+        np.testing.assert_allclose(result[:, number], expected, rtol=1e-9)
 
 
 def test_a_nonlinear_structure_on_a_base_is_that_of_time_integration() -> None:
@@ -97,8 +97,8 @@ def test_states_and_tracks_read_alike() -> None:
 
 def test_more_mass_is_more_inertia_load() -> None:
     heavier = MASS + np.diag([0.0, 0.4])
-    found = readings(shaken().with_system(mass=heavier), np.array([12.0]), 3.0)[0, 0]
-    assert found == pytest.approx(absolute(heavier, 12.0, 3.0), rel=1e-9)
+    result = readings(shaken().with_system(mass=heavier), np.array([12.0]), 3.0)[0, 0]
+    assert result == pytest.approx(absolute(heavier, 12.0, 3.0), rel=1e-9)
 
 
 def test_a_stronger_drive_shakes_and_reads_more() -> None:
@@ -119,12 +119,12 @@ def test_each_harmonic_of_a_base_is_read_with_its_own_motion() -> None:
         sensor=np.repeat(names, k), harmonic=np.full(4 * k, 2),
     )  # fmt: skip
     for sweeps in ((), (1,)):
-        found = Predictor(points=points, sweeps=sweeps).predict(model).value.reshape(4, k)
+        result = Predictor(points=points, sweeps=sweeps).predict(model).value.reshape(4, k)
         for number, at in enumerate(frequency):
             omega, x = 4 * np.pi * at, absolute(MASS, 2 * at, level) * second
             expected = [x, 1j * omega * x, -(omega**2) * x, x + level * second / omega**2]
             # Round-off of two small systems.
-            np.testing.assert_allclose(found[:, number], expected, rtol=1e-9)
+            np.testing.assert_allclose(result[:, number], expected, rtol=1e-9)
 
 
 def test_another_mass_has_another_inertia_in_every_harmonic() -> None:

@@ -136,10 +136,10 @@ def differences(change: Callable[[Model, float], Model], step: float, small: Mod
 def test_derivatives_are_those_of_predictions(name: str, small: Model, predicted: Prediction) -> None:
     change, step, jointed, free, gains = CASES[name]
     tangent = Tangent(jointed=jointed, free=free, gain=gains)
-    found = Predictor(points=predicted.points).derivatives(small, predicted, [tangent])[:, 0]
+    result = Predictor(points=predicted.points).derivatives(small, predicted, [tangent])[:, 0]
     exact = differences(change, step, small, predicted)
     # Newton's 1e-9 over the step is less, mostly, as it converges quadratically; no instant begins to slip within it.
-    assert shares(found, exact, predicted).max() < 1e-5
+    assert shares(result, exact, predicted).max() < 1e-5
 
 
 @pytest.mark.parametrize("name", ["damping", "structural_damping"])
@@ -153,20 +153,20 @@ def test_derivatives_hold_with_damping_that_is_not_symmetric(name: str, small: M
     at = Predictor(points=predicted.points).predict(spinning)
     change, step, jointed, free, gains = CASES["matrix"]
     tangent = Tangent(jointed=jointed, free=free, gain=gains)
-    found = Predictor(points=at.points).derivatives(spinning, at, [tangent])[:, 0]
+    result = Predictor(points=at.points).derivatives(spinning, at, [tangent])[:, 0]
     # As above.
-    assert shares(found, differences(change, step, spinning, at), at).max() < 1e-5
+    assert shares(result, differences(change, step, spinning, at), at).max() < 1e-5
 
 
 def test_a_late_sensor_reads_with_its_phase_turned_back_by_each_harmonic(small: Model, predicted: Prediction) -> None:
     late = 2e-4
     points = predicted.points
-    found = Predictor(points=points).predict(small.with_sensor("root", delay=late), predicted).value
+    result = Predictor(points=points).predict(small.with_sensor("root", delay=late), predicted).value
     turn = np.exp(-2j * np.pi * points.frequency * points.harmonic * late)
     expected = predicted.value * np.where(points.sensor == "root", turn, 1.0)
     assert np.abs(turn - 1).max() > 0.01
     # The same states, read at a time earlier: round-off.
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=0)
+    np.testing.assert_allclose(result, expected, rtol=1e-12, atol=0)
 
 
 @pytest.mark.parametrize("offset", [0.0, 2e-4])
@@ -181,9 +181,9 @@ def test_derivatives_of_a_delay_are_those_of_predictions(offset: float, small: M
     )
     predictor = Predictor(points=paper.make_points(small))
     at = predictor.predict(delayed(small, 0.0))
-    found = predictor.derivatives(delayed(small, 0.0), at, [tangent])[:, 0]
+    result = predictor.derivatives(delayed(small, 0.0), at, [tangent])[:, 0]
     # As above.
-    assert shares(found, differences(delayed, 1e-5, small, at), at).max() < 1e-5
+    assert shares(result, differences(delayed, 1e-5, small, at), at).max() < 1e-5
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
@@ -196,10 +196,10 @@ def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: M
     moved = shift(small, offset)
     predictor = Predictor(points=paper.make_points(small))
     at = predictor.predict(moved)
-    found = predictor.derivatives(moved, at, [tangent])[:, 0]
+    result = predictor.derivatives(moved, at, [tangent])[:, 0]
     exact = differences(shift, 1e-5, moved, at)
     # As above; the accelerometer's reading also grows with the square of the frequency.
-    assert shares(found, exact, at).max() < 1e-5
+    assert shares(result, exact, at).max() < 1e-5
 
 
 def test_a_steady_state_that_is_not_found_is_no_number(small: Model, paper: ModuleType) -> None:

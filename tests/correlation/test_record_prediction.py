@@ -88,12 +88,12 @@ def integrated(test_model: Model, time: NDArray[np.float64], start: NDArray[np.f
                 force = force - row * joint.stiffness * max(row @ q - joint.gap, 0.0)
         return np.asarray(np.linalg.solve(M, force))
 
-    found = solve_ivp(
+    result = solve_ivp(
         lambda t, x: np.concatenate([x[2:], acceleration(t, x)]), (time[0], time[-1]), start, "DOP853", time,
         rtol=1e-10, atol=1e-13,
     )  # fmt: skip
-    shock = [acceleration(t, x)[1] for t, x in zip(time, found.y.T, strict=True)]
-    return np.stack([2.0 * found.y[1], found.y[2], -0.1 * np.array(shock)])
+    shock = [acceleration(t, x)[1] for t, x in zip(time, result.y.T, strict=True)]
+    return np.stack([2.0 * result.y[1], result.y[2], -0.1 * np.array(shock)])
 
 
 def errors(found: NDArray[np.float64], exact: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -103,9 +103,9 @@ def errors(found: NDArray[np.float64], exact: NDArray[np.float64]) -> NDArray[np
 def predicted(
     test_model: Model, driven: IntegrationInput, start: NDArray[np.float64] | None = None
 ) -> NDArray[np.float64]:
-    found = predict_record(test_model, driven, start)
-    assert found is not None
-    return found
+    result = predict_record(test_model, driven, start)
+    assert result is not None
+    return result
 
 
 def test_a_force_that_rises_evenly_is_answered_exactly() -> None:
@@ -142,8 +142,8 @@ def test_the_integration_agrees_with_an_independent_integrator(joints: tuple[Joi
     bench, run = model(*joints, static=0.5), record(multisine)
     exact = integrated(bench, run.time, np.zeros(4))
     inner = slice(0, -40)  # the force is not known beyond the record's end
-    found = predicted(bench, prepare_drive(run))
-    assert (errors(found[:, inner], exact[:, inner]) < tolerance).all()
+    result = predicted(bench, prepare_drive(run))
+    assert (errors(result[:, inner], exact[:, inner]) < tolerance).all()
     if joints:  # and the joints matter
         assert (
             errors(predicted(model(static=0.5), prepare_drive(run))[:, inner], exact[:, inner]).min() > 10 * tolerance
@@ -154,12 +154,14 @@ def test_the_error_falls_with_the_square_of_the_step() -> None:
     bench, run = model(CUBIC, AIR), record(multisine)
     exact = integrated(bench, run.time, np.zeros(4))
     inner = slice(0, -40)
-    found = [errors(predicted(bench, prepare_drive(run, steps=n))[:, inner], exact[:, inner]).max() for n in (4, 8, 16)]
-    order = np.log2(np.array(found[:-1]) / np.array(found[1:]))
+    result = [
+        errors(predicted(bench, prepare_drive(run, steps=n))[:, inner], exact[:, inner]).max() for n in (4, 8, 16)
+    ]
+    order = np.log2(np.array(result[:-1]) / np.array(result[1:]))
     # The coarsest steps are 24 a period of the second resonance, where the next order still shows.
     np.testing.assert_allclose(order, 2.0, atol=0.15)
     # What the model says of its own error is that error, less the share of the finer steps.
-    assert estimate_numerical_error(bench, prepare_drive(run, steps=4)) == pytest.approx(0.75 * found[0], rel=0.4)
+    assert estimate_numerical_error(bench, prepare_drive(run, steps=4)) == pytest.approx(0.75 * result[0], rel=0.4)
 
 
 def test_a_ring_down_starts_where_it_is_told() -> None:

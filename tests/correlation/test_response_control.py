@@ -103,16 +103,16 @@ def test_folds_are_the_extrema_of_the_s_curve(*, leaves_upper: bool) -> None:
     exact = scipy.optimize.minimize_scalar(lambda a: sign * force(a), bounds=bounds, options={"xatol": 1e-12})
     fold = Fold(False, "tip", 105.0, 2.0, 0.4 * resonance, resonance, leaves_upper)
     points = make_points(np.array([105.0]), 2.0)
-    found = control(points, np.array([1e-4 + 0j]), fold).predict(oscillator(CUBIC_SPRING, n_harmonic=2))
+    result = control(points, np.array([1e-4 + 0j]), fold).predict(oscillator(CUBIC_SPRING, n_harmonic=2))
     # 48 amplitudes over a factor of ten, and a parabola through three of them: the upper fold is a sharp minimum.
-    assert 2.0 * found.fold[0] == pytest.approx(sign * exact.fun, rel=0.02)
+    assert 2.0 * result.fold[0] == pytest.approx(sign * exact.fun, rel=0.02)
 
 
 def test_a_linear_model_has_no_fold() -> None:
     fold = Fold(False, "tip", 105.0, 2.0, 1e-4, 4e-4, True)
     points = make_points(np.array([105.0]), 2.0)
-    found = control(points, np.array([1e-4 + 0j]), fold).predict(oscillator())
-    assert np.isnan(found.fold).all()
+    result = control(points, np.array([1e-4 + 0j]), fold).predict(oscillator())
+    assert np.isnan(result.fold).all()
 
 
 def test_a_prediction_nearby_saves_time_and_changes_nothing() -> None:

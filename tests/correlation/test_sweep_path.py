@@ -56,9 +56,9 @@ def folds(cubic: float) -> tuple[float, float]:
 @pytest.mark.parametrize("n", [25, 80])
 def test_a_sweep_jumps_where_its_branch_ends(cubic: float, n: int) -> None:
     frequency = np.linspace(8.5, 11.5, n)
-    found = sweeps(cubic, frequency)
+    result = sweeps(cubic, frequency)
     away, back = folds(cubic)
-    jumps = {jump.sweep: jump.frequency for jump in found.jumps}
+    jumps = {jump.sweep: jump.frequency for jump in result.jumps}
     step = frequency[1] - frequency[0]
     # The smallest step is a 64th of a step of the sweep; close to the fold Newton's method may leap one before.
     assert jumps[1 if cubic > 0 else -1] == pytest.approx(away, abs=step / 16)
@@ -68,8 +68,8 @@ def test_a_sweep_jumps_where_its_branch_ends(cubic: float, n: int) -> None:
 @pytest.mark.parametrize("cubic", [0.3, -0.2])
 def test_between_the_folds_each_row_is_of_its_own_branch(cubic: float) -> None:
     frequency = np.linspace(8.5, 11.5, 60)
-    found = sweeps(cubic, frequency)
-    mean, up, down = found.value.reshape(3, -1)
+    result = sweeps(cubic, frequency)
+    mean, up, down = result.value.reshape(3, -1)
     ends = sorted(folds(cubic))
     inside = (frequency > ends[0] + 0.01) & (frequency < ends[1] - 0.01)
     assert inside.sum() > 5
@@ -111,11 +111,11 @@ def test_steps_that_were_followed_for_a_model_nearby_are_not_followed_again(monk
 def test_a_jump_of_a_model_nearby_hides_none(cubic: float) -> None:
     frequency = np.linspace(8.5, 11.5, 25)
     alone = sweeps(cubic, frequency)
-    found = sweeps(cubic, frequency, before=sweeps(0.3, frequency))
+    result = sweeps(cubic, frequency, before=sweeps(0.3, frequency))
     # A state that Newton's method finds from two starts agrees to 1e-9 of the linear motion, a fold nearby enlarges it.
-    np.testing.assert_allclose(found.value, alone.value, rtol=1e-6)
+    np.testing.assert_allclose(result.value, alone.value, rtol=1e-6)
     step = (frequency[1] - frequency[0]) / 16
-    for one, other in zip(found.jumps, alone.jumps, strict=True):
+    for one, other in zip(result.jumps, alone.jumps, strict=True):
         assert one.sweep == other.sweep
         assert one.frequency == pytest.approx(other.frequency, abs=step)
 

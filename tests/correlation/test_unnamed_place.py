@@ -11,9 +11,9 @@ from reduction.jointed_system import along
 
 
 def test_a_described_displacement_is_named_by_its_node(small: Model) -> None:
-    found = list_unnamed_places(small)
-    assert list(found) == ["node 0 x", "node 1 x"]
-    np.testing.assert_array_equal(found["node 1 x"], along(4, {3: 1.0}))
+    result = list_unnamed_places(small)
+    assert list(result) == ["node 0 x", "node 1 x"]
+    np.testing.assert_array_equal(result["node 1 x"], along(4, {3: 1.0}))
     two = replace(small, dofs=(*small.dofs[:3], Dof(body="stand", node=5, direction="y")))
     assert list(list_unnamed_places(two)) == ["beam node 0 x", "stand node 5 y"]
 

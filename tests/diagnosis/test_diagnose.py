@@ -117,15 +117,15 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
 def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
     """A weaker mass beside seven repeats: chi^2 of the eighth falls by a seventh of what that of the others does."""
     campaign = bench.campaign((WHERE, 6e-4), n_repeat=8, held=(8,))
-    found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload", *FRICTION])
-    assert WHERE in names(found)
-    assert found.refits[0].held_out_gain < 0.25 * found.refits[0].gain
+    result = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload", *FRICTION])
+    assert WHERE in names(result)
+    assert result.refits[0].held_out_gain < 0.25 * result.refits[0].gain
 
 
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
-    found = [compute_log_density(item) for item in heavy.refits]
-    assert found
-    assert found == sorted(found, reverse=True)
+    result = [compute_log_density(item) for item in heavy.refits]
+    assert result
+    assert result == sorted(result, reverse=True)
     for item in heavy.refits:
         assert item.fit.chi2 < heavy.arrangement.fit.chi2
         assert item.held_out_gain < item.gain
@@ -208,22 +208,22 @@ def test_progress_rises_from_nothing_to_all(heavy: Diagnosis, told: list[tuple[s
 
 @slow
 def test_without_its_kind_it_is_not_that_kind(bench: Bench) -> None:
-    found = bench.diagnose(bench.campaign((WHERE, MASS)), without=["mass", "density"])
-    kinds = {item.kind for item in found.catalogue.candidates}
+    result = bench.diagnose(bench.campaign((WHERE, MASS)), without=["mass", "density"])
+    kinds = {item.kind for item in result.catalogue.candidates}
     assert "mass" not in kinds
     assert "density" not in kinds
-    assert all(name.split(" ")[0] not in ("mass", "density") for name in names(found))
-    assert found.verdict.finding is not Finding.NOTHING
+    assert all(name.split(" ")[0] not in ("mass", "density") for name in names(result))
+    assert result.verdict.finding is not Finding.NOTHING
     # Near which place is told without any catalogue.
-    assert found.places[0].name == "tip z"
+    assert result.places[0].name == "tip z"
 
 
 @slow
 def test_without_all_that_looks_like_it_something_unknown_is_missing(bench: Bench) -> None:
-    found = bench.diagnose(bench.campaign((CUBIC, RATE)), without=["cubic", "air damping"])
-    assert found.verdict.finding is Finding.UNKNOWN
-    assert names(found) == []
-    place = found.verdict.place
+    result = bench.diagnose(bench.campaign((CUBIC, RATE)), without=["cubic", "air damping"])
+    assert result.verdict.finding is Finding.UNKNOWN
+    assert names(result) == []
+    place = result.verdict.place
     assert place is not None
     # Straight on the linear side: a force against the displacement.
     assert abs(place.phase) == pytest.approx(180, abs=15)
@@ -234,9 +234,9 @@ def test_a_spring_of_another_power_is_no_cubic_one(bench: Bench, paper: ModuleTy
     row = bench.small.places["tip z"]
     fifth = PowerSpring(name="hidden", direction=row, stiffness=300.0, reference=1e-2, exponent=5.0)
     truth = bench.small.with_system(joints=[*bench.small.system.joints, fifth])
-    found = bench.diagnose(paper.make_campaign(truth, jitter=3e-5, seed=5))
-    assert found.verdict.finding is Finding.UNKNOWN
-    assert "to the power 5" in found.verdict.sentence
+    result = bench.diagnose(paper.make_campaign(truth, jitter=3e-5, seed=5))
+    assert result.verdict.finding is Finding.UNKNOWN
+    assert "to the power 5" in result.verdict.sentence
 
 
 @slow
@@ -269,13 +269,13 @@ def test_a_spring_that_is_stiffer_on_one_side_is_told_beside_a_softening_one(ben
 
 
 def test_where_nothing_is_hidden_nothing_is_claimed(bench: Bench) -> None:
-    found = bench.diagnose(bench.campaign(seed=6))
-    assert found.verdict.finding is Finding.NOTHING
-    assert names(found) == []
-    smallest = found.verdict.detectable[WHERE]
+    result = bench.diagnose(bench.campaign(seed=6))
+    assert result.verdict.finding is Finding.NOTHING
+    assert names(result) == []
+    smallest = result.verdict.detectable[WHERE]
     # What it would have taken is far below what the other tests hide, and is told.
     assert 0 < smallest < 0.1 * MASS
-    assert f"{WHERE} {smallest:.2g} kg" in found.verdict.smallest
+    assert f"{WHERE} {smallest:.2g} kg" in result.verdict.smallest
 
 
 def test_in_a_model_that_is_another_structure_no_effect_is_tried(bench: Bench) -> None:
@@ -285,43 +285,43 @@ def test_in_a_model_that_is_another_structure_no_effect_is_tried(bench: Bench) -
         for joint in friction_contacts(bench.small.system.joints)
     ]
     softer = bench.small.with_system(stiffness=0.64 * bench.small.system.stiffness, joints=joints)
-    found = diagnose(bench.campaign(), softer, bench.calibration_parameters, EXACT_MODEL)
-    assert found.verdict.finding is Finding.NOT_CLOSE
-    assert "resonance near" in found.verdict.sentence
-    assert found.scores == found.refits == ()
+    result = diagnose(bench.campaign(), softer, bench.calibration_parameters, EXACT_MODEL)
+    assert result.verdict.finding is Finding.NOT_CLOSE
+    assert "resonance near" in result.verdict.sentence
+    assert result.scores == result.refits == ()
 
 
 def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> None:
     start = 4.2e-3
-    found = bench.diagnose(
+    result = bench.diagnose(
         bench.campaign((WHERE, MASS), (LINE, RATIO)),
         added=[AddedEffect(effect=bench.effect(WHERE), values=np.array([start]))],
         without=["cubic", "gap", "dashpot", "air damping"],
     )
-    assert found.verdict.finding is Finding.MISSING
-    assert names(found) == [LINE]
-    (best,) = found.verdict.effects
+    assert result.verdict.finding is Finding.MISSING
+    assert names(result) == [LINE]
+    (best,) = result.verdict.effects
     fit = best.fit
     assert fit.unknowns.names == ("kt", "mu", "zeta", WHERE, LINE)
     # It has no prior, and comes to its true value with the calibration parameters and the new effect.
     assert np.isinf(fit.unknowns.prior[3])
-    assert found.arrangement.fit.values[3] != start
+    assert result.arrangement.fit.values[3] != start
     for number, true in ((3, MASS), (4, RATIO)):
         assert fit.values[number] == pytest.approx(true, abs=4 * fit.deviation[number])
     assert (best.strength, best.deviation) == (fit.values[4], fit.deviation[4])
     # The base stays the engineer's own model.
-    np.testing.assert_array_equal(found.arrangement.base.system.stiffness, bench.small.system.stiffness)
-    assert [item.name for item in found.arrangement.added] == [WHERE]
+    np.testing.assert_array_equal(result.arrangement.base.system.stiffness, bench.small.system.stiffness)
+    assert [item.name for item in result.arrangement.added] == [WHERE]
     # What is there already is no candidate.
-    assert WHERE not in [score.effect.name for score in found.scores]
+    assert WHERE not in [score.effect.name for score in result.scores]
 
 
 @slow
 def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
     added = [AddedEffect(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
-    found = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)
-    assert found.verdict.finding is Finding.NOTHING
-    assert found.baseline.fit.values[3] == pytest.approx(MASS, abs=4 * found.baseline.fit.deviation[3])
+    result = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)
+    assert result.verdict.finding is Finding.NOTHING
+    assert result.baseline.fit.values[3] == pytest.approx(MASS, abs=4 * result.baseline.fit.deviation[3])
 
 
 def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis) -> None:
@@ -331,9 +331,9 @@ def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis)
         return pickle.loads(kept.results[name]) if name in kept.results else make()
 
     enormous = Thresholds(gain=1e9, misfit=1e9)
-    found = bench.diagnose(bench.campaign((WHERE, MASS)), thresholds=enormous, run_step=stored)
-    assert found.thresholds is enormous
-    assert found.verdict.finding is Finding.NOTHING
+    result = bench.diagnose(bench.campaign((WHERE, MASS)), thresholds=enormous, run_step=stored)
+    assert result.thresholds is enormous
+    assert result.verdict.finding is Finding.NOTHING
     unknown = bench.diagnose(
         bench.campaign((WHERE, MASS)), thresholds=Thresholds(gain=1e9, misfit=100.0), run_step=stored
     )
@@ -352,7 +352,7 @@ def test_an_effect_where_no_place_is_is_named_if_those_at_the_places_explain_les
     # A density or a spring would do the same to a single mode.
     without = ("density", "spring", *FRICTION)
     campaign, accepted = bench.campaign((WHERE, 4 * MASS)), bench.calibration_parameters
-    found = diagnose(campaign, lacking, accepted, EXACT_MODEL, without=without)
-    assert names(found)[0] == "mass at node 1 z"
-    assert found.verdict.effects[0].strength == pytest.approx(4 * MASS, abs=4 * found.verdict.effects[0].deviation)
-    assert "mass at node 1 z" in [score.effect.name for score in found.scores]
+    result = diagnose(campaign, lacking, accepted, EXACT_MODEL, without=without)
+    assert names(result)[0] == "mass at node 1 z"
+    assert result.verdict.effects[0].strength == pytest.approx(4 * MASS, abs=4 * result.verdict.effects[0].deviation)
+    assert "mass at node 1 z" in [score.effect.name for score in result.scores]

@@ -44,12 +44,12 @@ def measure(truth: Model, seed: int, n_repeat: int = 6) -> list[MeasuredMode]:
     modes = compute_dense_modes(truth.system.mass, truth.system.stiffness)
     omega = np.sqrt(modes.lambda_)
     ratio = np.einsum("rk,rs,sk->k", modes.mode_shapes, truth.system.damping, modes.mode_shapes) / (2 * omega)
-    random, found = np.random.default_rng(seed), []
+    random, result = np.random.default_rng(seed), []
     for repeat in range(n_repeat):
         for number in range(N):
             frequency, damping = omega[number] / (2 * np.pi), float(ratio[number])
             noise = random.standard_normal(2)
-            found.append(
+            result.append(
                 MeasuredMode(
                     name=f"{repeat} {number}", configuration="jointed",
                     frequency=float(frequency * (1 + ERROR[0] * noise[0])), frequency_deviation=ERROR[0] * frequency,
@@ -57,7 +57,7 @@ def measure(truth: Model, seed: int, n_repeat: int = 6) -> list[MeasuredMode]:
                     held_out=repeat >= n_repeat - 2,
                 )
             )  # fmt: skip
-    return found
+    return result
 
 
 def diagnose(truth: Model, seed: int) -> FeatureResult:
@@ -67,9 +67,9 @@ def diagnose(truth: Model, seed: int) -> FeatureResult:
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_hidden_mass_is_named_by_its_modes(seed: int) -> None:
-    found = diagnose(chain(mass=0.05), seed).diagnosis
-    assert found.verdict.finding is Finding.MISSING
-    (best,) = found.verdict.effects
+    result = diagnose(chain(mass=0.05), seed).diagnosis
+    assert result.verdict.finding is Finding.MISSING
+    (best,) = result.verdict.effects
     assert best.name == "mass at b"
     assert best.strength == pytest.approx(0.05, abs=4 * best.deviation)
     # The interval is small enough for that to mean something.
@@ -78,23 +78,23 @@ def test_a_hidden_mass_is_named_by_its_modes(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_noise_alone_is_nothing(seed: int) -> None:
-    found = diagnose(chain(), seed).diagnosis
-    assert found.verdict.finding is Finding.NOTHING
-    assert found.verdict.sentence.startswith("Nothing is missing")
+    result = diagnose(chain(), seed).diagnosis
+    assert result.verdict.finding is Finding.NOTHING
+    assert result.verdict.sentence.startswith("Nothing is missing")
 
 
 def test_a_calibration_parameter_is_no_effect() -> None:
-    found = diagnose(chain(modulus=1.02), 5).diagnosis
-    assert found.verdict.finding is Finding.NOTHING
-    assert found.baseline.fit.values[1] == pytest.approx(1.02, abs=2e-3)
+    result = diagnose(chain(modulus=1.02), 5).diagnosis
+    assert result.verdict.finding is Finding.NOTHING
+    assert result.baseline.fit.values[1] == pytest.approx(1.02, abs=2e-3)
 
 
 def test_a_model_that_is_far_off_is_said_so() -> None:
     truth = chain(modulus=1.6)
     truth = truth.with_system(mass=truth.system.mass @ np.diag([1.0, 1.9, 0.6]))
-    found = diagnose(truth, 6).diagnosis
-    assert found.verdict.finding is Finding.NOT_CLOSE
-    assert "resonance near" in found.verdict.sentence
+    result = diagnose(truth, 6).diagnosis
+    assert result.verdict.finding is Finding.NOT_CLOSE
+    assert "resonance near" in result.verdict.sentence
 
 
 def test_a_mode_that_varies_with_the_amplitude_is_missed_by_its_least_error() -> None:
@@ -130,8 +130,8 @@ def test_an_added_effect_has_the_bounds_of_the_data_and_no_value_beyond_them() -
 def test_every_third_datum_tests_where_none_is_held_out() -> None:
     modes = [MeasuredMode(**{**vars(item), "held_out": False}) for item in measure(chain(), 7)]
     model = chain()
-    found = arrange_features(model, modes, list_calibration_parameters(model))
-    names = [[item.name for item in side.data] for side in (found.train, found.held_out)]
+    result = arrange_features(model, modes, list_calibration_parameters(model))
+    names = [[item.name for item in side.data] for side in (result.train, result.held_out)]
     assert names[1] == [item.name for item in modes[1::3]]
     assert sorted(names[0] + names[1]) == sorted(item.name for item in modes)
 

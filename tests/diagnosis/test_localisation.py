@@ -85,8 +85,8 @@ def test_a_cubic_spring_is_told_by_its_exponent(
 
 def test_a_dashpot_is_an_imaginary_stiffness_of_its_size(small: Model, paper: ModuleType) -> None:
     damped = small.with_system(damping=small.system.damping + DASHPOT * np.outer(TIP, TIP))
-    found = located(small, paper, damped, zeta=0.0)
-    best = found[0]
+    result = located(small, paper, damped, zeta=0.0)
+    best = result[0]
     assert best.name == "tip z"
     assert best.configuration == "free"
     assert near(best.exponent, 1.0, best.exponent_deviation)
@@ -117,8 +117,8 @@ def test_when_nothing_is_missing_every_place_gains_what_chance_does(small: Model
 def test_a_place_that_does_not_move_explains_nothing(small: Model, paper: ModuleType) -> None:
     """Without contacts the structure does not move in x at all."""
     model = replace(small, places={**small.places, "root x": along(4, {1: 1.0})})
-    found = {(place.name, place.configuration): place for place in located(model, paper, spring(model))}
-    still = found["root x", "free"]
+    result = {(place.name, place.configuration): place for place in located(model, paper, spring(model))}
+    still = result["root x", "free"]
     assert still.gain == 0
     assert not np.any(still.stiffness)
     assert still.exponent_deviation == np.inf

@@ -76,10 +76,10 @@ def records() -> dict[str, list[TimeRecord]]:
             f[:, 1] -= cubic * q[:, 1] ** 3
             return np.stack([v, np.einsum("cij,cj->ci", inverse, f)]).ravel()
 
-        found = solve_ivp(rates, (0, time[-1]), np.zeros(np.prod(shape)), "DOP853", time, rtol=1e-8, atol=1e-12)
-        slopes = np.stack([rates(t, x) for t, x in zip(time, found.y.T, strict=True)]).reshape(-1, *shape)
+        result = solve_ivp(rates, (0, time[-1]), np.zeros(np.prod(shape)), "DOP853", time, rtol=1e-8, atol=1e-12)
+        slopes = np.stack([rates(t, x) for t, x in zip(time, result.y.T, strict=True)]).reshape(-1, *shape)
         for number, name in enumerate(HIDDEN):
-            values = np.stack([TRUE_GAIN * found.y.T.reshape(-1, *shape)[:, 0, number, 1], slopes[:, 1, number, 0]])
+            values = np.stack([TRUE_GAIN * result.y.T.reshape(-1, *shape)[:, 0, number, 1], slopes[:, 1, number, 0]])
             coloured = lfilter([1.0], [1.0, -0.8], rng.normal(size=values.shape))
             coloured *= NOISE * values.std(axis=1, keepdims=True) / coloured.std(axis=1, keepdims=True)
             run = TimeRecord(
@@ -105,8 +105,8 @@ def diagnosed(records: list[TimeRecord], **more: object) -> RecordDiagnosis:
 def test_the_hidden_effect_is_named_and_measured(
     records: dict[str, list[TimeRecord]], hidden: str, name: str, strength: float
 ) -> None:
-    found, *rest = record_rounds(base(), records[hidden], fitted(base()), run_in=0.5, most=2)
-    verdict = found.verdict
+    result, *rest = record_rounds(base(), records[hidden], fitted(base()), run_in=0.5, most=2)
+    verdict = result.verdict
     assert verdict.finding is Finding.MISSING, verdict.sentence
     best = verdict.effects[0]
     assert best.effect is not None
@@ -124,11 +124,11 @@ def test_the_hidden_effect_is_named_and_measured(
 
 
 def test_nothing_is_claimed_where_nothing_is_missing(records: dict[str, list[TimeRecord]]) -> None:
-    found = diagnosed(records["nothing"])
-    assert found.verdict.finding is Finding.NOTHING
-    assert found.baseline.held_out_error == pytest.approx(NOISE, rel=0.15)
-    assert "No effect lowers the held-out error enough" in found.verdict.sentence
-    np.testing.assert_allclose(found.baseline.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
+    result = diagnosed(records["nothing"])
+    assert result.verdict.finding is Finding.NOTHING
+    assert result.baseline.held_out_error == pytest.approx(NOISE, rel=0.15)
+    assert "No effect lowers the held-out error enough" in result.verdict.sentence
+    np.testing.assert_allclose(result.baseline.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
 
 
 def test_deviations_hold_the_truth_though_the_noise_is_coloured(records: dict[str, list[TimeRecord]]) -> None:
@@ -141,21 +141,21 @@ def test_deviations_hold_the_truth_though_the_noise_is_coloured(records: dict[st
 def test_an_effect_outside_the_catalogue_is_not_called_by_another_name(records: dict[str, list[TimeRecord]]) -> None:
     # A linear spring stands in for the cubic one at a single level; knowing the noise shows that it does not explain.
     noise = {name: NOISE * float(records["cubic"][0].channel(name).std()) for name in ("tip", "shock")}
-    found = diagnosed(records["cubic"], without=["cubic"], noise=noise)
-    assert found.verdict.finding is Finding.UNKNOWN, found.verdict.sentence
-    assert "none of the known effects" in found.verdict.sentence
-    assert re.search(r"the noise is 1\.?\d? %", found.verdict.sentence)
+    result = diagnosed(records["cubic"], without=["cubic"], noise=noise)
+    assert result.verdict.finding is Finding.UNKNOWN, result.verdict.sentence
+    assert "none of the known effects" in result.verdict.sentence
+    assert re.search(r"the noise is 1\.?\d? %", result.verdict.sentence)
     # It is no matter of the noise that the right one is found.
     assert diagnosed(records["cubic"], noise=noise).verdict.finding is Finding.MISSING
 
 
 def test_the_size_of_an_effect_is_the_error_that_it_makes(records: dict[str, list[TimeRecord]]) -> None:
-    found = diagnosed(records["mass"])
-    score = found.scores[0]
+    result = diagnosed(records["mass"])
+    score = result.scores[0]
     assert score.effect.name == "mass at tip"
-    made = np.sqrt(found.baseline.error**2 - found.refits[0].error ** 2)
+    made = np.sqrt(result.baseline.error**2 - result.refits[0].error ** 2)
     # Linear in the strength, but for the shift of the resonance.
-    by_strength = 0.02 / score.detectable / np.sqrt(found.arrangement.fit.n_number)
+    by_strength = 0.02 / score.detectable / np.sqrt(result.arrangement.fit.n_number)
     assert by_strength == pytest.approx(made, rel=0.1)
 
 

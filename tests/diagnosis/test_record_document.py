@@ -28,10 +28,10 @@ def record(model: Model, *, held_out: bool) -> TimeRecord:
         name="shaken", time=time, channels=("force", "tip"), units=("N", "V"), values=np.stack([force, time]),
         force="force", held_out=held_out,
     )  # fmt: skip
-    found = predict_record(model, prepare_drive(run))
-    assert found is not None
+    result = predict_record(model, prepare_drive(run))
+    assert result is not None
     return TimeRecord(
-        name=run.name, time=time, channels=run.channels, units=run.units, values=np.vstack([force, found]),
+        name=run.name, time=time, channels=run.channels, units=run.units, values=np.vstack([force, result]),
         force="force", held_out=held_out,
     )  # fmt: skip
 

@@ -56,25 +56,25 @@ def matrices(model: Model) -> NDArray[np.float64]:
 
 def test_an_oscillator_is_read_from_a_record() -> None:
     # Hann's window leaks, and spectra between the lines of a multisine are its shape alone: a start, no more.
-    found = fit_single_dof(driven(1), "y")
-    np.testing.assert_allclose(matrices(found), [MASS, DAMPING, STIFFNESS], rtol=0.02)
+    result = fit_single_dof(driven(1), "y")
+    np.testing.assert_allclose(matrices(result), [MASS, DAMPING, STIFFNESS], rtol=0.02)
 
 
 def test_a_sensor_that_reads_the_other_way_turns_the_force() -> None:
     run = driven(1)
     turned = replace(run, values=run.values * np.array([[1.0], [-1.0]]))
-    found = fit_single_dof(turned, "y")
-    assert found.system.dynamic[1, 0] == -1.0
-    prediction = predict_record(found, prepare_drive(turned, run_in=0.5))
+    result = fit_single_dof(turned, "y")
+    assert result.system.dynamic[1, 0] == -1.0
+    prediction = predict_record(result, prepare_drive(turned, run_in=0.5))
     assert prediction is not None
     assert np.corrcoef(prediction[0], prepare_drive(turned, run_in=0.5).measured[0])[0, 1] > 0.99
 
 
 def test_a_fit_finds_the_oscillator_exactly() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[1.05 * STIFFNESS]])
-    found = arrange_records(base, [driven(1), driven(2)], list_calibration_parameters(base), run_in=1.0).fit
+    result = arrange_records(base, [driven(1), driven(2)], list_calibration_parameters(base), run_in=1.0).fit
     # The integration: 8 steps per sample are right to 1e-4 here.
-    np.testing.assert_allclose(matrices(found.model), [MASS, DAMPING, STIFFNESS], rtol=5e-4)
+    np.testing.assert_allclose(matrices(result.model), [MASS, DAMPING, STIFFNESS], rtol=5e-4)
 
 
 @slow
@@ -82,12 +82,12 @@ def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[0.97 * STIFFNESS]])
     runs = [ring_down(0.1, 0.3, held_out=False), ring_down(0.05, -1.0, held_out=False)]
     runs.append(ring_down(0.2, 2.0, held_out=True))
-    found = diagnose_records(base, runs, list_calibration_parameters(base))
+    result = diagnose_records(base, runs, list_calibration_parameters(base))
     # Without a force the integration is exact: the fit ends when it gains no more than 1e-7 of the squared error.
-    np.testing.assert_allclose(matrices(found.baseline.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
+    np.testing.assert_allclose(matrices(result.baseline.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
     # Each has a start of its own, the held-out one as well.
-    assert found.baseline.held_out_error < 1e-5
-    starts = found.baseline.fit.starts[::2] / np.sqrt(MASS)  # of the modal displacements, alternating with velocities
+    assert result.baseline.held_out_error < 1e-5
+    starts = result.baseline.fit.starts[::2] / np.sqrt(MASS)  # of the modal displacements, alternating with velocities
     np.testing.assert_allclose(starts, [0.1 * np.cos(0.3), 0.05 * np.cos(-1.0)], rtol=1e-5)
 
 
@@ -97,14 +97,14 @@ def test_three_factors_absorb_all_that_is_linear() -> None:
         replace(item, values=item.values + 1e-3 * np.random.default_rng(9).normal(size=item.values.shape))
         for item in (driven(1), driven(2))
     ]
-    found = diagnose_records(
+    result = diagnose_records(
         base, noisy, [*list_calibration_parameters(base), Gain(name="gain of y", sensor="y")], run_in=1.0
     )
-    absorbed = {item.effect.kind for item in found.scores if item.absorbed > 0.9999}
+    absorbed = {item.effect.kind for item in result.scores if item.absorbed > 0.9999}
     # A record is not turned in phase, so that a delay does nothing there.
     assert absorbed == {"spring", "mass", "density", "dashpot", "delay"}
-    assert all(item.gain == 0 for item in found.scores if item.effect.kind in absorbed)
-    assert found.verdict.finding is Finding.NOTHING
+    assert all(item.gain == 0 for item in result.scores if item.effect.kind in absorbed)
+    assert result.verdict.finding is Finding.NOTHING
 
 
 def test_the_offset_of_a_force_is_taken_off() -> None:

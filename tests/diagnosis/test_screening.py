@@ -83,6 +83,6 @@ def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[
 
 
 def test_when_nothing_is_missing_nothing_stands_out(complete: Arrangement, listed: Catalogue) -> None:
-    found = screen(complete, listed.candidates)
+    result = screen(complete, listed.candidates)
     # Chance exceeds it once in a thousand campaigns; twice that for covariances known from four repeats alone.
-    assert found[0].gain < 2 * find_threshold(draw_null_gains(found), 1e-3)
+    assert result[0].gain < 2 * find_threshold(draw_null_gains(result), 1e-3)

@@ -23,15 +23,15 @@ class Entry(NamedTuple):
 def entries() -> dict[tuple[str, str], Entry]:
     """Of each kind and key."""
     lines = PAGE.read_text(encoding="utf-8").split(HEAD)[1].strip().split("\n\n")[0].splitlines()[1:]
-    found: dict[tuple[str, str], Entry] = {}
+    result: dict[tuple[str, str], Entry] = {}
     for line in lines:
         keys, kinds, _, unit, value, default = (cell.strip() for cell in line.strip("|").split("|"))
         for kind in re.findall(r"`(\w+)`", kinds):
             for key in re.findall(r"`(\w+)`", keys):
-                assert (kind, key) not in found, line
+                assert (kind, key) not in result, line
                 # What stands behind a semicolon is beside other keys.
-                found[kind, key] = Entry(unit.strip("`"), value.split(";")[0], default)
-    return found
+                result[kind, key] = Entry(unit.strip("`"), value.split(";")[0], default)
+    return result
 
 
 def expected_value(parameter: LawParameter) -> str:

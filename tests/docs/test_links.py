@@ -14,13 +14,13 @@ LINK = re.compile(r"\]\((?![a-z]+:)([^)\s#]*)(#[^)\s]*)?\)")
 
 def anchors(page: Path) -> set[str]:
     """Anchors that a Git host gives to the headings of a page."""
-    found: dict[str, int] = {}
+    result: dict[str, int] = {}
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     for heading in re.findall(r"^#+ (.+)$", text, flags=re.MULTILINE):
         words = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
         name = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
-        found[name] = found.get(name, -1) + 1
-    return {name if not number else f"{name}-{number}" for name, most in found.items() for number in range(most + 1)}
+        result[name] = result.get(name, -1) + 1
+    return {name if not number else f"{name}-{number}" for name, most in result.items() for number in range(most + 1)}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())

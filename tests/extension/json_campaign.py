@@ -24,20 +24,20 @@ def recognise(path: Path) -> bool:
 
 def read(path: Path) -> Campaign:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        table = {name: np.array(column) for name, column in found["measurement"].items()}
+        result = json.loads(path.read_text(encoding="utf-8"))
+        table = {name: np.array(column) for name, column in result["measurement"].items()}
         table["value"] = table.pop("real") + 1j * table.pop("imag")
-        sensors = [{**item, "coordinates": _array(item["coordinates"])} for item in found["sensors"]]
+        sensors = [{**item, "coordinates": _array(item["coordinates"])} for item in result["sensors"]]
         return Campaign(
-            title=found["campaign of"],
+            title=result["campaign of"],
             folder=path,
             sensors=tuple(MeasuredSensor(**item) for item in sensors),
-            tests=tuple(Test(**item) for item in found["tests"]),
+            tests=tuple(Test(**item) for item in result["tests"]),
             measurement=Measurement(**table),
-            held_out=HeldOut(**{name: tuple(values) for name, values in found["held_out"].items()}),
+            held_out=HeldOut(**{name: tuple(values) for name, values in result["held_out"].items()}),
             records=tuple(
                 TimeRecord(**{**item, "channels": tuple(item["channels"]), "units": tuple(item["units"])})
-                for item in found["records"]
+                for item in result["records"]
             ),
         )
     except (ValueError, LookupError, TypeError, AttributeError) as error:

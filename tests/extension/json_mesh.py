@@ -18,11 +18,11 @@ SETS = ("node_sets", "face_sets", "cell_sets")
 
 def read(path: Path) -> FileMesh:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        result = json.loads(path.read_text(encoding="utf-8"))
         return FileMesh(
-            points=np.array(found["points"], dtype=np.float64).reshape(-1, 3),
-            blocks=tuple((cell_type, np.array(nodes, dtype=np.int64)) for cell_type, nodes in found["cells"].items()),
-            **{kind: {name: np.array(part, dtype=np.int64) for name, part in found[kind].items()} for kind in SETS},
+            points=np.array(result["points"], dtype=np.float64).reshape(-1, 3),
+            blocks=tuple((cell_type, np.array(nodes, dtype=np.int64)) for cell_type, nodes in result["cells"].items()),
+            **{kind: {name: np.array(part, dtype=np.int64) for name, part in result[kind].items()} for kind in SETS},
         )
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise MeshError(f"mesh file {path} is no mesh in JSON, or cut short ({error}): write it again") from None

@@ -14,10 +14,10 @@ from fe.file.registry import FileFormat
 
 def read(path: Path) -> Mapping[str, FileMatrix]:
     try:
-        found = scipy.io.loadmat(path)
+        result = scipy.io.loadmat(path)
     except Exception as error:  # a dozen kinds, depending on which byte is damaged
         raise MatrixFileError(f'"{path}" is no MATLAB file up to version 7 ({error}): save it with -v7') from None
-    return {name: real_matrix(path, value) for name, value in found.items() if sp.issparse(value)}
+    return {name: real_matrix(path, value) for name, value in result.items() if sp.issparse(value)}
 
 
 MATRIX_FORMATS.register(

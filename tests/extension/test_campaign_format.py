@@ -19,8 +19,8 @@ FILE = Path(__file__).with_name("json_campaign.py")
 @pytest.fixture(scope="module")
 def campaign_format() -> Iterator[CampaignFormat]:
     """The format; the other tests of this process do without it."""
-    (found,) = FORMATS.load(FILE)
-    yield found
+    (result,) = FORMATS.load(FILE)
+    yield result
     FORMATS.forget(FILE)
 
 

@@ -82,8 +82,8 @@ def document(capfd: pytest.CaptureFixture[str]) -> Documents:
     def run(*words: str) -> dict[str, Any]:
         capfd.readouterr()
         assert cli.main([*words, "--json"]) == 0
-        found: dict[str, Any] = json.loads(capfd.readouterr().out)
-        return found
+        result: dict[str, Any] = json.loads(capfd.readouterr().out)
+        return result
 
     return run
 

@@ -21,8 +21,8 @@ bench, paper, small = conftest.bench, conftest.paper, conftest.small
 @pytest.fixture(scope="module")
 def effect_kind() -> Iterator[EffectKind]:
     """The kind; the other tests of this process do without it."""
-    (found,) = EFFECTS.load(FILE)
-    yield found
+    (result,) = EFFECTS.load(FILE)
+    yield result
     EFFECTS.forget(FILE)
 
 
@@ -36,9 +36,9 @@ globals().update(sweeps("planted_kind", test_effect))
 
 
 def test_it_stands_in_the_list_of_all(effect_kind: EffectKind, bench: Model) -> None:
-    found = list_effects(bench)
-    assert found.kinds[-1] == effect_kind.name == "modulus"
-    assert found.effect("modulus of stand").physics == effect_kind.physics
+    result = list_effects(bench)
+    assert result.kinds[-1] == effect_kind.name == "modulus"
+    assert result.effect("modulus of stand").physics == effect_kind.physics
     assert "modulus" not in list_effects(bench, without=["modulus"]).kinds
 
 

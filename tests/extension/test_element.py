@@ -156,7 +156,7 @@ def test_its_skin_is_closed_and_curved_and_its_edges_are_drawn_once(element: Ele
 
 def test_a_case_file_names_it_and_the_blade_is_meshed_with_it(element: Element, tmp_path: Path) -> None:
     text = BLADE.read_text(encoding="utf-8").replace("elements_through_thickness = 2", "elements_through_thickness = 1")
-    found = {}
+    result = {}
     for name in ("hex20", element.name):
         (tmp_path / "blade.toml").write_text(text.replace('"hex20"', f'"{name}"'), encoding="utf-8")
         case = open_case(tmp_path / "blade.toml").case
@@ -164,8 +164,8 @@ def test_a_case_file_names_it_and_the_blade_is_meshed_with_it(element: Element, 
         model = make_blade_model(case, table, "structure", element=table.mesh.element, through_thickness=1)
         mesh, system, _ = clamped(model)
         assert [ELEMENTS[cell_type].name for cell_type in mesh.cells] == [name]
-        found[name] = integrate_volume(mesh), modes(system, 3).frequency
-    (volume, bricks), (filled, wedges) = found.values()
+        result[name] = integrate_volume(mesh), modes(system, 3).frequency
+    (volume, bricks), (filled, wedges) = result.values()
     assert filled == pytest.approx(volume, rel=1e-12)  # the faces are the same
     # Two meshes of one size and degree: 1.0e-4 to 1.8e-4 apart were measured.
     np.testing.assert_allclose(wedges, bricks, rtol=3e-4)

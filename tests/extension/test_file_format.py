@@ -31,15 +31,15 @@ element = conftest.element
 @pytest.fixture(scope="module")
 def mesh_suffix() -> Iterator[str]:
     """Of the mesh format; the other tests of this process do without it."""
-    (found,) = MESH_FORMATS.load(MESH)
-    yield found.suffixes[0]
+    (result,) = MESH_FORMATS.load(MESH)
+    yield result.suffixes[0]
     MESH_FORMATS.forget(MESH)
 
 
 @pytest.fixture(scope="module")
 def matrix_suffix() -> Iterator[str]:
-    (found,) = MATRIX_FORMATS.load(MATRIX)
-    yield found.suffixes[0]
+    (result,) = MATRIX_FORMATS.load(MATRIX)
+    yield result.suffixes[0]
     MATRIX_FORMATS.forget(MATRIX)
 
 
@@ -51,8 +51,8 @@ def test_matrices_by_name_make_a_system(matrix_suffix: str, tmp_path: Path) -> N
     file = tmp_path / f"model{matrix_suffix}"
     stiffness = sp.csc_array(test_matrix_file.CHAIN)
     scipy.io.savemat(file, {"K": stiffness, "M": sp.eye_array(3, format="csc"), "note": "of a chain"})
-    found = read_matrices(MatrixSource(file=file, name="M"), MatrixSource(file=file, name="K"))
-    np.testing.assert_array_equal(found.stiffness.toarray(), test_matrix_file.CHAIN)
+    result = read_matrices(MatrixSource(file=file, name="M"), MatrixSource(file=file, name="K"))
+    np.testing.assert_array_equal(result.stiffness.toarray(), test_matrix_file.CHAIN)
     with pytest.raises(MatrixFileError, match="holds several matrices: name one of K, M"):
         read_matrix(MatrixSource(file=file))
 

@@ -18,17 +18,17 @@ WALLS = {"u0": "x0", "u1": "x1", "v0": "y0", "v1": "y1", "w0": "z0", "w1": "z1"}
 @pytest.fixture(scope="session", params=list(ELEMENTS.values()), ids=lambda element: element.name)
 def element(request: pytest.FixtureRequest) -> Element:
     """Each element in turn: a new one is tested without a word here."""
-    found: Element = request.param
-    return found
+    result: Element = request.param
+    return result
 
 
 @pytest.fixture(scope="session", params=list(Backend), ids=lambda backend: backend.value)
 def backend(request: pytest.FixtureRequest) -> Backend:
     """Each factorisation in turn, as far as it is installed."""
-    found: Backend = request.param
-    if not is_available(found):
-        pytest.skip(f"{found.value} is not installed")
-    return found
+    result: Backend = request.param
+    if not is_available(result):
+        pytest.skip(f"{result.value} is not installed")
+    return result
 
 
 def _box_mesh(

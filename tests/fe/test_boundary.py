@@ -123,12 +123,12 @@ def test_a_body_on_springs_rocks_as_a_rigid_one(box: BoxMesher) -> None:
     mesh = box(HEX8, counts=(2, 2, 2), size=SIZE)
     corners = nodes_at(mesh, *[(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
     k = 1e4
-    found = modes(held(mesh, springs=[GroundedSpring(nodes=corners, stiffness=(k, k, k))]), 6).angular_frequency
+    result = modes(held(mesh, springs=[GroundedSpring(nodes=corners, stiffness=(k, k, k))]), 6).angular_frequency
     mass = STEEL.density * np.prod(SIZE)
     # Eight springs at the corners: 8 k / m, and 8 k (b^2 + c^2) / 4 over m (b^2 + c^2) / 12, about any axis.
     expected = np.sqrt(8 * k / mass * np.array([1, 1, 1, 3, 3, 3]))
     # The body is 1e5 times as stiff as its springs and gives way by as much.
-    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    np.testing.assert_allclose(result, expected, rtol=1e-4)
 
 
 def test_springs_that_act_in_one_direction_leave_the_others(box: BoxMesher) -> None:
@@ -192,10 +192,10 @@ def test_modes_are_damped_by_the_closed_form(box: BoxMesher) -> None:
     mesh = box(HEX8, size=SIZE)
     damping = RayleighDamping(mass_factor=3.0, stiffness_factor=2e-7)
     system = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))], damping=damping)
-    found = modes(system, 8)
-    expected = [damping.damping_ratio(omega) for omega in found.angular_frequency]
+    result = modes(system, 8)
+    expected = [damping.damping_ratio(omega) for omega in result.angular_frequency]
     # Modal damping is a quotient of sums whose terms cancel by the condition of the stiffness, about 1e4.
-    np.testing.assert_allclose(found.damping_ratio, expected, rtol=1e-11)
+    np.testing.assert_allclose(result.damping_ratio, expected, rtol=1e-11)
     assert not held(mesh, [Support(nodes=mesh.nodes("x0"))]).damping.nnz
 
 

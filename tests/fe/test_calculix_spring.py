@@ -57,7 +57,7 @@ def test_two_masses_on_springs_vibrate_as_their_closed_form_says() -> None:
     mesh = blocks(3)
     wall = [(node, direction) for node in range(8) for direction in (0, 1, 2)]
     guides = [(node, direction) for node in range(8, 24) for direction in (1, 2)]
-    found = run_frequency(mesh, MATERIAL, np.array(wall + guides), 2, [between(1, 8), between(9, 16)])
+    result = run_frequency(mesh, MATERIAL, np.array(wall + guides), 2, [between(1, 8), between(9, 16)])
     k, m = STIFFNESS * OBLIQUE[0] ** 2, MATERIAL.density * SIDE**3
     exact = np.sqrt((3 + np.array([-1, 1]) * np.sqrt(5)) / 2 * k / m) / (2 * np.pi)
-    np.testing.assert_allclose(found, exact, rtol=RIGID)
+    np.testing.assert_allclose(result, exact, rtol=RIGID)

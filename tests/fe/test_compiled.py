@@ -44,9 +44,9 @@ class Runner:
         return done.stdout.strip(), done.stderr
 
     def files(self, suffix: str) -> list[Path]:
-        found = list(self.store.rglob(f"*.{suffix}"))
-        assert found
-        return found
+        result = list(self.store.rglob(f"*.{suffix}"))
+        assert result
+        return result
 
 
 @pytest.fixture

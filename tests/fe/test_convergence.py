@@ -32,20 +32,20 @@ SIZE = (1.0, 0.8, 0.6)
 def closed_form(size: tuple[float, float, float], n_mode: int) -> NDArray[np.float64]:
     pressure = np.sqrt((STEEL.lame + 2 * STEEL.shear) / STEEL.density)
     shear = np.sqrt(STEEL.shear / STEEL.density)
-    found: list[float] = []
+    result: list[float] = []
     for n in product(range(8), repeat=3):
         if any(n):
             k = float(np.pi * np.linalg.norm(np.array(n) / size))
             # As many polarisations as there are amplitudes: one along k, the rest square to it.
-            found += [pressure * k] + [shear * k] * (np.count_nonzero(n) - 1)
-    return np.sort(found)[:n_mode]
+            result += [pressure * k] + [shear * k] * (np.count_nonzero(n) - 1)
+    return np.sort(result)[:n_mode]
 
 
 def eigenvalue_errors(mesh: Mesh, n_mode: int) -> NDArray[np.float64]:
     """Relative errors of omega^2, the quantity that converges as h^(2p)."""
     walls = [Support(nodes=mesh.nodes(wall), directions=("xyz".index(wall[0]),)) for wall in mesh.face_sets]
-    found = modes(supported_system(mesh, *assemble(mesh, STEEL), walls), n_mode).angular_frequency
-    return np.asarray(found**2 / closed_form(tuple(mesh.points.max(axis=0)), n_mode) ** 2 - 1)
+    result = modes(supported_system(mesh, *assemble(mesh, STEEL), walls), n_mode).angular_frequency
+    return np.asarray(result**2 / closed_form(tuple(mesh.points.max(axis=0)), n_mode) ** 2 - 1)
 
 
 def test_eigenvalues_converge_from_above_with_order_2p_on_nested_bricks(element: Element, box: BoxMesher) -> None:

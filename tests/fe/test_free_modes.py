@@ -34,16 +34,16 @@ def free(mesh: Mesh, n_mode: int, material: Material = STEEL) -> ModeSet:
 def test_six_motions_are_rigid_and_the_others_those_of_a_dense_solve(box: BoxMesher, element: Element) -> None:
     mesh = box(element, counts=(2, 2, 3), distortion=0.2)
     system = free_system(mesh)
-    found = compute_free_modes(system, mesh, STEEL, 12)
+    result = compute_free_modes(system, mesh, STEEL, 12)
     dense = scipy.linalg.eigh(system.stiffness.toarray(), system.mass.toarray(), eigvals_only=True)[:12]
-    np.testing.assert_array_equal(found.frequency[:6], 0.0)
+    np.testing.assert_array_equal(result.frequency[:6], 0.0)
     # Taking the shift off loses its ratio to the squared frequency in digits: 1e-16 (1e-16 to 1e-12 of a cube).
-    np.testing.assert_allclose(found.angular_frequency[6:], np.sqrt(dense[6:]), rtol=1e-9)
-    np.testing.assert_allclose(found.damping_ratio, 0.0)
+    np.testing.assert_allclose(result.angular_frequency[6:], np.sqrt(dense[6:]), rtol=1e-9)
+    np.testing.assert_allclose(result.damping_ratio, 0.0)
     rigid = make_rigid_motions(mesh.points).reshape(-1, 6)
-    left = found.mode_shapes[:, :6] - rigid @ np.linalg.lstsq(rigid, found.mode_shapes[:, :6])[0]
+    left = result.mode_shapes[:, :6] - rigid @ np.linalg.lstsq(rigid, result.mode_shapes[:, :6])[0]
     # Shapes of one eigenvalue among elastic ones that lie 1e4 times higher: round-off, and no strain.
-    assert np.abs(left).max() < 1e-8 * np.abs(found.mode_shapes).max()
+    assert np.abs(left).max() < 1e-8 * np.abs(result.mode_shapes).max()
 
 
 @pytest.mark.parametrize("scale", [1e-4, 1e-2, 1.0, 1e2, 1e4])
@@ -52,10 +52,10 @@ def test_frequency_times_size_is_the_same_from_tenths_of_millimetres_to_ten_kilo
 ) -> None:
     size = np.array((1.0, 0.1, 0.05))
     reference = free(box(HEX20, counts=(8, 1, 1), size=tuple(size)), 9).frequency
-    found = free(box(HEX20, counts=(8, 1, 1), size=tuple(scale * size)), 9).frequency
-    np.testing.assert_array_equal(found[:6], 0.0)
+    result = free(box(HEX20, counts=(8, 1, 1), size=tuple(scale * size)), 9).frequency
+    np.testing.assert_array_equal(result[:6], 0.0)
     # Scaling by powers of ten rounds each entry of the matrices; a bar this slender loses three or four digits more.
-    np.testing.assert_allclose(found[6:] * scale, reference[6:], rtol=1e-9)
+    np.testing.assert_allclose(result[6:] * scale, reference[6:], rtol=1e-9)
 
 
 def test_a_soft_heavy_body_has_its_six_rigid_motions_too(box: BoxMesher) -> None:
@@ -66,13 +66,13 @@ def test_a_soft_heavy_body_has_its_six_rigid_motions_too(box: BoxMesher) -> None
 def test_a_slender_bar_bends_as_a_free_beam(box: BoxMesher) -> None:
     # The most slender body that the shift must tell from rigid: a hundred times as long as thick.
     length, width, thickness = 1.0, 0.02, 0.01
-    found = free(box(HEX20, counts=(40, 1, 1), size=(length, width, thickness)), 9)
-    np.testing.assert_array_equal(found.frequency[:6], 0.0)
+    result = free(box(HEX20, counts=(40, 1, 1), size=(length, width, thickness)), 9)
+    np.testing.assert_array_equal(result.frequency[:6], 0.0)
     speed = sqrt(STEEL.young * thickness**2 / (12 * STEEL.density))
     first, second = (beta**2 / (2 * pi * length**2) * speed for beta in FREE_FREE)
     expected = [first, first * width / thickness, second]  # the middle one bends edgewise
     # Shear and rotatory inertia take (beta t / L)^2 (1 + E / (k G)) / 24 = 4e-4 and 1e-3 off; the sides add 1e-4.
-    np.testing.assert_allclose(found.frequency[6:], expected, rtol=2e-3)
+    np.testing.assert_allclose(result.frequency[6:], expected, rtol=2e-3)
 
 
 def test_a_body_on_a_hinge_keeps_one_motion_at_no_frequency(box: BoxMesher) -> None:

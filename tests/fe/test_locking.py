@@ -20,9 +20,9 @@ def squared_frequency(box: BoxMesher, element: Element, counts: tuple[int, int, 
     """Of the first bending mode of a cantilever, twice as thick as wide: that about the stiff axis, along z."""
     mesh = box(element, counts=counts, size=(LENGTH, 0.5, 1.0))
     system = supported_system(mesh, *assemble(mesh, material), [Support(nodes=mesh.nodes("x0"))])
-    found = modes(system, 3)
-    reach = np.abs(system.on_mesh(found.mode_shapes)).max(axis=0)
-    return float(found.frequency[np.flatnonzero(reach.argmax(axis=0) == 2)[0]] ** 2)
+    result = modes(system, 3)
+    reach = np.abs(system.on_mesh(result.mode_shapes)).max(axis=0)
+    return float(result.frequency[np.flatnonzero(reach.argmax(axis=0) == 2)[0]] ** 2)
 
 
 def excess(box: BoxMesher, cell_length: float, n: int, poisson: float) -> float:

@@ -43,12 +43,12 @@ def test_a_bar_between_sliding_sides_has_the_pressure_waves_of_the_closed_form(b
     mesh = box(HEX20, counts=(n, 1, 1), size=(length, 0.02, 0.03))
     every = np.arange(mesh.n_node)
     guides = [Support(nodes=every, directions=(1, 2)), Support(nodes=mesh.nodes("x0"), directions=(0,))]
-    found = modes(supported_system(mesh, *assemble(mesh, STEEL), guides), 5).angular_frequency
+    result = modes(supported_system(mesh, *assemble(mesh, STEEL), guides), 5).angular_frequency
     speed = sqrt((STEEL.lame + 2 * STEEL.shear) / STEEL.density)
     wave_number = (2 * np.arange(1, 6) - 1) * pi / (2 * length)
     # Quadratic elements: omega is high by (k h)^4 / 1440 to leading order, in one dimension.
     excess = (wave_number * length / n) ** 4 / 1440
-    np.testing.assert_allclose(found / (speed * wave_number) - 1, excess, rtol=0.05)
+    np.testing.assert_allclose(result / (speed * wave_number) - 1, excess, rtol=0.05)
 
 
 def timoshenko(wave_number: float, height: float, material: Material) -> float:
@@ -68,26 +68,26 @@ def test_a_simply_supported_beam_agrees_with_timoshenko_in_both_planes(box: BoxM
     ends = np.concatenate([mesh.nodes("x0"), mesh.nodes("x1")])
     middle = np.linalg.norm(mesh.points - [0, width / 2, height / 2], axis=1).argmin()
     supports = [Support(nodes=ends, directions=(1, 2)), Support(nodes=np.array([middle]), directions=(0,))]
-    found = modes(supported_system(mesh, *assemble(mesh, NO_CONTRACTION), supports), 8).angular_frequency
+    result = modes(supported_system(mesh, *assemble(mesh, NO_CONTRACTION), supports), 8).angular_frequency
     for n in (1, 2, 3):
         for depth in (width, height):
             expected = timoshenko(n * pi / length, depth, NO_CONTRACTION)
             # 3e-5 n^2 was measured, and 1e-4 n^2 with half the cells: it is the mesh, not the theory.
-            assert np.abs(found / expected - 1).min() < 4e-5 * n**2, (n, depth)
+            assert np.abs(result / expected - 1).min() < 4e-5 * n**2, (n, depth)
 
 
 def test_a_slender_cantilever_agrees_with_euler_bernoulli(box: BoxMesher) -> None:
     length, height = 0.4, 0.004
     mesh = box(HEX20, counts=(40, 1, 1), size=(length, 0.003, height))
     system = supported_system(mesh, *assemble(mesh, NO_CONTRACTION), [Support(nodes=mesh.nodes("x0"))])
-    found = modes(system, 2)
+    result = modes(system, 2)
     speed = sqrt(NO_CONTRACTION.young / NO_CONTRACTION.density)
     expected = 1.8751040687**2 * speed * np.array([0.003, height]) / sqrt(12) / length**2
     # Shear and rotatory inertia take about (height/length)^2; the mesh adds less than 1e-4.
-    np.testing.assert_allclose(found.angular_frequency, expected, rtol=3e-4)
+    np.testing.assert_allclose(result.angular_frequency, expected, rtol=3e-4)
     # The first bending mode of a cantilever carries 61.31 % of its mass (Blevins; 4 (0.7341)^2 / 1.8751^2).
     moving = (system.free % 3 == 2).astype(float)
-    share = (found.mode_shapes[:, 1] @ system.mass @ moving) ** 2 / (NO_CONTRACTION.density * length * 0.003 * height)
+    share = (result.mode_shapes[:, 1] @ system.mass @ moving) ** 2 / (NO_CONTRACTION.density * length * 0.003 * height)
     assert share == pytest.approx(0.6131, abs=2e-3)
 
 
@@ -97,24 +97,24 @@ def test_a_cube_between_sliding_walls_has_its_threefold_frequency_three_times(
     monkeypatch.setattr(fe.modal, "MAX_DENSE", 0)  # a single-vector Lanczos run finds copies by round-off alone
     mesh = box(HEX20, counts=(3, 3, 3), size=(1.0, 1.0, 1.0))
     walls = [Support(nodes=mesh.nodes(wall), directions=("xyz".index(wall[0]),)) for wall in mesh.face_sets]
-    found = modes(supported_system(mesh, *assemble(mesh, STEEL), walls), 8).angular_frequency
+    result = modes(supported_system(mesh, *assemble(mesh, STEEL), walls), 8).angular_frequency
     shear, pressure = sqrt(STEEL.shear / STEEL.density), sqrt((STEEL.lame + 2 * STEEL.shear) / STEEL.density)
-    np.testing.assert_allclose(found[:3], found[0], rtol=1e-10)
+    np.testing.assert_allclose(result[:3], result[0], rtol=1e-10)
     expected = np.array([sqrt(2) * shear] * 3 + [sqrt(3) * shear] * 2 + [pressure] * 3) * pi
-    np.testing.assert_allclose(found, expected, rtol=5e-3)  # what three quadratic cells a half wave are worth
+    np.testing.assert_allclose(result, expected, rtol=5e-3)  # what three quadratic cells a half wave are worth
 
 
 def test_modes_are_mass_normalised_and_diagonalise_both_matrices(box: BoxMesher) -> None:
     system = cantilever(box)
-    found = modes(system, 12)
-    phi = found.mode_shapes
+    result = modes(system, 12)
+    phi = result.mode_shapes
     np.testing.assert_allclose(phi.T @ (system.mass @ phi), np.eye(12), atol=1e-11)
     stiffness = phi.T @ (system.stiffness @ phi)
     # Round-off of the stiffness times its spectrum's width, far above these twelve.
-    omega2 = found.angular_frequency**2
+    omega2 = result.angular_frequency**2
     np.testing.assert_allclose(stiffness, np.diag(omega2), atol=1e-9 * omega2[-1])
-    assert (np.diff(found.angular_frequency) > 0).all()
-    np.testing.assert_array_equal(found.frequency, found.angular_frequency / (2 * pi))
+    assert (np.diff(result.angular_frequency) > 0).all()
+    np.testing.assert_array_equal(result.frequency, result.angular_frequency / (2 * pi))
     assert (phi.max(axis=0) >= -phi.min(axis=0)).all()
 
 
@@ -152,11 +152,11 @@ def test_all_back_ends_give_the_same_frequencies(box: BoxMesher) -> None:
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3], ids=["millimetre", "metre", "kilometre"])
 def test_frequencies_scale_with_one_over_the_size(box: BoxMesher, size: float) -> None:
     mesh = box(HEX20, counts=(6, 2, 2), size=(size, 0.2 * size, 0.1 * size))
-    found = modes(supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))]), 4).frequency
+    result = modes(supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))]), 4).frequency
     one = box(HEX20, counts=(6, 2, 2), size=(1.0, 0.2, 0.1))
     reference = modes(supported_system(one, *assemble(one, STEEL), [Support(nodes=one.nodes("x0"))]), 4).frequency
     # A dense solver's round-off is that of the largest eigenvalue, 1e6 times the lowest here.
-    np.testing.assert_allclose(found * size, reference, rtol=1e-8)
+    np.testing.assert_allclose(result * size, reference, rtol=1e-8)
 
 
 SINGULAR = "the stiffness is singular to working accuracy: .*fix more nodes"

@@ -70,9 +70,9 @@ def test_the_residual_of_a_mixture_of_two_modes_is_that_of_the_formula() -> None
     lambda_, shapes = lowest_eigenpairs(stiffness, mass, 2)
     part = 1e-4
     mixed = shapes[:, :1] + part * shapes[:, 1:]
-    found = check_modes(stiffness, mass, lambda_[:1], mixed).residual
+    result = check_modes(stiffness, mass, lambda_[:1], mixed).residual
     exact = part * np.sqrt(lambda_[0] * lambda_[1]) * (1 / lambda_[0] - 1 / lambda_[1])
-    np.testing.assert_allclose(found, exact, rtol=1e-7)  # the mixture is longer by 5e-9
+    np.testing.assert_allclose(result, exact, rtol=1e-7)  # the mixture is longer by 5e-9
 
 
 def test_another_shift_is_tried_when_one_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,8 +29,8 @@ def test_a_midside_node_is_passed_over_even_where_it_is_hit(box: BoxMesher) -> N
     mesh = box(HEX20, counts=(1, 1, 1))
     on_edge = np.array([0.4, 0.0, 0.0])  # a little nearer to the corner at x = 0 than to that at x = 1
     assert np.linalg.norm(mesh.points - [0.5, 0.0, 0.0], axis=1).min() == 0
-    (found,) = add_named_points(mesh, {"p": on_edge}).node_sets["p"]
-    np.testing.assert_array_equal(mesh.points[found], [0.0, 0.0, 0.0])
+    (result,) = add_named_points(mesh, {"p": on_edge}).node_sets["p"]
+    np.testing.assert_array_equal(mesh.points[result], [0.0, 0.0, 0.0])
 
 
 @BOTH

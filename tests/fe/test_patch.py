@@ -65,8 +65,8 @@ def test_constant_stress_is_exact_at_gauss_points_and_nodes_of_distorted_cells(
     expected = STEEL.elasticity() @ STRAIN
     # Differences of displacements over a cell lose one digit more than the displacements.
     tolerance = 100 * EXACT * np.abs(expected).max()
-    for found in (compute_stress(mesh, STEEL, displacement), compute_stress(mesh, STEEL, displacement, element.nodes)):
-        np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), atol=tolerance)
+    for result in (compute_stress(mesh, STEEL, displacement), compute_stress(mesh, STEEL, displacement, element.nodes)):
+        np.testing.assert_allclose(result, np.broadcast_to(expected, result.shape), atol=tolerance)
     nodal = compute_nodal_stress(mesh, STEEL, displacement)
     np.testing.assert_allclose(nodal, np.broadcast_to(expected, nodal.shape), atol=tolerance)
 

@@ -83,11 +83,11 @@ def test_a_half_space_gives_way_as_elasticity_says() -> None:
     mesh, radius = graded_block(12)[0], 0.1
     discs = [find_disc_weights(mesh, find_outer_faces(mesh), np.zeros(3), UP, a) for a in (radius, 2 * radius)]
     # The block's ends are far for both: what they add is the same but for the square of radius over size.
-    found = np.subtract(*(compliance(12, weights) for weights in discs))
+    result = np.subtract(*(compliance(12, weights) for weights in discs))
     # Hankel transforms: the surface under p(k) goes down by 2 (1 - nu^2) p(k) / (E k), p(k) = 4 J2(ka) / (pi (ka)^2).
     integral = quad(lambda s: jv(2, s) ** 2 / s**4, 0, np.inf)[0]
     own = 64 * (1 - STEEL.poisson**2) / (np.pi * STEEL.young) * integral
-    assert found == pytest.approx(own / radius - own / (2 * radius), rel=0.02)
+    assert result == pytest.approx(own / radius - own / (2 * radius), rel=0.02)
 
 
 def test_a_disc_converges_where_a_node_gives_way_without_bound() -> None:

@@ -74,8 +74,8 @@ def test_a_station_beside_a_curved_face_goes_to_its_nearest_point() -> None:
     mesh = mesh_blocks([Block(shape=shape, counts=(4, 1, 1), faces={"v1": "outside"})], TET10)
     angle = np.linspace(0.05, 0.95, 7)
     on_cylinder = np.column_stack([2 * np.cos(angle), 2 * np.sin(angle), np.full(7, 0.4)])
-    found = find_station_weights(mesh, "line", mesh.face_sets["outside"], on_cylinder) @ mesh.points
-    miss = found - on_cylinder
+    result = find_station_weights(mesh, "line", mesh.face_sets["outside"], on_cylinder) @ mesh.points
+    miss = result - on_cylinder
     # Parabolas over a quarter radian miss a circle of radius 2 by some 1e-5, and along its normal.
     assert 1e-7 < np.abs(miss).max() < 1e-4
     along = np.column_stack([-np.sin(angle), np.cos(angle), 0 * angle])
@@ -93,16 +93,16 @@ def test_the_change_of_variables_leaves_the_frequencies_as_they_are(element: Ele
     support = [Support(nodes=mesh.nodes("x0"))]
     before = supported_system(mesh, mass, stiffness, support)
     after = supported_system(mesh, stations.matrix(mass), stations.matrix(stiffness), support)
-    found, expected = modes(after, 8), modes(before, 8)
+    result, expected = modes(after, 8), modes(before, 8)
     # The condition number of the stiffness, some 1e4, times round-off, squared by the two products.
-    np.testing.assert_allclose(found.frequency, expected.frequency, rtol=1e-9)
+    np.testing.assert_allclose(result.frequency, expected.frequency, rtol=1e-9)
     # In the new coordinates the pivots hold what the stations do.
-    on_nodes = before.on_mesh(stations.displacement(before, found.mode_shapes))
+    on_nodes = before.on_mesh(stations.displacement(before, result.mode_shapes))
     weights = find_station_weights(mesh, "line", mesh.face_sets["z1"], LINE[[1, 3, 5]])
     at_stations = np.einsum("sn,nim->sim", weights.toarray(), on_nodes)
     pivots = stations.mesh.node_sets["line"]
     np.testing.assert_allclose(
-        after.on_mesh(found.mode_shapes)[pivots], at_stations, atol=1e-9 * np.abs(on_nodes).max()
+        after.on_mesh(result.mode_shapes)[pivots], at_stations, atol=1e-9 * np.abs(on_nodes).max()
     )
     np.testing.assert_allclose(
         np.abs(np.einsum("nm,nm->m", on_nodes.reshape(-1, 8)[before.free], before.mass @ expected.mode_shapes)),
@@ -185,9 +185,9 @@ def test_a_constant_stress_crosses_a_tied_interface_whose_meshes_do_not_match(fi
     held[lower.nodes("below"), 2] = True
     held[lower.n_node + upper.nodes("above"), 2] = True
     free, fixed = np.flatnonzero(~held.ravel()), np.flatnonzero(held.ravel())
-    found = exact.ravel().copy()
-    found[free] = factorise(sp.csr_array(stiffness[free][:, free])).solve(-stiffness[free][:, fixed] @ found[fixed])
-    np.testing.assert_allclose(found, exact.ravel(), atol=1e-10 * np.abs(exact).max())
+    result = exact.ravel().copy()
+    result[free] = factorise(sp.csr_array(stiffness[free][:, free])).solve(-stiffness[free][:, fixed] @ result[fixed])
+    np.testing.assert_allclose(result, exact.ravel(), atol=1e-10 * np.abs(exact).max())
 
 
 def test_pivots_are_neither_held_nor_named_nor_shared(box: BoxMesher) -> None:
@@ -229,6 +229,6 @@ def test_a_free_body_keeps_its_six_rigid_motions(box: BoxMesher) -> None:
         free=np.arange(3 * mesh.n_node),
         n_node=mesh.n_node,
     )
-    found = modes(system, 7).angular_frequency ** 2 - 1
-    np.testing.assert_allclose(found[:6], 0, atol=1e-6)
-    assert found[6] > 1e3
+    result = modes(system, 7).angular_frequency ** 2 - 1
+    np.testing.assert_allclose(result[:6], 0, atol=1e-6)
+    assert result[6] > 1e3

@@ -63,8 +63,8 @@ def test_each_component_of_strain_is_that_of_its_displacement(box: BoxMesher) ->
     zero = np.zeros_like(x)
     fields = [(x, zero, zero), (zero, y, zero), (zero, zero, z), (y, zero, zero), (zero, z, zero), (zero, zero, x)]
     for row, field in enumerate(fields):
-        found = compute_strain(mesh, np.stack(field, axis=1), HEX8.rule[0])
-        np.testing.assert_allclose(found, np.broadcast_to(np.eye(6)[row], found.shape), atol=1e-13)
+        result = compute_strain(mesh, np.stack(field, axis=1), HEX8.rule[0])
+        np.testing.assert_allclose(result, np.broadcast_to(np.eye(6)[row], result.shape), atol=1e-13)
 
 
 def test_the_work_of_the_stress_is_the_strain_energy(element: Element, box: BoxMesher) -> None:
@@ -85,8 +85,8 @@ def test_a_linear_stress_goes_from_gauss_points_to_nodes_of_a_brick_unchanged(el
     x, y, z = mesh.points.T
     # eps_xx = y + z and nothing but shears beside it: bilinear displacement, held by every element here.
     displacement = np.stack([x * (y + z), 0 * y, 0 * z], axis=1)
-    found = compute_nodal_stress(mesh, STEEL, displacement)
-    np.testing.assert_allclose(found[:, 1], STEEL.lame * (y + z), atol=1e-13 * STEEL.lame)
+    result = compute_nodal_stress(mesh, STEEL, displacement)
+    np.testing.assert_allclose(result[:, 1], STEEL.lame * (y + z), atol=1e-13 * STEEL.lame)
 
 
 def test_the_stress_of_a_bent_cantilever_is_that_of_beam_theory(box: BoxMesher) -> None:
@@ -97,19 +97,19 @@ def test_the_stress_of_a_bent_cantilever_is_that_of_beam_theory(box: BoxMesher) 
     load = np.zeros(system.n_dof)
     load[system.rows(tip, (2,))] = force / len(tip)
     displacement = system.on_mesh(factorise(system.stiffness).solve(load)[:, None])[:, :, 0]
-    found = compute_nodal_stress(mesh, STEEL, displacement)
+    result = compute_nodal_stress(mesh, STEEL, displacement)
     x, _, z = mesh.points.T
     # Two heights away from both ends how the load is applied no longer matters (Saint-Venant).
     inside = (x > 2 * height) & (x < length - 2 * height)
     inertia = width * height**3 / 12
     bending = -force * (length - x) * (z - height / 2) / inertia
     peak = np.abs(bending).max()
-    np.testing.assert_allclose(found[inside, 0], bending[inside], atol=1e-3 * peak)
+    np.testing.assert_allclose(result[inside, 0], bending[inside], atol=1e-3 * peak)
     neutral = inside & (np.abs(z - height / 2) < 1e-9)
     middle = neutral & (np.abs(mesh.points[:, 1] - width / 2) < 1e-9)
     # The parabola's crest is 3/2 of the mean; four cells cut it a little, and a narrow section varies across (2 %).
-    assert found[middle, 5].mean() == pytest.approx(1.5 * force / (width * height), rel=0.05)
-    np.testing.assert_allclose(found[inside][:, [1, 2, 3, 4]], 0, atol=0.02 * peak)
+    assert result[middle, 5].mean() == pytest.approx(1.5 * force / (width * height), rel=0.05)
+    np.testing.assert_allclose(result[inside][:, [1, 2, 3, 4]], 0, atol=0.02 * peak)
 
 
 def test_blocks_of_both_types_keep_their_own_cells(box: BoxMesher) -> None:
@@ -130,9 +130,9 @@ def test_blocks_of_both_types_keep_their_own_cells(box: BoxMesher) -> None:
 def test_at_an_interface_of_materials_the_nodal_stress_is_the_mean_of_both_sides(box: BoxMesher) -> None:
     mesh = box(HEX8, counts=(2, 1, 1))
     materials = {name: Material(young=young, poisson=0.0, density=1.0) for name, young in (("low", 1.0), ("high", 3.0))}
-    found = compute_nodal_stress(mesh, materials, mesh.points * [1.0, 0, 0])[:, 0]
+    result = compute_nodal_stress(mesh, materials, mesh.points * [1.0, 0, 0])[:, 0]
     by_place = {0.0: 1.0, 0.5: 2.0, 1.0: 3.0}
-    np.testing.assert_allclose(found, [by_place[round(float(x), 9)] for x in mesh.points[:, 0]], rtol=1e-13)
+    np.testing.assert_allclose(result, [by_place[round(float(x), 9)] for x in mesh.points[:, 0]], rtol=1e-13)
 
 
 def test_stress_of_cells_without_material_is_refused(box: BoxMesher) -> None:

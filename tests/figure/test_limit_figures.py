@@ -29,8 +29,8 @@ def band(jump: np.ndarray = NONE, repaired: np.ndarray = NONE) -> Band:
 def segments(figure: Figure, side: int) -> dict[tuple[float, float], str]:
     """Line style of each piece of a limit, by the frequencies that it joins."""
     lines = [line for line in figure.axes[0].lines if line.get_linestyle() != "None" and len(line.get_xdata()) == 2]
-    found = [line for line in lines if to_hex(line.get_color()) == LIMITS[side]]
-    return {tuple(map(float, line.get_xdata())): line.get_linestyle() for line in found}
+    result = [line for line in lines if to_hex(line.get_color()) == LIMITS[side]]
+    return {tuple(map(float, line.get_xdata())): line.get_linestyle() for line in result}
 
 
 def marks(figure: Figure, marker: str) -> list[tuple[float, float]]:

@@ -42,11 +42,11 @@ def state_of(image: NDArray[np.int64]) -> NDArray[np.int64]:
 def test_each_cell_has_the_colour_of_its_state_at_its_place() -> None:
     states = np.array([[0, 1, 2, 1], [1, 1, 0, 0], [2, 0, 1, 2]])
     one = StateHistories(panels=[[LineStates(name="line", states=states)]], title="Title")
-    found = state_of(pixels(png(line_states_figure(one))))
+    result = state_of(pixels(png(line_states_figure(one))))
     # The panel alone is wider than half of the figure; the boxes of the legend are not.
-    rows = np.flatnonzero((found >= 0).mean(axis=1) > 0.5)
-    columns = np.flatnonzero((found[rows] >= 0).mean(axis=0) > 0.5)
-    panel = found[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    rows = np.flatnonzero((result >= 0).mean(axis=1) > 0.5)
+    columns = np.flatnonzero((result[rows] >= 0).mean(axis=0) > 0.5)
+    panel = result[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     height, width = panel.shape
     for station in range(3):
         for sample in range(4):
@@ -174,11 +174,11 @@ def on_the_beam(mesh: Mesh, states: NDArray[np.int64] | list[list[int]]) -> Stat
 def frames(path: Path) -> list[NDArray[np.int64]]:
     with Image.open(path) as film:
         assert film.info["loop"] == 0
-        found = []
+        result = []
         for number in range(film.n_frames):
             film.seek(number)
-            found.append(np.asarray(film.convert("RGB"), dtype=np.int64))
-    return found
+            result.append(np.asarray(film.convert("RGB"), dtype=np.int64))
+    return result
 
 
 @pytest.mark.draws

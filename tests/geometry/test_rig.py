@@ -86,7 +86,7 @@ def test_a_damper_pressed_into_its_grooves_overlaps_by_the_closed_form(rig: Rig,
     pressed = 1e-4
     damper, place = rig.damper, placements(rig)["damper_right"]
     higher = Placement(shift=place.shift + np.array([0, 0, pressed])).part(damper_part(damper), "damper_right")
-    found = overlaps({**parts, "damper_right": higher})
+    result = overlaps({**parts, "damper_right": higher})
 
     def lens(along: float) -> float:
         r, big = damper.end_radius + 0.15 * along, rig.blade.groove_radius + 0.15 * along
@@ -98,7 +98,7 @@ def test_a_damper_pressed_into_its_grooves_overlaps_by_the_closed_form(rig: Rig,
 
     expected, _ = quad(lens, 0.0, damper.contact_length)
     # The slope is 0.15 within 1e-4; tan 8.53 deg = 0.14999.
-    assert found == pytest.approx(
+    assert result == pytest.approx(
         {("blade", "damper_right"): expected, ("damper_right", "decoupler_right"): expected}, rel=1e-3
     )
     with pytest.raises(

@@ -22,9 +22,9 @@ def stair() -> Shape:
 def test_two_faces_in_one_plane_are_told_apart_by_their_sense(
     stair: Shape, sense: int, area: float, height: float
 ) -> None:
-    found = face_region("riser", plane_faces(stair, normal=(0, sense, 0), offset=sense * 0.01))
-    np.testing.assert_allclose(found.area, area, rtol=EXACT)
-    np.testing.assert_allclose(found.centre, [0.005, 0.01, height], rtol=EXACT)
+    result = face_region("riser", plane_faces(stair, normal=(0, sense, 0), offset=sense * 0.01))
+    np.testing.assert_allclose(result.area, area, rtol=EXACT)
+    np.testing.assert_allclose(result.centre, [0.005, 0.01, height], rtol=EXACT)
 
 
 def test_the_centre_of_a_region_is_weighted_by_area(stair: Shape) -> None:

@@ -43,15 +43,15 @@ def test_points_go_to_planes_and_cylinders_along_their_normals(skin: SolidSkin) 
         points = np.array(face.Center().toTuple()) * 1e-3 + generator.uniform(-1e-3, 1e-3, (5, 3))
         if face.geomType() == "CYLINDER":
             points = middle + np.array([RADIUS, 0, 0.01]) + generator.uniform(-1e-3, 1e-3, (5, 3))
-        found = skin.to_face(number, points)
+        result = skin.to_face(number, points)
         if face.geomType() == "CYLINDER":
-            np.testing.assert_allclose(np.hypot(*(found - middle).T[:2]), RADIUS, rtol=1e-12)
-            np.testing.assert_allclose(found[:, 2], points[:, 2], atol=1e-15)
+            np.testing.assert_allclose(np.hypot(*(result - middle).T[:2]), RADIUS, rtol=1e-12)
+            np.testing.assert_allclose(result[:, 2], points[:, 2], atol=1e-15)
         else:
             normal = np.array(face.normalAt().toTuple())
             plane = np.array(face.Center().toTuple()) @ normal * 1e-3
-            np.testing.assert_allclose(found @ normal, plane, atol=1e-15)
-            np.testing.assert_allclose(np.cross(found - points, normal), 0, atol=1e-15)
+            np.testing.assert_allclose(result @ normal, plane, atol=1e-15)
+            np.testing.assert_allclose(np.cross(result - points, normal), 0, atol=1e-15)
 
 
 def face_at(skin: SolidSkin, centre: tuple[float, float, float]) -> int:
@@ -62,11 +62,11 @@ def face_at(skin: SolidSkin, centre: tuple[float, float, float]) -> int:
 def test_points_go_to_the_edge_between_two_faces_and_not_beyond_its_ends(skin: SolidSkin) -> None:
     left, front = face_at(skin, (0, 0.015, 0.02)), face_at(skin, (0.01, 0, 0.02))
     for z, expected in ((0.013, 0.013), (-0.002, 0.0), (0.05, 0.040)):
-        found = skin.to_edge({left, front}, np.array([1e-4, 2e-4, z]))
-        np.testing.assert_allclose(found, [0, 0, expected], atol=1e-12)
+        result = skin.to_edge({left, front}, np.array([1e-4, 2e-4, z]))
+        np.testing.assert_allclose(result, [0, 0, expected], atol=1e-12)
     bore, top = face_at(skin, (0.01, 0.015, 0.02)), face_at(skin, (0.01, 0.015, 0.04))
-    found = skin.to_edge({bore, top}, np.array([0.01 + 0.8 * 0.0063, 0.015 + 0.6 * 0.0063, 0.0397]))
-    np.testing.assert_allclose(found, [0.01 + 0.8 * RADIUS, 0.015 + 0.6 * RADIUS, 0.04], atol=1e-9)
+    result = skin.to_edge({bore, top}, np.array([0.01 + 0.8 * 0.0063, 0.015 + 0.6 * 0.0063, 0.0397]))
+    np.testing.assert_allclose(result, [0.01 + 0.8 * RADIUS, 0.015 + 0.6 * RADIUS, 0.04], atol=1e-9)
     # Opposite sides share no edge.
     assert skin.to_edge({left, face_at(skin, (0.02, 0.015, 0.02))}, np.zeros(3)) is None
 

@@ -96,14 +96,14 @@ def documents(draw: st.DrawFn) -> Draft:
 
 def paths_of(value: object, path: Path = ()) -> set[Path]:
     """Return all paths of what tomllib read: an account that owes nothing to the scanner."""
-    found = {path}
+    result = {path}
     if isinstance(value, dict):
         for key, item in value.items():
-            found |= paths_of(item, (*path, key))
+            result |= paths_of(item, (*path, key))
     if isinstance(value, list):
         for index, item in enumerate(value):
-            found |= paths_of(item, (*path, index))
-    return found
+            result |= paths_of(item, (*path, index))
+    return result
 
 
 @settings(max_examples=300, deadline=None)

@@ -49,10 +49,10 @@ def test_a_held_amplitude_has_the_closed_form_of_two_masses(quantity: str, power
     curve = frequency_response(balance, 40.0, 220.0, level_power=excitation.level_power)
     absolute = excitation.absolute(curve.coefficients, curve.angular_frequency, curve.level)
     assert excitation.level_power == power
-    for omega, found in zip(curve.angular_frequency, absolute[:, 1], strict=True):
+    for omega, result in zip(curve.angular_frequency, absolute[:, 1], strict=True):
         base = held * phase / (1j * omega) ** (2 - power)
         # Round-off of two small systems.
-        np.testing.assert_allclose(found, transmissibility(omega) * base, rtol=1e-9)
+        np.testing.assert_allclose(result, transmissibility(omega) * base, rtol=1e-9)
 
 
 def test_harmonics_with_phases_superpose() -> None:
@@ -179,7 +179,7 @@ def test_limits_of_an_absolute_motion_bound_what_a_sensor_reads() -> None:
     absolute = excitation.absolute(state.coefficients, omega, state.level)
     output = OutputHarmonic(row=1, base=complex(excitation.acceleration[1, 1]))
     g = forces_at(balance, omega, state.motion, state.sliders).coefficients
-    found = output.measure(balance, balance.at(omega)).value(2.0, state.motion, g)
+    result = output.measure(balance, balance.at(omega)).value(2.0, state.motion, g)
     # The motion solves its equations to 1e-9.
-    assert found == pytest.approx(abs(absolute[1, 1]), rel=1e-7)
-    assert found != pytest.approx(abs(state.coefficients[1, 1]), rel=0.01)
+    assert result == pytest.approx(abs(absolute[1, 1]), rel=1e-7)
+    assert result != pytest.approx(abs(state.coefficients[1, 1]), rel=0.01)

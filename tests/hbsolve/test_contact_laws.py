@@ -250,8 +250,8 @@ def test_a_piecewise_damper_of_one_piece_is_a_dashpot() -> None:
     c, A = 0.7, 1.1
     piece = PiecewiseDamper(name="p", direction=ONE, width=0.3, damping=(c, 0.0))
     dashpot = ViscousDamper(name="d", direction=ONE, damping=c)
-    found, expected = (Prescribed(item, cosine(A, 3)).coefficients for item in (piece, dashpot))
-    np.testing.assert_allclose(found, expected, atol=ROUND_OFF)
+    result, expected = (Prescribed(item, cosine(A, 3)).coefficients for item in (piece, dashpot))
+    np.testing.assert_allclose(result, expected, atol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])

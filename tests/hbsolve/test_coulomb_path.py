@@ -114,8 +114,8 @@ def test_a_contact_that_sticks_after_a_start_beyond_its_limit_is_derived_through
 
     def forces(x: Array, begin: Array, want: int) -> JointForces:
         start = InitialSliders(begin, np.zeros(2, np.int64))
-        found: JointForces = joint_forces(x, 1.0, joint_table([contact]), start, sampling(3, 64), want)
-        return found
+        result: JointForces = joint_forces(x, 1.0, joint_table([contact]), start, sampling(3, 64), want)
+        return result
 
     exact, step = forces(x, begin, PARAMETERS), 1e-6
     for number in range(2):

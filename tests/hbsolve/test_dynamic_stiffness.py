@@ -76,10 +76,10 @@ def check_condensed(model: DynamicStiffness, omega: np.ndarray, B: np.ndarray, f
     alpha = np.array([inverse(model, float(item)) for item in omega])
     A, dA, x, dx = model.condense_with_slopes(omega, B, force)
     slope = -alpha @ (1j * model.damping - 2 * omega[:, None, None] * model.mass) @ alpha
-    for found, expected in ((A, B @ alpha @ B.T), (dA, B @ slope @ B.T)):
-        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
-    for found, expected in ((x, B @ alpha @ force[..., None]), (dx, B @ slope @ force[..., None])):
-        np.testing.assert_allclose(found, expected[..., 0], atol=1e-9 * np.abs(expected).max())
+    for result, expected in ((A, B @ alpha @ B.T), (dA, B @ slope @ B.T)):
+        np.testing.assert_allclose(result, expected, atol=1e-9 * np.abs(expected).max())
+    for result, expected in ((x, B @ alpha @ force[..., None]), (dx, B @ slope @ force[..., None])):
+        np.testing.assert_allclose(result, expected[..., 0], atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("what", ["spring", "mass", "dashpot"])

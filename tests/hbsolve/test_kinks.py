@@ -90,14 +90,14 @@ def test_both_directions_of_travel_meet_at_a_stop(omega: float) -> None:
     # Away from its folds a stop has one state a frequency, whichever way the branch came.
     balance = stopped(1.0)
     path = FrequencyPath(balance=balance)
-    found = []
+    result = []
     for first in (0.6, 3.0):
         continuation = Continuation(path=path, first=first, last=omega)
         _, state = begin(continuation)
         while state.stop_reason is None:
             _, state = continuation.advance(state)
         assert state.stop_reason is StopReason.REACHED
-        found.append(state.motion)
+        result.append(state.motion)
     alone = steady_state(balance, omega)
-    np.testing.assert_allclose(found[0], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
-    np.testing.assert_allclose(found[1], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
+    np.testing.assert_allclose(result[0], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
+    np.testing.assert_allclose(result[1], alone.motion, atol=1e-7 * np.abs(alone.motion).max())

@@ -161,11 +161,11 @@ def test_slopes_of_steps_add_up_to_the_jacobian_of_a_period(law: type[Joint], se
             after = slopes[k] @ np.vstack([moved[:, k], rate[:, k], moved[:, k - 1], slider])
             force[:, k], slider = after[:d], after[d:]
         force -= joint_table([joint]).reference[:, None, None] * moved
-        found = np.einsum("dkc,ka->dac", force, samples.project)
+        result = np.einsum("dkc,ka->dac", force, samples.project)
         expected = exact.jacobian[:, :, : d * nh]
         # Round-off, and what a coupled contact keeps of its first turn after so many periods.
         np.testing.assert_allclose(
-            found, expected, rtol=0, atol=1e-8 * max(np.abs(expected).max(), np.abs(force).max())
+            result, expected, rtol=0, atol=1e-8 * max(np.abs(expected).max(), np.abs(force).max())
         )
 
 

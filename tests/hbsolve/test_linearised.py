@@ -108,9 +108,9 @@ def test_transposed_jacobian() -> None:
     case = problem()
     L, _ = whole(case)
     y = np.random.default_rng(7).normal(size=len(case.rows))
-    found = transposed_jacobian(case.rows, case.forces.jacobian, case.first, case.size, y)
+    result = transposed_jacobian(case.rows, case.forces.jacobian, case.first, case.size, y)
     at = case.rows[:, 0] * NH + case.rows[:, 1]
-    np.testing.assert_allclose(found.ravel(), L[at].T @ y, rtol=0, atol=1e-13)  # round-off of sums of 21 products
+    np.testing.assert_allclose(result.ravel(), L[at].T @ y, rtol=0, atol=1e-13)  # round-off of sums of 21 products
 
 
 def test_transposed_receptance() -> None:
@@ -125,9 +125,9 @@ def test_step_solves_the_whole_system(relative: float) -> None:
     case = problem()
     L, A = whole(case)
     right = np.random.default_rng(2).normal(size=(len(case.first), NH))
-    found = newton_step(case.forces, case.columns, case.first, case.size, right, relative)
+    result = newton_step(case.forces, case.columns, case.first, case.size, right, relative)
     exact = np.linalg.solve(np.eye(len(L)) + A @ L, right.ravel())
-    np.testing.assert_allclose(found.ravel(), exact, rtol=0, atol=TOLERANCE * np.abs(exact).max())
+    np.testing.assert_allclose(result.ravel(), exact, rtol=0, atol=TOLERANCE * np.abs(exact).max())
 
 
 @pytest.mark.parametrize("relative", [RELATIVE, 0.0], ids=["gmres", "elimination"])
@@ -148,8 +148,8 @@ def test_bordered_step_solves_the_whole_system_in_any_unit_of_lambda(relative: f
         assert np.linalg.cond(Z[:-1, :-1]) > 1e12
     Z[:, -1] /= scale
     exact = np.linalg.solve(Z, -np.append(residual.ravel(), remainder))
-    found = np.append(dx.ravel(), dlambda * scale)
-    np.testing.assert_allclose(found, exact, rtol=0, atol=TOLERANCE * np.abs(exact).max())
+    result = np.append(dx.ravel(), dlambda * scale)
+    np.testing.assert_allclose(result, exact, rtol=0, atol=TOLERANCE * np.abs(exact).max())
 
 
 @pytest.mark.parametrize("relative", [RELATIVE, 0.0], ids=["gmres", "elimination"])

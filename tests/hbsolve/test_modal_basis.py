@@ -82,15 +82,15 @@ def test_a_structure_with_contacts_is_condensed_as_by_dense_solves() -> None:
         for basis in (one.basis, None)
     ]  # fmt: skip
     assert [item.is_dense for item in both] == [False, True]
-    found, exact = (item.at(OMEGA) for item in both)
+    result, exact = (item.at(OMEGA) for item in both)
     (condensed, recovery) = both[1].at_with_recovery(OMEGA)
     rows = random.standard_normal((2, R))
     for name in ("receptance", "static", "dynamic"):
         value = getattr(exact, name)
-        np.testing.assert_allclose(getattr(found, name), value, rtol=0, atol=1e-8 * np.abs(value).max())
+        np.testing.assert_allclose(getattr(result, name), value, rtol=0, atol=1e-8 * np.abs(value).max())
         np.testing.assert_allclose(getattr(condensed, name), value, rtol=0, atol=1e-12 * np.abs(value).max())
     for ours, one_solve, value in zip(
-        both[0].recover_rows([found], rows)[0],
+        both[0].recover_rows([result], rows)[0],
         recovery.at_rows(rows),
         both[1].recover_rows([exact], rows)[0],
         strict=True,
@@ -104,10 +104,10 @@ def test_low_rank_is_split_from_the_diagonal(count: int) -> None:
     random = np.random.default_rng(4)
     diagonal, U = random.uniform(1.0, 100.0, R), random.standard_normal((R, count))
     matrix = np.diag(diagonal) + (U * random.uniform(-1.0, 3.0, count)) @ U.T
-    found = split_diagonal_plus_low_rank(matrix)
-    assert found is not None
-    assert len(found.strength) == count
-    again = np.diag(found.diagonal) + (found.directions * found.strength) @ found.directions.T
+    result = split_diagonal_plus_low_rank(matrix)
+    assert result is not None
+    assert len(result.strength) == count
+    again = np.diag(result.diagonal) + (result.directions * result.strength) @ result.directions.T
     np.testing.assert_allclose(again, matrix, rtol=0, atol=1e-9 * np.abs(matrix).max())
 
 
@@ -132,5 +132,5 @@ def test_an_undamped_resonance_is_refused_in_any_units(unit: float) -> None:
         modal.response(np.array([resonance]), force)
     # A millionth beside it there is none; 1e-6 of the stiffness are left with ten digits.
     omega = resonance * (1 + 1e-6)
-    found = modal.response(np.array([omega]), force)[0, 0]
-    assert found == pytest.approx(unit / (stiffness[0] - mass[0] * omega**2), rel=1e-8)
+    result = modal.response(np.array([omega]), force)[0, 0]
+    assert result == pytest.approx(unit / (stiffness[0] - mass[0] * omega**2), rel=1e-8)

@@ -95,11 +95,11 @@ def test_a_motion_from_many_starts_is_a_state(given: bool) -> None:
     balance = duffing()
     condensed = balance.at(THREE)
     x = np.array([[0.0, 3.0, 0.1]]) if given else None
-    found = from_many_starts(balance, condensed, x, none(balance))  # type: ignore[arg-type]
-    assert found is not None
-    motion = found.motion
-    assert found.residual_norm < 1e-9
-    assert 0 < found.iterations <= hbsolve.steady_state.ITERATIONS
+    result = from_many_starts(balance, condensed, x, none(balance))  # type: ignore[arg-type]
+    assert result is not None
+    motion = result.motion
+    assert result.residual_norm < 1e-9
+    assert 0 < result.iterations <= hbsolve.steady_state.ITERATIONS
     amplitude = np.hypot(*motion[0, 1:])
     assert np.abs(amplitudes(THREE) / amplitude - 1).min() < 1e-7
     again = from_many_starts(balance, condensed, x, none(balance))  # type: ignore[arg-type]
@@ -115,11 +115,11 @@ def test_sliders_of_the_states_found_are_those_given() -> None:
     )
     balance = HarmonicBalance(system=system, n_harmonic=3)
     sliders = make_initial_sliders(balance, [0.6], multiplier=False)
-    found = from_many_starts(balance, balance.at(0.9), None, sliders)
+    result = from_many_starts(balance, balance.at(0.9), None, sliders)
     reached = along_an_arc(balance, 0.9, None, sliders)
-    assert found is not None
+    assert result is not None
     assert reached is not None
-    for mean in (found.motion[0, 0], reached.coefficients[0, 0].real):
+    for mean in (result.motion[0, 0], reached.coefficients[0, 0].real):
         np.testing.assert_allclose(mean, 0.5 * 0.6 / 1.5, atol=1e-8)  # residual, of a motion of 0.1
 
 

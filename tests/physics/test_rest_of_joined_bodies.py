@@ -40,12 +40,12 @@ def body(mass: Array, stiffness: Array, sets: dict[str, list[int]]) -> ReducedMo
 
 def truss() -> Array:
     """Bars between all corners of the cube."""
-    found = np.zeros((24, 24))
+    result = np.zeros((24, 24))
     for i, j in combinations(range(8), 2):
         row = np.zeros(24)
         row[3 * i : 3 * i + 3], row[3 * j : 3 * j + 3] = CUBE[i] - CUBE[j], CUBE[j] - CUBE[i]
-        found += 1e6 * np.outer(row, row) / (row @ row)
-    return found
+        result += 1e6 * np.outer(row, row) / (row @ row)
+    return result
 
 
 def bodies(tangents: Tangents) -> tuple[JoinedBodies, StaticState]:

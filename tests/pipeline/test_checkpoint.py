@@ -14,9 +14,9 @@ def test_what_was_saved_is_loaded_bit_by_bit_and_the_last_one_counts(tmp_path: P
     assert checkpoint.load() is None
     checkpoint.save({"points": np.zeros(2)})
     checkpoint.save({"points": points, "step": 0.1})
-    found = Checkpoint(file, "key").load()
-    np.testing.assert_array_equal(found["points"], points)
-    assert found["step"] == 0.1
+    result = Checkpoint(file, "key").load()
+    np.testing.assert_array_equal(result["points"], points)
+    assert result["step"] == 0.1
     assert [item.name for item in tmp_path.iterdir()] == ["curve.part"]
     checkpoint.remove()
     checkpoint.remove()

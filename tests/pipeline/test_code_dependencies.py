@@ -14,13 +14,13 @@ from pipeline.store import Stage
 
 
 def stages() -> dict[str, Stage]:
-    found = {}
+    result = {}
     for info in pkgutil.walk_packages(study.__path__, "study."):
         if info.name != "study.__main__":
             for name, value in vars(importlib.import_module(info.name)).items():
                 if isinstance(value, Stage) and value.compute.__module__ == info.name:
-                    found[f"{info.name}.{name}"] = value
-    return found
+                    result[f"{info.name}.{name}"] = value
+    return result
 
 
 STAGES = stages()
@@ -44,10 +44,10 @@ def imported_modules(file: Path) -> frozenset[str]:
 
 @pytest.mark.parametrize("name", STAGES)
 def test_a_stage_depends_on_every_module_of_the_product_that_its_code_imports(name: str) -> None:
-    found = dependencies(STAGES[name].compute.__module__)
-    for file in found.values():
+    result = dependencies(STAGES[name].compute.__module__)
+    for file in result.values():
         own = imported_modules(file)
-        assert own <= set(found), f"{name} would be found in the store after a change of {sorted(own - set(found))}"
+        assert own <= set(result), f"{name} would be found in the store after a change of {sorted(own - set(result))}"
 
 
 def test_the_form_of_a_record_is_among_the_dependencies_of_a_stage() -> None:

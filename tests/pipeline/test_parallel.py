@@ -95,8 +95,8 @@ class Stages:
     def __getattr__(self, name: str) -> Stage[..., object]:
         import importlib
 
-        found: Stage[..., object] = getattr(importlib.import_module("parallel_stages"), name)
-        return found
+        result: Stage[..., object] = getattr(importlib.import_module("parallel_stages"), name)
+        return result
 
 
 @pytest.fixture
@@ -139,8 +139,8 @@ def test_each_process_has_one_thread_and_the_environment_is_as_before(
 ) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    (found,) = run([Task(stage=stages.threads, inputs={"names": tuple(ONE_THREAD)}, label="threads")], Store(None))
-    assert set(found) == {"1"}  # type: ignore[call-overload]
+    (result,) = run([Task(stage=stages.threads, inputs={"names": tuple(ONE_THREAD)}, label="threads")], Store(None))
+    assert set(result) == {"1"}  # type: ignore[call-overload]
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
 
@@ -234,15 +234,15 @@ def alive(pid: int) -> bool:
 
 def group(leader: int) -> list[int]:
     """Running processes of a session."""
-    found = []
+    result = []
     for file in Path("/proc").glob("[0-9]*/stat"):
         try:
             state, _, _, session = file.read_text().rpartition(")")[2].split()[:4]
         except OSError:
             continue
         if int(session) == leader and state != "Z":
-            found.append(int(file.parent.name))
-    return found
+            result.append(int(file.parent.name))
+    return result
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")

@@ -68,8 +68,8 @@ def test_results_come_in_order_and_stored_ones_are_neither_computed_nor_shown_as
     store, numbers = Store(tmp_path / "cache"), [5, 2, 4, 3, 7, 6]
     assert run_pooled(tasks(square, tmp_path, [2, 7]), 2, store, SilentProgress(), "work", workers) == [4, 49]
     shown = Shown()
-    found = run_pooled(tasks(square, tmp_path, numbers), 6, store, shown, "work", workers)
-    assert found == [n * n for n in numbers]
+    result = run_pooled(tasks(square, tmp_path, numbers), 6, store, shown, "work", workers)
+    assert result == [n * n for n in numbers]
     assert {file.name: file.read_text() for file in tmp_path.glob("*.runs")} == {f"{n}.runs": "x" for n in numbers}
     assert shown.reports[-1] == (4, 4)
     shares = [done / total for done, total in shown.reports]

@@ -109,8 +109,8 @@ def test_results_come_in_order_from_processes_beside_the_workers_and_are_stored_
 ) -> None:
     store = Store(tmp_path / "cache")
     for _ in range(2):
-        found = run_pooled(squares(stages, tmp_path, [5, 2, 4]), 3, store, SilentProgress(), "work", address)
-        assert found == [25, 4, 16]
+        result = run_pooled(squares(stages, tmp_path, [5, 2, 4]), 3, store, SilentProgress(), "work", address)
+        assert result == [25, 4, 16]
     lines = [(tmp_path / f"{n}.runs").read_text().split() for n in (5, 2, 4)]
     assert all(len(line) == 2 for line in lines)  # each was computed once
     assert not {os.getpid(), *(int(pid) for pid, _ in lines)} & {int(parent) for _, parent in lines}
@@ -126,8 +126,8 @@ def test_a_task_has_one_thread_and_does_not_hear_ctrl_c(stages: ModuleType, addr
 def test_a_value_of_many_tasks_is_pickled_once(stages: ModuleType, address: str, folder: Path) -> None:
     large = stages.Large(np.ones(10_000))
     with worker_pool(["scheduled_stages"], address) as pool:
-        found = [pool.submit(stages.total, large, factor) for factor in range(6)]
-        assert [future.result(TIMEOUT) for future in found] == [10_000 * factor for factor in range(6)]
+        result = [pool.submit(stages.total, large, factor) for factor in range(6)]
+        assert [future.result(TIMEOUT) for future in result] == [10_000 * factor for factor in range(6)]
     assert (folder / "pickled").read_text() == "x"
 
 
@@ -182,8 +182,8 @@ def test_a_killed_worker_costs_only_what_it_had_in_hand(
 
             return nullcontext(report)
 
-    found = run_pooled(squares(stages, tmp_path, numbers), 6, Store(None), Killing(), "work", address)
-    assert found == [n * n for n in numbers]
+    result = run_pooled(squares(stages, tmp_path, numbers), 6, Store(None), Killing(), "work", address)
+    assert result == [n * n for n in numbers]
     runs = [(tmp_path / f"{n}.runs").read_text().splitlines() for n in numbers]
     # The worker had one task in hand, or was between two.
     assert sum(map(len, runs)) <= len(numbers) + 1

@@ -46,14 +46,14 @@ def test_a_damaged_store_is_passed_over(store: Path, content: str) -> None:
 def test_stored_facts_are_used(store: Path) -> None:
     file = store / "code.py"
     file.write_text("import a\n")
-    found = source_facts(file)
+    result = source_facts(file)
     (key,) = module._stored()
     facts = {key: ["stored", ["a"], [], []]}
     stored = {"format": FORMAT, "sha256": module._checksum(facts), "facts": facts}
     (store / FILE).write_text(json.dumps(stored))
     forget()
-    assert source_facts(file) == found._replace(code="stored")
+    assert source_facts(file) == result._replace(code="stored")
     # A result may depend on a file that a changed byte leaves out.
     (store / FILE).write_text(json.dumps(stored).replace('["a"]', '["b"]'))
     forget()
-    assert source_facts(file) == found
+    assert source_facts(file) == result

@@ -55,11 +55,11 @@ def test_stuck_frequencies_are_those_of_the_whole(whole: Whole, reduced: Reduced
     expected = whole.frequencies(stuck(line, whole.directions), 6)
     springs = stuck(line, directions_of(reduced, line))
     lambda_ = scipy.linalg.eigh(reduced.stiffness + springs, reduced.mass, eigvals_only=True)[:6]
-    found = np.sqrt(lambda_.clip(min=0)) / (2 * np.pi)
-    assert found[0] < 1  # round-off of a squared frequency that is zero, beside 1e10
+    result = np.sqrt(lambda_.clip(min=0)) / (2 * np.pi)
+    assert result[0] < 1  # round-off of a squared frequency that is zero, beside 1e10
     # Above, and by the square of the ratio to the first mode that is left out.
-    assert (found[1:] > expected[1:] * (1 - 1e-9)).all()
-    np.testing.assert_allclose(found[1:], expected[1:], rtol=1e-4)
+    assert (result[1:] > expected[1:] * (1 - 1e-9)).all()
+    np.testing.assert_allclose(result[1:], expected[1:], rtol=1e-4)
 
 
 def test_modes_are_the_lowest_of_all_bodies(whole: Whole, reduced: ReducedAssembly) -> None:

@@ -34,9 +34,9 @@ class Case:
 def stuck(n_dof: int, directions: NDArray[np.float64], top: NDArray[np.int64]) -> NDArray[np.float64]:
     line = line_on_block()
     contacts = line_contacts("pair", line, directions, SPRINGS, 0.6)
-    found = stuck_stiffness(fixed_tangent_stiffness(line, directions, SPRINGS), contacts)
-    found[top, top] += GROUND
-    return found
+    result = stuck_stiffness(fixed_tangent_stiffness(line, directions, SPRINGS), contacts)
+    result[top, top] += GROUND
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -58,24 +58,24 @@ def dense(case: Case) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def test_errors_are_those_against_dense_solutions_of_the_whole(case: Case) -> None:
     mass, stiffness = dense(case)
-    found = assembly_error(case.whole.systems, case.reduced, case.springs, N_MODE, BETWEEN)
+    result = assembly_error(case.whole.systems, case.reduced, case.springs, N_MODE, BETWEEN)
     exact, shapes = scipy.linalg.eigh(stiffness, mass, subset_by_index=[0, N_MODE - 1])
-    np.testing.assert_allclose(found.frequency, np.sqrt(exact) / (2 * np.pi), rtol=1e-9)
+    np.testing.assert_allclose(result.frequency, np.sqrt(exact) / (2 * np.pi), rtol=1e-9)
 
     lambda_, q = scipy.linalg.eigh(case.reduced.stiffness + case.springs, case.reduced.mass)
     error = np.sqrt(lambda_[:N_MODE] / exact) - 1
     # The dense solutions have errors of 1e-16 times the highest eigenvalue, 1e9 times the first.
-    np.testing.assert_allclose(found.frequency_error, error, atol=2e-7, rtol=1e-3)
+    np.testing.assert_allclose(result.frequency_error, error, atol=2e-7, rtol=1e-3)
     assert error.max() > 1e-5  # so few modes are felt
     recovered = scipy.linalg.block_diag(*(rom.recovery for rom in case.reduced.bodies.values())) @ q[:, :N_MODE]
     cosine = np.einsum("nm,nm->m", recovered, shapes)
     cosine /= np.linalg.norm(recovered, axis=0) * np.linalg.norm(shapes, axis=0)
-    np.testing.assert_allclose(found.mac, cosine**2, atol=1e-9)
-    assert found.mac.min() > 0.99
+    np.testing.assert_allclose(result.mac, cosine**2, atol=1e-9)
+    assert result.mac.min() > 0.99
 
     rows = np.flatnonzero(np.any(case.in_full != 0, axis=1))
     small = np.flatnonzero(np.any(case.springs != 0, axis=1))
-    for frequency, error in zip(BETWEEN, found.receptance_error, strict=True):
+    for frequency, error in zip(BETWEEN, result.receptance_error, strict=True):
         omega = 2 * np.pi * frequency
         whole = np.linalg.inv(stiffness - omega**2 * mass)
         reduced = np.linalg.inv(case.reduced.stiffness + case.springs - omega**2 * case.reduced.mass)
@@ -87,12 +87,12 @@ def test_errors_are_those_against_dense_solutions_of_the_whole(case: Case) -> No
 
 def physical(case: Case) -> NDArray[np.int64]:
     """Rows in full of the assembly's coordinates; modal ones have none."""
-    found, start = np.full(case.reduced.n_dof, -1), 0
+    result, start = np.full(case.reduced.n_dof, -1), 0
     for body, system in case.whole.systems.items():
         for name, rows in case.whole.boundary[body].items():
-            found[case.reduced.rows(body, name)] = start + rows
+            result[case.reduced.rows(body, name)] = start + rows
         start += system.n_dof
-    return found
+    return result
 
 
 def test_with_all_modes_nothing_is_missing(case: Case) -> None:
@@ -101,10 +101,10 @@ def test_with_all_modes_nothing_is_missing(case: Case) -> None:
     springs = np.zeros((every.n_dof, every.n_dof))
     rows = np.concatenate([every.rows("block", name) for name in ("contact", "top")])
     springs[rows, rows] = 1e6
-    found = assembly_error(block, every, springs, 5, np.array([100.0]))
-    np.testing.assert_allclose(found.frequency_error, 0, atol=1e-7)
-    np.testing.assert_allclose(found.mac, 1, atol=1e-9)
-    assert found.receptance_error[0] < 1e-7
+    result = assembly_error(block, every, springs, 5, np.array([100.0]))
+    np.testing.assert_allclose(result.frequency_error, 0, atol=1e-7)
+    np.testing.assert_allclose(result.mac, 1, atol=1e-9)
+    assert result.receptance_error[0] < 1e-7
 
 
 def test_shapes_of_two_equal_bodies_may_mix(case: Case) -> None:
@@ -114,9 +114,9 @@ def test_shapes_of_two_equal_bodies_may_mix(case: Case) -> None:
     springs = np.zeros((few.n_dof, few.n_dof))
     rows = np.concatenate([few.rows(body, name) for body in systems for name in ("contact", "top")])
     springs[rows, rows] = 1e6
-    found = assembly_error(systems, few, springs, 4, np.array([100.0]))
-    np.testing.assert_allclose(found.frequency[::2], found.frequency[1::2], rtol=1e-6)
-    assert found.mac.min() > 0.99
+    result = assembly_error(systems, few, springs, 4, np.array([100.0]))
+    np.testing.assert_allclose(result.frequency[::2], result.frequency[1::2], rtol=1e-6)
+    assert result.mac.min() > 0.99
 
 
 @pytest.mark.parametrize(("n_mode", "factor", "said"), [(10**4, 1.0, "no number of modes"), (2, 0.0, "all zero")])
@@ -127,10 +127,10 @@ def test_what_cannot_be_compared_is_refused(case: Case, n_mode: int, factor: flo
 
 def test_results_are_copies_that_cannot_be_written(case: Case) -> None:
     between = np.array([100.0])
-    found = assembly_error(case.whole.systems, case.reduced, case.springs, 2, between)
+    result = assembly_error(case.whole.systems, case.reduced, case.springs, 2, between)
     between[0] = 0.0
-    assert found.receptance_frequency[0] == 100.0
-    for values in vars(found).values():
+    assert result.receptance_frequency[0] == 100.0
+    for values in vars(result).values():
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 0.0
 

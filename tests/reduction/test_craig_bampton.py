@@ -149,8 +149,8 @@ def test_matrices_of_which_half_is_stored_give_the_same_model(springs: bool, bou
         for way in (assemble_compact, assemble)
     )
     for name in ("stiffness", "mass", "recovery"):
-        found, expected = getattr(compact, name), getattr(whole, name)
-        np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF * np.abs(expected).max())
+        result, expected = getattr(compact, name), getattr(whole, name)
+        np.testing.assert_allclose(result, expected, rtol=0, atol=ROUND_OFF * np.abs(expected).max())
 
 
 def test_narrow_blocks_and_a_short_basis_change_nothing_but_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

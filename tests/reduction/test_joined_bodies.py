@@ -109,7 +109,7 @@ def both(stack: Stack) -> JoinedBodies:
 
 def springs_by_hand(assembly: ReducedAssembly) -> Array:
     """Each station by itself: a quarter, a half and a quarter of its line, along x, y and z."""
-    found = np.zeros((assembly.n_dof,) * 2)
+    result = np.zeros((assembly.n_dof,) * 2)
     for name in LINES:
         upper = assembly.rows("block", f"{name} line").reshape(-1, 3)
         lower = assembly.rows("plate", f"{name} groove").reshape(-1, 3)
@@ -117,8 +117,8 @@ def springs_by_hand(assembly: ReducedAssembly) -> Array:
             for axis, k in enumerate([K_T, K_T, K_N[name]]):
                 row = np.zeros(assembly.n_dof)
                 row[upper[station, axis]], row[lower[station, axis]] = 1.0, -1.0
-                found += share * k * np.outer(row, row)
-    return found
+                result += share * k * np.outer(row, row)
+    return result
 
 
 @pytest.mark.parametrize("tangents", Tangents)

@@ -18,11 +18,11 @@ def test_both_are_the_solutions_of_their_two_equations(seed: int) -> None:
     c, s = np.cos(theta), np.sin(theta)
     arms = [(r3 + r4) * np.cos(alpha), (r3 - r4) * np.sin(alpha)]
     T, N = np.linalg.solve([[c, s], [-s, c]], arms)
-    found = decoupler_contact(r3, r4, theta, alpha)
+    result = decoupler_contact(r3, r4, theta, alpha)
     # Round-off of forces of 100 N.
-    np.testing.assert_allclose([found.tangential, found.normal], [T, N], atol=1e-12)
+    np.testing.assert_allclose([result.tangential, result.normal], [T, N], atol=1e-12)
     expected = np.linalg.solve([[c, s], [-s, c]], [T * c + N * s, weight + T * s - N * c])
-    beyond = blade_contact(found, weight, theta)
+    beyond = blade_contact(result, weight, theta)
     np.testing.assert_allclose([beyond.tangential, beyond.normal], expected, atol=1e-12)
 
 
@@ -33,9 +33,9 @@ def test_arms_that_balance_known_contact_forces_give_them_back() -> None:
     along, up = T * np.cos(THETA) + N * np.sin(THETA), N * np.cos(THETA) - T * np.sin(THETA)
     # R_3 cos + R_4 cos = along, R_3 sin - R_4 sin = up.
     r3, r4 = np.linalg.solve([[np.cos(ALPHA), np.cos(ALPHA)], [np.sin(ALPHA), -np.sin(ALPHA)]], np.array([along, up]))
-    found = decoupler_contact(r3, r4, THETA, ALPHA)
-    np.testing.assert_allclose(found.tangential, T, atol=1e-14)
-    np.testing.assert_allclose(found.normal, N, atol=1e-14)
+    result = decoupler_contact(r3, r4, THETA, ALPHA)
+    np.testing.assert_allclose(result.tangential, T, atol=1e-14)
+    np.testing.assert_allclose(result.normal, N, atol=1e-14)
 
 
 def test_seen_from_the_blade_the_decoupler_comes_back() -> None:

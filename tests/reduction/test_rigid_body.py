@@ -100,18 +100,18 @@ def test_a_brick_on_springs_is_the_six_equations_of_a_brick(held: Held, seed: in
     # A spring on another body is none of the brick's.
     beam = held.assembly.rows("beam", "tip")
     springs[beam, beam] += 1e9
-    found = held.body(springs)
+    result = held.body(springs)
     # The element holds a brick's mass and inertia without error; constraint modes are as good as their solver.
-    np.testing.assert_allclose(found.mass, MASS, rtol=1e-9)
-    np.testing.assert_allclose(found.centre, CENTRE, rtol=1e-9)
-    np.testing.assert_allclose(found.stiffness, np.diag(six), rtol=1e-8)
+    np.testing.assert_allclose(result.mass, MASS, rtol=1e-9)
+    np.testing.assert_allclose(result.centre, CENTRE, rtol=1e-9)
+    np.testing.assert_allclose(result.stiffness, np.diag(six), rtol=1e-8)
     inertia = np.diag([MASS, MASS, MASS, *INERTIA])
     lambda_ = scipy.linalg.eigh(six, inertia, eigvals_only=True)
-    np.testing.assert_allclose((2 * np.pi * found.frequency) ** 2, lambda_, rtol=1e-7, atol=1e-9 * lambda_[-1])
-    np.testing.assert_allclose(found.shape.T @ inertia @ found.shape, np.eye(6), atol=1e-8)
-    np.testing.assert_allclose(found.shape.T @ six @ found.shape, np.diag(lambda_), atol=1e-8 * lambda_[-1])
-    assert found.free == ()
-    check_supported([found])
+    np.testing.assert_allclose((2 * np.pi * result.frequency) ** 2, lambda_, rtol=1e-7, atol=1e-9 * lambda_[-1])
+    np.testing.assert_allclose(result.shape.T @ inertia @ result.shape, np.eye(6), atol=1e-8)
+    np.testing.assert_allclose(result.shape.T @ six @ result.shape, np.diag(lambda_), atol=1e-8 * lambda_[-1])
+    assert result.free == ()
+    check_supported([result])
 
 
 def test_springs_at_the_corners_resist_as_a_table_does(held: Held) -> None:
@@ -129,18 +129,18 @@ def test_stations_on_one_line_leave_the_rotation_about_it(held: Held) -> None:
     edge = held.corners([0, 1])
     assert len(edge) == 2
     springs, six = held.springs([(n, d, 1e6) for n in edge for d in (X, Y, Z)])
-    found = held.body(springs)
+    result = held.body(springs)
     about = np.concatenate([np.cross(Z, CENTRE - CORNER), Z])
     np.testing.assert_allclose(six @ about, 0, atol=1e-6)
-    assert found.frequency[0] < 1e-4 * found.frequency[1]
-    loose = found.shape[:, 0] / found.shape[5, 0]
+    assert result.frequency[0] < 1e-4 * result.frequency[1]
+    loose = result.shape[:, 0] / result.shape[5, 0]
     np.testing.assert_allclose(loose, about, atol=1e-6)
     # The centre moves as well, with most of the energy: it is called a rotation all the same.
-    assert found.free == ("rotation about z",)
+    assert result.free == ("rotation about z",)
     with pytest.raises(
         RomError, match=r"nothing holds brick: rotation about z \(about the centre of mass\): give that line contact"
     ):
-        check_supported([found])
+        check_supported([result])
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -148,10 +148,10 @@ def test_a_direction_without_springs_is_named(held: Held, axis: int) -> None:
     # Springs square to one axis, at places that hold every rotation.
     others = [d for number, d in enumerate(np.eye(3)) if number != axis]
     springs, _ = held.springs([(n, d, 1e6) for n in range(10) for d in others])
-    found = held.body(springs)
-    assert found.free == (MOTIONS[axis],)
+    result = held.body(springs)
+    assert result.free == (MOTIONS[axis],)
     with pytest.raises(RomError, match=rf"nothing holds brick: {MOTIONS[axis]} \(about"):
-        check_supported([found])
+        check_supported([result])
 
 
 def test_one_spring_leaves_five_motions_and_none_leaves_six(held: Held) -> None:
@@ -192,7 +192,7 @@ def test_a_body_that_is_none_is_refused(held: Held) -> None:
 
 def test_how_a_body_is_held_cannot_be_written(held: Held) -> None:
     springs, _ = held.springs([(0, X, 1e6)])
-    found = rigid_body(held.assembly, "brick", held.brick.points, springs)
-    for values in (found.centre, found.stiffness, found.frequency, found.shape):
+    result = rigid_body(held.assembly, "brick", held.brick.points, springs)
+    for values in (result.centre, result.stiffness, result.frequency, result.shape):
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 0.0

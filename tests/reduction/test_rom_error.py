@@ -110,10 +110,10 @@ def test_the_estimate_does_not_depend_on_units_or_size() -> None:
     # As of a screw in metres: shapes that its inertia makes have 1e-20 of the length of those of the membrane.
     small = replace(system, mass=sp.csr_array(1e-9 * system.mass), stiffness=sp.csr_array(1e8 * system.stiffness))
     rows = {"boundary": np.arange(5)}
-    found = [rom_error(item, craig_bampton(item, rows, 10), 5) for item in (system, small)]
-    assert found[0].min() > FROM
+    result = [rom_error(item, craig_bampton(item, rows, 10), 5) for item in (system, small)]
+    assert result[0].min() > FROM
     # Settled to a tenth, each.
-    np.testing.assert_allclose(found[1], found[0], rtol=0.1)
+    np.testing.assert_allclose(result[1], result[0], rtol=0.1)
 
 
 def test_rigid_body_motions_have_no_error() -> None:

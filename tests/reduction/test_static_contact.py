@@ -28,7 +28,7 @@ def contact(
 
 def every_rest(stiffness: Array, contacts: list[FrictionContact], load: Array) -> list[tuple[tuple[bool, ...], Array]]:
     """All sets of closed contacts whose displacement closes them and opens the others."""
-    found = []
+    result = []
     for closed in product([False, True], repeat=len(contacts)):
         matrix, force = stiffness.copy(), load.copy()
         for item, on in zip(contacts, closed, strict=True):
@@ -40,8 +40,8 @@ def every_rest(stiffness: Array, contacts: list[FrictionContact], load: Array) -
             continue
         q: Array = np.asarray(np.linalg.solve(matrix, force), dtype=np.float64)
         if all((float(item.normal @ q) > item.gap) == on for item, on in zip(contacts, closed, strict=True)):
-            found.append((closed, q))
-    return found
+            result.append((closed, q))
+    return result
 
 
 def check_balance(stiffness: Array, contacts: list[FrictionContact], load: Array, rest: StaticState) -> None:

@@ -53,8 +53,8 @@ def test_a_gap_towards_an_end_is_one_however_many_contacts_the_line_has(end: int
     effect = case_catalogue(beam_model(24), [], level=10.0).effect(f"gap of left at left.{end}")
     added = [AddedEffect(effect=effect, values=np.array([4e-7]))]
     finer = apply_by_name(beam_model(24, n_station=5), [], [], {}, added)
-    found = [finer.contact(name).gap for name in finer.lines["left"]]
-    np.testing.assert_allclose(found, 1e-7 * np.array(gaps), rtol=1e-12, atol=1e-18)
+    result = [finer.contact(name).gap for name in finer.lines["left"]]
+    np.testing.assert_allclose(result, 1e-7 * np.array(gaps), rtol=1e-12, atol=1e-18)
 
 
 def test_a_case_without_effects_is_as_drawn() -> None:

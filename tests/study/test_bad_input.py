@@ -26,11 +26,11 @@ def refusal(at_home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
     def run(*words: str) -> str:
         assert cli.main([*words, "--quiet"]) == 2
-        found = capsys.readouterr()
-        assert found.out == ""
-        assert "Traceback" not in found.err
+        result = capsys.readouterr()
+        assert result.out == ""
+        assert "Traceback" not in result.err
         assert not list(at_home.glob("stickslip-error-*"))
-        return found.err
+        return result.err
 
     return run
 
@@ -100,11 +100,11 @@ def test_a_mistake_in_a_case_file_is_shown_with_its_line(
     message = refusal("table1", "my.toml")
     wanted = ".*".join(map(re.escape, said.split(".*")))
     (line,) = (line for line in message.splitlines() if re.search(wanted, line))
-    found = re.match(r"my\.toml:(\d+): ", line)
-    assert found
+    result = re.match(r"my\.toml:(\d+): ", line)
+    assert result
     # The line of the mistake, or of the table that it is in.
-    key = re.findall(r"[a-z_]+", line[found.end() :].split(":")[0].split(" = ")[0])[-1]
-    assert key in text.replace(right, wrong, 1).splitlines()[int(found[1]) - 1]
+    key = re.findall(r"[a-z_]+", line[result.end() :].split(":")[0].split(" = ")[0])[-1]
+    assert key in text.replace(right, wrong, 1).splitlines()[int(result[1]) - 1]
 
 
 @pytest.mark.parametrize(

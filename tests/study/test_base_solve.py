@@ -124,14 +124,14 @@ def test_a_held_displacement_gives_absolute_and_relative_motion(
     assert data["output_motion"].values.tolist() == ["absolute", "relative"]
     omega, base = 2 * np.pi * data["frequency"].values, 1e-4 * data["level"].values
     assert set(np.round(data["level"].values, 12)) == {1.0, 3.0}
-    found = outputs(data, 1)
+    result = outputs(data, 1)
     # Newton's method stops at 1e-9 of the motion.
-    np.testing.assert_allclose(found[:, 0], transmissibility(omega) * base, rtol=1e-7)
-    np.testing.assert_allclose(found[:, 1], (transmissibility(omega) - 1) * base, rtol=1e-7)
+    np.testing.assert_allclose(result[:, 0], transmissibility(omega) * base, rtol=1e-7)
+    np.testing.assert_allclose(result[:, 1], (transmissibility(omega) - 1) * base, rtol=1e-7)
     with (home / "out" / "my_response.csv").open() as stream:
         rows = list(csv.DictReader(stream))
-    assert float(rows[0]["laser absolute amplitude [um]"]) == pytest.approx(1e6 * abs(found[0, 0]), rel=1e-8)
-    assert float(rows[0]["gauge relative amplitude [um]"]) == pytest.approx(1e6 * abs(found[0, 1]), rel=1e-8)
+    assert float(rows[0]["laser absolute amplitude [um]"]) == pytest.approx(1e6 * abs(result[0, 0]), rel=1e-8)
+    assert float(rows[0]["gauge relative amplitude [um]"]) == pytest.approx(1e6 * abs(result[0, 1]), rel=1e-8)
 
 
 def test_a_curve_over_the_level_of_a_held_velocity_is_a_straight_line(

@@ -323,12 +323,12 @@ def test_parts_add_up_to_the_structure(folder: Path) -> None:
 
 def cases_of_documents() -> dict[str, str]:
     """Text of every whole case in the documents, by file and line."""
-    found = {}
+    result = {}
     for file in sorted((Path(__file__).parents[2] / "docs").glob("*.md")):
         text = file.read_text(encoding="utf-8")
         for block in re.finditer(r"^    schema = 2\n(?:^    .*\n|^\n)*", text, re.MULTILINE):
-            found[f"{file.name}:{text[: block.start()].count(chr(10)) + 1}"] = textwrap.dedent(block.group())
-    return found
+            result[f"{file.name}:{text[: block.start()].count(chr(10)) + 1}"] = textwrap.dedent(block.group())
+    return result
 
 
 @pytest.mark.parametrize("text", cases_of_documents().values(), ids=cases_of_documents().keys())

@@ -129,9 +129,9 @@ def test_what_a_case_of_the_kind_does_not_have_is_named(
     case.write_text(read_text(case).replace(right, wrong, 1), encoding="utf-8")
     assert cli.main([*COMMANDS["solve"], "--quiet"]) == 2
     lines = capsys.readouterr().err.splitlines()
-    found = [line for line in lines if re.search(said, line)]
-    assert found, lines
-    number = re.match(r"chain\.toml:(\d+): ", found[0])
+    result = [line for line in lines if re.search(said, line)]
+    assert result, lines
+    number = re.match(r"chain\.toml:(\d+): ", result[0])
     assert number
     assert 1 <= int(number[1]) <= read_text(case).count("\n")
 

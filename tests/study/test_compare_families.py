@@ -82,9 +82,9 @@ def test_the_models_own_campaign_lies_within_and_a_spoilt_sensor_leaves(
     # The bench finds the same limits, in the units of its panels.
     bench = open_bench(at_home / "beam" / BEAM.name, at_home / "campaign")
     panels = bench.compare().views["responses"]["panels"]
-    found = bench.limits()
-    assert found.numbers["families that leave their limits [-]"] == 0
-    for panel, (band,) in zip(panels, found.views["limits"]["panels"], strict=True):
+    result = bench.limits()
+    assert result.numbers["families that leave their limits [-]"] == 0
+    for panel, (band,) in zip(panels, result.views["limits"]["panels"], strict=True):
         if panel["harmonic"] != 1:
             continue  # a limit of a static part is that of a force
         (group,) = panel["groups"]

@@ -87,9 +87,9 @@ def drawing(gain: float = 1.0) -> Drawing:
 
 
 def data_of(text: str) -> dict[str, Any]:
-    found = re.search(r"<script>const DATA = (.*);</script>", text)
-    assert found is not None
-    parsed: dict[str, Any] = json.loads(found[1].replace("<\\/script", "</script"))
+    result = re.search(r"<script>const DATA = (.*);</script>", text)
+    assert result is not None
+    parsed: dict[str, Any] = json.loads(result[1].replace("<\\/script", "</script"))
     return parsed
 
 
@@ -152,9 +152,9 @@ def test_noise_of_one_repeat_is_no_nonlinearity() -> None:
     twice = replace(other, level=ratio * other.level, force=ratio * other.force, value=ratio * other.value)
     single = join_tables([one, replace(twice, repeat=one.repeat)])
     sensors = tuple(replace(sensor, noise=(NOISE, 0.0)) for sensor in campaign.sensors)
-    found = compare(read_case(BEAM).setup, replace(campaign, measurement=single, sensors=sensors))
-    np.testing.assert_allclose(found.train.deviation, NOISE * np.abs(found.train.measured), rtol=1e-9)
-    assert "not linear" not in next(linearity_sections(found, Drawing.of(found))).text
+    result = compare(read_case(BEAM).setup, replace(campaign, measurement=single, sensors=sensors))
+    np.testing.assert_allclose(result.train.deviation, NOISE * np.abs(result.train.measured), rtol=1e-9)
+    assert "not linear" not in next(linearity_sections(result, Drawing.of(result))).text
 
 
 def test_readings_without_calibration_are_drawn_in_their_own_unit() -> None:
@@ -221,37 +221,37 @@ def test_the_headline_names_what_was_not_compared() -> None:
 
 
 def test_states_that_are_not_compared_are_named_with_the_reason() -> None:
-    found = compared()
-    assert not any("Not compared" in sentence for sentence in left_out(found))
-    table = found.campaign.measurement
+    result = compared()
+    assert not any("Not compared" in sentence for sentence in left_out(result))
+    table = result.campaign.measurement
     jumps = (table.level == 3) & (table.frequency == FREQUENCY[4]) & (table.repeat <= N_REPEAT / 2)
-    apart = replace(found.campaign, measurement=replace(table, value=np.where(jumps, -0.3 * table.value, table.value)))
-    (sentence,) = (item for item in left_out(replace(found, campaign=apart)) if "Not compared" in item)
+    apart = replace(result.campaign, measurement=replace(table, value=np.where(jumps, -0.3 * table.value, table.value)))
+    (sentence,) = (item for item in left_out(replace(result, campaign=apart)) if "Not compared" in item)
     assert "3 N at 472 Hz; there repeats" in sentence
     # Of a level that is held out, and that no held-out repeat has.
-    trained = found.train.where(np.asarray(found.train.points.level == 1))
-    (sentence,) = (item for item in left_out(replace(found, train=trained)) if "Not compared" in item)
+    trained = result.train.where(np.asarray(result.train.points.level == 1))
+    (sentence,) = (item for item in left_out(replace(result, train=trained)) if "Not compared" in item)
     assert "3 N at 462.56 Hz, 3 N at 467.28 Hz, 3 N at 469.64 Hz and 6 more; their level is held out" in sentence
 
 
 def test_states_that_were_read_only_before_contacts_settled_are_named_with_that_reason() -> None:
-    found = compared()
-    table = found.campaign.measurement
+    result = compared()
+    table = result.campaign.measurement
     # A drift that falls off fast: repeats 2 to 4 are settled, and one state is of repeat 1 alone.
     runs_in = np.array([1.3, 1.06, 1.01, 1.0])[table.repeat.astype(int) - 1]
     once = (table.level != 3) | (table.frequency != FREQUENCY[4]) | (table.repeat == 1)
     settling = replace(
-        found.campaign,
+        result.campaign,
         tests=(Test(name="stepped", settling=True),),
         measurement=replace(table, value=table.value * runs_in).where(once),
     )
-    (sentence,) = (item for item in left_out(replace(found, campaign=settling)) if "Not compared" in item)
+    (sentence,) = (item for item in left_out(replace(result, campaign=settling)) if "Not compared" in item)
     assert "3 N at 472 Hz; all of their readings are of repeats before the contacts settled" in sentence
 
 
 def test_the_size_of_all_differences_is_not_in_the_unit_of_that_of_a_point() -> None:
-    found = compared(1.1)
-    text, size = format_report(found), f"{summarise_misfit(found.train).whitened:.3g}"
+    result = compared(1.1)
+    text, size = format_report(result), f"{summarise_misfit(result.train).whitened:.3g}"
     assert text.count(f"{size} times as large") == 2
     assert f"{size} standard deviations" not in text
 

@@ -86,29 +86,29 @@ def setup() -> Setup:
 
 
 def test_a_perfect_model_is_noise() -> None:
-    found = compare(setup(), measured_from_the_model())
-    assert found.held_out is not None
-    for side in (found.train, found.held_out):
+    result = compare(setup(), measured_from_the_model())
+    assert result.held_out is not None
+    for side in (result.train, result.held_out):
         # Noise is told from few repeats and numerical error is allowed for: the mean is 1 within a third, not exactly.
         assert 0.5 < summarise_misfit(side).deviations < 1.33
         assert 0.5 < summarise_misfit(side).whitened < 1.33
         assert np.isfinite(side.predicted).all()
-    assert len(found.peaks) == 4
-    for peak in found.peaks:
+    assert len(result.peaks) == 4
+    for peak in result.peaks:
         # Five standard deviations, of a scatter that is itself told from five repeats.
         assert abs(peak.frequency_error) * peak.frequency < 5 * peak.frequency_deviation
-    assert not found.suspicions
+    assert not result.suspicions
 
 
 def test_a_sensor_that_reads_too_much_is_named() -> None:
-    found = compare(setup(), measured_from_the_model(1.1))
-    assert find_worst(split_misfit(found.train, "sensor")).label == "mid"
-    cell, points = find_worst_cell(found.train)
+    result = compare(setup(), measured_from_the_model(1.1))
+    assert find_worst(split_misfit(result.train, "sensor")).label == "mid"
+    cell, points = find_worst_cell(result.train)
     assert set(points.sensor) == {"mid"}
     # 1 / 1.1 - 1, within noise of 0.5 % in the mean of three repeats and a few frequencies.
     assert cell.signed_amplitude_error == pytest.approx(1 / 1.1 - 1, abs=0.006)
     assert cell.signed_phase_error == pytest.approx(0, abs=0.006)
-    rows = found.train.where((found.train.points.sensor == "tip") & (found.train.points.harmonic == 1))
+    rows = result.train.where((result.train.points.sensor == "tip") & (result.train.points.harmonic == 1))
     assert summarise_misfit(rows).deviations < 2
 
 
@@ -150,13 +150,13 @@ def test_the_answer_is_in_words() -> None:
 
 
 def test_calibrating_a_perfect_model_changes_nothing() -> None:
-    found = compare(setup(), measured_from_the_model(), calibrate=True)
-    assert {item.name for item in found.calibrated} == {"kt", "kn", "mu", "zeta", "E", "bearing"}
-    for item in found.calibrated:
+    result = compare(setup(), measured_from_the_model(), calibrate=True)
+    assert {item.name for item in result.calibrated} == {"kt", "kn", "mu", "zeta", "E", "bearing"}
+    for item in result.calibrated:
         # The start is the truth, the end its estimate: five of the standard deviations that it gives itself.
         assert abs(item.factor - 1) < 5 * item.deviation
         assert item.deviation < 0.1
-    assert "Calibrated on the training data: kt x " in format_report(found)
+    assert "Calibrated on the training data: kt x " in format_report(result)
 
 
 def renamed(sensors: Sequence[MeasuredSensor], which: str, **changes: object) -> tuple[MeasuredSensor, ...]:
@@ -167,11 +167,11 @@ def test_swapped_cables_and_angular_frequencies_are_flagged() -> None:
     campaign = measured_from_the_model()
     swap = np.array([1, 0, 2])
     table = replace(campaign.measurement, sensor=swap[campaign.measurement.sensor])
-    found = compare(setup(), replace(campaign, measurement=table))
-    assert 'sensors "tip" and "mid" look swapped' in [item.where for item in found.suspicions]
+    result = compare(setup(), replace(campaign, measurement=table))
+    assert 'sensors "tip" and "mid" look swapped' in [item.where for item in result.suspicions]
     table = replace(campaign.measurement, frequency=2 * np.pi * campaign.measurement.frequency)
-    found = compare(setup(), replace(campaign, measurement=table))
-    (suspicion,) = [item for item in found.suspicions if "rad/s" in item.sentence]
+    result = compare(setup(), replace(campaign, measurement=table))
+    (suspicion,) = [item for item in result.suspicions if "rad/s" in item.sentence]
     assert "2 pi times the model's resonance" in suspicion.sentence
 
 
@@ -180,12 +180,12 @@ def test_millimetres_in_one_test_are_flagged() -> None:
     table = campaign.measurement
     value = np.where((table.test == 1) & (table.sensor == 1), 1e3, 1.0) * table.value
     spoilt = replace(campaign, measurement=replace(table, value=value))
-    (found,) = find_all_suspicions(spoilt, setup().model)
-    assert found.where == 'test "free", sensor "mid"'
+    (result,) = find_all_suspicions(spoilt, setup().model)
+    assert result.where == 'test "free", sensor "mid"'
     # Three digits, of the median of noise of half a per cent.
     one = r"(0\.99\d|1|1\.01) times"
     evidence = rf"the other sensors of the same runs {one}, and itself {one} in test \"stepped\""
-    assert re.search(rf"it reads 1,000 times what the model says, {evidence}: are its values in mm", found.sentence)
+    assert re.search(rf"it reads 1,000 times what the model says, {evidence}: are its values in mm", result.sentence)
 
 
 @pytest.mark.parametrize(("factor", "is_unit"), [(1e-3, True), (1e3, True), (0.1, False), (1.0, False)])
@@ -193,12 +193,12 @@ def test_a_contact_stiffness_in_another_unit_is_flagged(factor: float, is_unit: 
     model = setup().model
     names = [joint.name for joint in model.system.joints if joint.name in model.lines["left"]]
     values = {name: {"tangential_stiffness": factor * model.contact(name).tangential_stiffness} for name in names}
-    found = [
+    result = [
         item
         for item in find_all_suspicions(measured_from_the_model(), model.with_joints(values))
         if "check its unit" in item.sentence
     ]
-    assert [(item.where, f"tangential_stiffness {1 / factor:g} times" in item.sentence) for item in found] == (
+    assert [(item.where, f"tangential_stiffness {1 / factor:g} times" in item.sentence) for item in result] == (
         [('line "left"', True)] if is_unit else []
     )
 
@@ -220,11 +220,11 @@ def test_a_sensor_is_placed_by_its_coordinates() -> None:
     at = np.array([0.30, 0.0, 0.0])
     sensors = renamed(campaign.sensors, "tip", name="laser", place=None, coordinates=at)
     measured = replace(campaign, sensors=sensors)
-    found = compare(setup(), measured)
-    assert summarise_misfit(found.train).deviations < 1.33
+    result = compare(setup(), measured)
+    assert summarise_misfit(result.train).deviations < 1.33
     # The case that tells the numerical error does not know it, and need not.
     assert "laser" in [item.name for item in read_case(BEAM, measured).setup.model.sensors]
-    assert "laser" in found.train.points.sensor
+    assert "laser" in result.train.points.sensor
 
 
 def test_what_a_finer_model_changes_counts_as_numerical_error(at_home: Path) -> None:

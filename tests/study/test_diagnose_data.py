@@ -72,10 +72,10 @@ def run(folder: Path, campaign: str, capfdbinary: pytest.CaptureFixture[bytes], 
 
 
 def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
-    found = run(folder, "modal", capfdbinary)
-    assert found["finding"] == "missing"
-    assert found["effects"] == ["mass at middle"]
-    best = next(item for item in found["candidates"] if item["effect"] == "mass at middle")
+    result = run(folder, "modal", capfdbinary)
+    assert result["finding"] == "missing"
+    assert result["effects"] == ["mass at middle"]
+    best = next(item for item in result["candidates"] if item["effect"] == "mass at middle")
     assert best["strength"] == pytest.approx(0.05, abs=4 * best["deviation"])
     html = (folder / "out" / "chain_diagnosis.html").read_text(encoding="utf-8")
     assert "mass at middle" in html
@@ -94,7 +94,7 @@ def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest
     assert half == pytest.approx(1.96 * best["deviation"], rel=0.05)
     again = run(folder, "modal", capfdbinary)
     assert again["finding"] == "nothing"
-    assert again["before"]["held_out_error"] < 0.2 * found["before"]["held_out_error"]
+    assert again["before"]["held_out_error"] < 0.2 * result["before"]["held_out_error"]
 
 
 def test_a_diagnosis_is_of_the_case_as_it_was_when_it_began(
@@ -142,10 +142,10 @@ force = { column = "f", unit = "N" }
 """,
         encoding="utf-8",
     )
-    found = run(folder, "bench", capfdbinary)
-    assert found["finding"] == "unknown"
-    assert "backlash" in found["verdict"]
-    play = next(sign for sign in found["signs"] if sign["kind"] == "play")
+    result = run(folder, "bench", capfdbinary)
+    assert result["finding"] == "unknown"
+    assert "backlash" in result["verdict"]
+    play = next(sign for sign in result["signs"] if sign["kind"] == "play")
     assert play["clear"]
     assert "0.2 mm" in play["measured"]
 
@@ -156,9 +156,9 @@ def test_the_bench_shows_such_data_names_the_effect_and_adds_it(folder: Path) ->
     assert shown.views["verdict"]["is_alone"]
     assert any(section["table"] for section in shown.views["data"])
     assert bench.screen().views["candidates"]["rows"] == []
-    found = bench.diagnose().views["candidates"]
-    assert found["verdict"]["finding"] == "missing"
-    assert [row["name"] for row in found["rows"] if row["is_named"]] == ["mass at middle"]
+    result = bench.diagnose().views["candidates"]
+    assert result["verdict"]["finding"] == "missing"
+    assert [row["name"] for row in result["rows"] if row["is_named"]] == ["mass at middle"]
     bench.add("mass at middle", seen=shown.views["verdict"]["seen"])
     now = bench.compare()
     # Noise alone makes 1, by as much as 54 numbers tell.
@@ -192,5 +192,5 @@ def test_in_python_data_have_a_function_of_their_own_which_the_other_one_names(f
     campaign = read_campaign(folder / "modal")
     with pytest.raises(CampaignError, match=r"\(mode\).*diagnose_data"):
         diagnose_file(folder / "chain.toml", campaign, folder / "modal")
-    found = data_run.diagnose_data(folder / "chain.toml", campaign, folder / "modal")
-    assert found.diagnosis.verdict.sentence
+    result = data_run.diagnose_data(folder / "chain.toml", campaign, folder / "modal")
+    assert result.diagnosis.verdict.sentence

@@ -36,9 +36,9 @@ def test_a_response_of_the_free_structure_shows_the_mass_that_is_missing(two_mas
         value=value * (1 + 0.003 * (noise[0] + 1j * noise[1])), units=("m per N",) * 2,
         coherence=np.ones(value.shape), level=None, repeat=1,
     )  # fmt: skip
-    found = diagnose_file(case, replace(campaign, data=(read_modes(response, sensors),)), folder).last
-    assert [test.name for test in found.campaign.tests] == [*(test.name for test in campaign.tests), "hammer"]
-    best = found.best
+    result = diagnose_file(case, replace(campaign, data=(read_modes(response, sensors),)), folder).last
+    assert [test.name for test in result.campaign.tests] == [*(test.name for test in campaign.tests), "hammer"]
+    best = result.best
     assert best is not None
     assert best.name == "mass at tip"
     # Its interval is that wide.

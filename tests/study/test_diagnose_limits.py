@@ -131,7 +131,7 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
         json.dumps({key: {"thresholds": {"gain": 15.5, "misfit": 20.0, "n_trial": 300}}}), encoding="utf-8"
     )
     monkeypatch.setattr(diagnose_limits, "SHIPPED", shipped)
-    found = Thresholds(gain=15.5, misfit=20.0, n_trial=300)
-    assert shipped_thresholds(setup, campaign, ()) == found
+    result = Thresholds(gain=15.5, misfit=20.0, n_trial=300)
+    assert shipped_thresholds(setup, campaign, ()) == result
     # Those of all candidates hold for fewer, too.
-    assert shipped_thresholds(setup, campaign, ("cubic",)) == found
+    assert shipped_thresholds(setup, campaign, ("cubic",)) == result

@@ -33,12 +33,12 @@ FEW = ("spring", "dashpot", "cubic")
 def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses, kept_rounds: Store) -> None:
     case, folder = two_masses(HIDDEN), Path("campaign")
     drawn, campaign = read_text(case), read_campaign(folder)
-    found = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
-    assert [item.effect.name for item in found.diagnosis.verdict.effects if item.effect] == ["mass at tip"]
+    result = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
+    assert [item.effect.name for item in result.diagnosis.verdict.effects if item.effect] == ["mass at tip"]
     # Three standard deviations of its own.
-    assert found.best is not None
-    assert found.best.strength == pytest.approx(0.006, abs=3 * found.best.deviation)
-    record_diagnosis(found, case, folder)
+    assert result.best is not None
+    assert result.best.strength == pytest.approx(0.006, abs=3 * result.best.deviation)
+    record_diagnosis(result, case, folder)
 
     step = add(case, "Mass at  tip")
     assert step.before is not None
@@ -47,8 +47,8 @@ def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses,
     assert step.after.held_out < 0.05 * step.before.held_out
     setup = read_case(case).setup
     # The case is the fitted model: six digits are written, and the mass of the place is 0.5 kg.
-    np.testing.assert_allclose(setup.complete.system.mass, found.best.fit.model.system.mass, rtol=1e-7)
-    np.testing.assert_allclose(setup.complete.system.damping, found.best.fit.model.system.damping, rtol=1e-5)
+    np.testing.assert_allclose(setup.complete.system.mass, result.best.fit.model.system.mass, rtol=1e-7)
+    np.testing.assert_allclose(setup.complete.system.damping, result.best.fit.model.system.damping, rtol=1e-5)
     before, after = (compare(item, campaign).train.whitened for item in (_plain(drawn), setup))
     assert np.nanmean(after**2) < 1.5 < 10 < np.nanmean(before**2)
 

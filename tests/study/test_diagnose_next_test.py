@@ -60,24 +60,24 @@ def make_advice(*probabilities: float) -> Advice:
 def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:
     advice = make_advice(0.93, 0.5, 0.1)
     several = replace(diagnosed.last.diagnosis.verdict, finding=Finding.AMBIGUOUS)
-    found = replace(
+    result = replace(
         diagnosed.last, next_step=NextStep(advice=advice), diagnosis=replace(diagnosed.last.diagnosis, verdict=several)
     )
-    assert "a mass of 3 g added at tip" in found.next_step.sentence
-    assert "93 %" in found.next_step.sentence
-    assert found.next_step.sentence in format_report(found)
-    assert found.next_step.remark in format_report(found)  # another mass needs a case of its own
-    files = make_files(found, diagnosed.history, Path("chain.toml"))
+    assert "a mass of 3 g added at tip" in result.next_step.sentence
+    assert "93 %" in result.next_step.sentence
+    assert result.next_step.sentence in format_report(result)
+    assert result.next_step.remark in format_report(result)  # another mass needs a case of its own
+    files = make_files(result, diagnosed.history, Path("chain.toml"))
     assert files["chain_diagnosis_next_test.png"].startswith(b"\x89PNG")
     page = files["chain_diagnosis.html"].decode()
     assert "What to measure next" in page
     assert "a mass of 3 g added at tip" in page
-    shown = show_next_tests(found)
+    shown = show_next_tests(result)
     assert shown is not None
-    assert [row["probability"] for row in shown["rows"]] == [item.probability for item in found.next_step.shown]
+    assert [row["probability"] for row in shown["rows"]] == [item.probability for item in result.next_step.shown]
     assert b64decode(shown["picture"]).startswith(b"\x89PNG")
     assert show_next_tests(diagnosed.last) is None
-    told = json.loads(json.dumps(to_json(make_document(found))))["next_test"]
+    told = json.loads(json.dumps(to_json(make_document(result))))["next_test"]
     assert told["candidates"] == {"mass at tip": 0.6, "density of all": 0.4}
     assert told["tests"][0]["probability"] == 0.93
     assert told["tests"][0]["added_mass"] == {"place": "tip", "mass_kg": 3e-3}
@@ -108,17 +108,17 @@ def test_what_fails_leaves_one_sentence_and_the_diagnosis(
         raise error
 
     monkeypatch.setattr(next_test, "advise", fail)
-    found = diagnosed.last
-    step = find_next_step(found.campaign, found.diagnosis, None)
+    result = diagnosed.last
+    step = find_next_step(result.campaign, result.diagnosis, None)
     assert step.advice is None
     assert "the structure is not supported" in step.reason
-    assert step.reason in format_report(replace(found, next_step=step))
-    assert step.reason in str(make_document(replace(found, next_step=step))["next_test"])
+    assert step.reason in format_report(replace(result, next_step=step))
+    assert step.reason in str(make_document(replace(result, next_step=step))["next_test"])
     error = NoSteadyState("at 20 Hz")
-    assert "at 20 Hz" in find_next_step(found.campaign, found.diagnosis, None).reason
+    assert "at 20 Hz" in find_next_step(result.campaign, result.diagnosis, None).reason
     error = ValueError("operands could not be broadcast together")
     with pytest.raises(ValueError, match="broadcast"):  # a mistake of the program is none of the model
-        find_next_step(found.campaign, found.diagnosis, None)
+        find_next_step(result.campaign, result.diagnosis, None)
 
 
 def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses: TwoMasses) -> None:
@@ -128,12 +128,12 @@ def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses:
     table, random = campaign.measurement, np.random.default_rng(1)
     noise = 0.5 * np.abs(table.value).max() * random.standard_normal((2, len(table)))
     drowned = replace(campaign, measurement=replace(table, value=table.value + noise[0] + 1j * noise[1]))
-    found = diagnose_file(case, drowned, folder, silent_run())
-    assert found.last.diagnosis.verdict.finding is Finding.NOT_TESTABLE
-    words = format_report(found.last)
+    result = diagnose_file(case, drowned, folder, silent_run())
+    assert result.last.diagnosis.verdict.finding is Finding.NOT_TESTABLE
+    words = format_report(result.last)
     assert "cannot tell whether anything is missing: no motion stands out of its scatter" in words
-    step = found.last.next_step
+    step = result.last.next_step
     assert step.visible is not None
     assert "measure a higher level" in step.sentence
     assert step.sentence in words
-    assert make_document(found.last)["next_test"]["would_show"] == [*step.visible.seen]
+    assert make_document(result.last)["next_test"]["would_show"] == [*step.visible.seen]

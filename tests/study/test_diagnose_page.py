@@ -72,8 +72,8 @@ def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> DiagnosisResult:
 
 
 def test_the_page_holds_everything_and_loads_nothing(diagnosed: DiagnosisResult) -> None:
-    found = diagnosed
-    files = make_files(found.last, found.history, Path("chain.toml"))
+    result = diagnosed
+    files = make_files(result.last, result.history, Path("chain.toml"))
     assert sorted(files) == [
         "chain_diagnosis.html",
         "chain_diagnosis_candidates.png",
@@ -126,8 +126,8 @@ def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(dia
 
 
 def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: DiagnosisResult) -> None:
-    found = diagnosed
-    text = make_files(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
+    result = diagnosed
+    text = make_files(result.last, result.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     data = json.loads(re.search(r"const DATA = (\{.*?\});</script>", text, re.DOTALL)[1])  # type: ignore[index]
     curves = data["curves"]
     assert curves["stages"] == ["as drawn", "calibrated", "with mass at tip"]
@@ -150,8 +150,8 @@ def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: DiagnosisR
 
 
 def test_the_waterfall_goes_on_from_the_history(diagnosed: DiagnosisResult, kept_rounds: Store) -> None:
-    found = diagnosed
-    steps = make_waterfall(found.last, found.history)
+    result = diagnosed
+    steps = make_waterfall(result.last, result.history)
     assert [(step.name, step.proposed) for step in steps] == [
         ("as drawn", False),
         ("calibrated", False),
@@ -172,8 +172,8 @@ def test_names_of_the_user_are_no_markup(two_masses: TwoMasses, kept_rounds: Sto
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     evil = "</script><script>alert(1)</script>"
     case.write_text(case.read_text().replace('title = "Two masses"', f'title = "{evil}"'), encoding="utf-8")
-    found = diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
-    text = make_files(found.last, found.history, case)["chain_diagnosis.html"].decode()
+    result = diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
+    text = make_files(result.last, result.history, case)["chain_diagnosis.html"].decode()
     assert evil not in text
     assert html.escape(evil) in text
 
@@ -229,14 +229,14 @@ def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: DiagnosisRe
 def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagnosed: DiagnosisResult) -> None:
     law = describe_law(recover_law(arranged(play(), (1, 3)), {"m1": SECOND}))
     assert law is not None
-    found = replace(diagnosed.last, law=law)
-    files = make_files(found, diagnosed.history, Path("chain.toml"))
+    result = replace(diagnosed.last, law=law)
+    files = make_files(result, diagnosed.history, Path("chain.toml"))
     assert "chain_diagnosis_missing_law.png" in files
     assert b"def candidates(" in files[LAW_FILE]
     text = files["chain_diagnosis.html"].decode()
     assert "data:image/png;base64," in text
     assert html.escape(law.sentences[0]) in text
-    told = json.loads(json.dumps(make_document(found)["missing_law"], default=lambda array: array.tolist()))
+    told = json.loads(json.dumps(make_document(result)["missing_law"], default=lambda array: array.tolist()))
     assert law.law.best.name in told["credible"]
     assert abs(sum(place["probability"] for place in told["places"].values()) - 1) < 1e-9
     assert make_document(diagnosed.last)["missing_law"] is None
@@ -250,8 +250,8 @@ def test_unknown_moments_stand_on_the_page_in_their_units(diagnosed: DiagnosisRe
     forces = [
         replace(item, units=ANGULAR) for item in diagnosed.last.diagnosis.places if isinstance(item, UnknownForcePlace)
     ]
-    found = replace(diagnosed.last, diagnosis=replace(diagnosed.last.diagnosis, places=forces))
-    text = make_files(found, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
+    result = replace(diagnosed.last, diagnosis=replace(diagnosed.last.diagnosis, places=forces))
+    text = make_files(result, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     # Of each level, such as "10 N: 4 ± 1 N m".
     assert set(re.findall(r"\d N: \S+ ± \S+ (N(?: m|/m))", text)) == {"N m"}
-    assert all("amplitude_rad" in place for place in make_document(found)["places"])
+    assert all("amplitude_rad" in place for place in make_document(result)["places"])

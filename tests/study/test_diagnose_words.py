@@ -57,18 +57,18 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     names = {stage.name: stage.refit for stage in list_stages(later)}
     assert list(names) == ["as drawn", "as the case says", "fitted anew"]
     assert names["fitted anew"].fit.chi2 < names["as the case says"].fit.chi2 < names["as drawn"].fit.chi2
-    named, found = make_document(first)["named"][0], make_document(later)
+    named, result = make_document(first)["named"][0], make_document(later)
     assert named["effect"] == "mass at tip"
     half = 1.96 * named["deviation"]  # 95 % of a normal distribution
     assert named["interval_95"] == pytest.approx([named["strength"] - half, named["strength"] + half])
     assert all(
-        item["interval_95"][0] < item["factor"] < item["interval_95"][1] for item in found["calibrated"].values()
+        item["interval_95"][0] < item["factor"] < item["interval_95"][1] for item in result["calibrated"].values()
     )
-    (told,) = found["added"]
+    (told,) = result["added"]
     assert told["in_case"] == 0.0055
     assert told["interval_95"][0] < told["strength"] < told["interval_95"][1]
     # What the case says is more than what is drawn: its factors and its mass are in it.
-    assert found["errors"]["in_case"]["training_chi2"] < found["errors"]["drawn"]["training_chi2"]
+    assert result["errors"]["in_case"]["training_chi2"] < result["errors"]["drawn"]["training_chi2"]
     assert "in_case" not in make_document(first)["errors"]
     page = make_files(later, history_of(case), case)["chain_diagnosis.html"].decode()
     assert "<th>in the case</th><th>fitted anew</th>" in page
@@ -177,11 +177,11 @@ def test_a_verdict_of_nothing_says_that_no_case_explains_a_change_with_the_time(
     changed = Suspicion(where='test "sine"', sentence="wear?", headline='test "sine" changed', of_time=True)
     is_open, swapped = replace(changed, remark=True), Suspicion(where='test "sine", repeat 2', sentence="swapped?")
     for suspicion, tag in ((changed, "from the mean of the repeats"), (is_open, "unless the structure changed")):
-        found = replace(sound, suspicions=[suspicion])
-        assert format_headline(found) == f'{format_headline(sound)} But test "sine" changed.'
-        assert choose_advice(found).startswith("find out what changed from repeat to repeat")
-        assert tag in choose_tag(found)
-        assert "look wrong" not in choose_tag(found)
+        result = replace(sound, suspicions=[suspicion])
+        assert format_headline(result) == f'{format_headline(sound)} But test "sine" changed.'
+        assert choose_advice(result).startswith("find out what changed from repeat to repeat")
+        assert tag in choose_tag(result)
+        assert "look wrong" not in choose_tag(result)
     # A mistake comes first; and beside an effect that is missing, what is open counts for little.
     wrong = replace(sound, suspicions=[changed, swapped])
     assert choose_advice(wrong).startswith("check the measurements")

@@ -222,8 +222,8 @@ def test_the_interval_of_a_frequency_holds_the_stiffness_of_contacts_that_slip(f
         source="free",
     )  # fmt: skip
     setup = read_case(folder / "chain.toml", read_campaign(folder / "tests")).setup
-    (found,) = estimate_stiffness(setup.model, stuck, free, 1.0)
-    low, high = found.interval
+    (result,) = estimate_stiffness(setup.model, stuck, free, 1.0)
+    low, high = result.interval
     assert low <= MORE_KT * KT <= high
 
 
@@ -291,8 +291,8 @@ def test_a_resonance_that_the_model_lacks_hides_no_other(
     )
     manifest.write_text(text.replace("[[mode]]", f"{bench}[[mode]]", 1), encoding="utf-8")
     estimates: list[dict[str, object]] = run(folder, capfdbinary)["estimates"]  # type: ignore[assignment]
-    found = [item for item in estimates if item["parameter"] == "kt" and "beside" in str(item["source"])]
-    assert [item["factor"] for item in found] == pytest.approx([MORE_KT], rel=0.01)
+    result = [item for item in estimates if item["parameter"] == "kt" and "beside" in str(item["source"])]
+    assert [item["factor"] for item in result] == pytest.approx([MORE_KT], rel=0.01)
 
 
 def test_modes_of_stepped_sines_are_told_apart_whichever_is_higher_in_a_repeat_or_at_a_level(folder: Path) -> None:
@@ -311,14 +311,14 @@ def test_modes_of_stepped_sines_are_told_apart_whichever_is_higher_in_a_repeat_o
         manifest += "[[run]]" + entry.replace("sine.csv", f"sine{number}.csv")
     text = MANIFEST.partition("[[loop]]")[0] + manifest
     (folder / "tests" / "campaign.toml").write_text(text, encoding="utf-8")
-    found = list(find_resonances(read_campaign(folder / "tests")))
+    result = list(find_resonances(read_campaign(folder / "tests")))
     # The flank of the other mode is 6 % of a peak, and shifts it by about as much of its width, which is 2 Hz.
-    assert [item.frequency for item in found] == pytest.approx(natural, abs=0.15)
-    assert [item.damping for item in found] == pytest.approx([ratio, ratio], rel=0.06)
-    assert all(item.frequency_deviation < 0.15 for item in found)
-    assert all(item.is_steady for item in found)
-    assert [item.is_largest for item in found] == [True, False]
-    assert len({item.source for item in found}) == 2
+    assert [item.frequency for item in result] == pytest.approx(natural, abs=0.15)
+    assert [item.damping for item in result] == pytest.approx([ratio, ratio], rel=0.06)
+    assert all(item.frequency_deviation < 0.15 for item in result)
+    assert all(item.is_steady for item in result)
+    assert [item.is_largest for item in result] == [True, False]
+    assert len({item.source for item in result}) == 2
 
 
 def test_a_repeat_of_one_point_beside_a_resonance_does_not_hide_it(folder: Path) -> None:
@@ -331,8 +331,8 @@ def test_a_repeat_of_one_point_beside_a_resonance_does_not_hide_it(folder: Path)
         manifest += SINE[SINE.index("[[run]]") :].replace('"sine.csv"', f'"sine{number}.csv"\nrepeat = {number}')
     text = MANIFEST.partition("[[loop]]")[0] + manifest
     (folder / "tests" / "campaign.toml").write_text(text, encoding="utf-8")
-    (found,) = find_resonances(read_campaign(folder / "tests"))
-    assert found.frequency == pytest.approx(100.0, rel=1e-6)  # nine digits in the file
+    (result,) = find_resonances(read_campaign(folder / "tests"))
+    assert result.frequency == pytest.approx(100.0, rel=1e-6)  # nine digits in the file
 
 
 def test_an_estimate_needs_no_repeats(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
@@ -357,9 +357,9 @@ def test_what_looks_wrong_in_the_data_is_said_beside_the_estimates(
         manifest.write(f"{SINE}[[run]]{again}")
     suspicions: list[str] = run(folder, capfdbinary)["suspicions"]  # type: ignore[assignment]
     # Both files at once.
-    (found,) = (sentence for sentence in suspicions if "174 rad" in sentence)
-    assert "sine.csv" in found
-    assert "again.csv" in found
+    (result,) = (sentence for sentence in suspicions if "174 rad" in sentence)
+    assert "sine.csv" in result
+    assert "again.csv" in result
 
 
 def test_text_has_no_sign_for_a_missing_unit_and_damping_is_not_below_zero(

@@ -130,17 +130,17 @@ def test_modes_without_pictures_write_the_grid_alone_with_the_material_of_the_de
 
     monkeypatch.setattr("study.modes.run.require_egl", refuse)
     words = ["modes", "bar.inp", "--length-unit", "m", "--fix", "clamp", "--n-modes", "1", "--no-pictures", "--json"]
-    found = []
+    result = []
     for more in ([], ["--young", "70 GPa", "--density", "2700 kg/m^3"], ["--young", "280 GPa"]):
         assert main([*words, *more, "--out", "out"]) == 0
         told = capfd.readouterr()
-        found.append(json.loads(told.out)["frequency_hz"][0])
+        result.append(json.loads(told.out)["frequency_hz"][0])
         assert [Path(file).name for file in json.loads(told.out)["files"]] == ["bar_modes.vtu"]
         assert ("carries a material of 70 GPa" in told.err) == ("280 GPa" in more)
     assert {file.name for file in (home / "out").iterdir()} == {"bar_modes.vtu"}
-    assert found[1] == pytest.approx(found[0], rel=1e-12)
+    assert result[1] == pytest.approx(result[0], rel=1e-12)
     # Frequencies grow with the root of the modulus.
-    assert found[2] == pytest.approx(2 * found[0], rel=1e-9)
+    assert result[2] == pytest.approx(2 * result[0], rel=1e-9)
     assert main([*words, "--film", "1"]) != 0
     assert "--film 1 is a picture" in capfd.readouterr().err
 

@@ -197,13 +197,13 @@ def test_what_history_cannot_change_is_bounded_by_the_stuck_response_in_all_file
         "my_limits.html",
     }
     assert {Path(file).name for file in document["files"]} == names == {item.name for item in Path("out").iterdir()}
-    found = load_limits("out/my_limits.nc")
+    result = load_limits("out/my_limits.nc")
     # A step of 8 Hz at the most makes three equal ones; both lists ascend.
-    assert found.frequency == pytest.approx([130, 136 + 2 / 3, 143 + 1 / 3, 150], rel=1e-12)
-    assert found.level.tolist() == [1, 4]
-    exact = np.array([[stuck_amplitude(f, level) for f in found.frequency] for level in found.level])
+    assert result.frequency == pytest.approx([130, 136 + 2 / 3, 143 + 1 / 3, 150], rel=1e-12)
+    assert result.level.tolist() == [1, 4]
+    exact = np.array([[stuck_amplitude(f, level) for f in result.frequency] for level in result.level])
     # Newton's method stops at 1e-9 of the linear motion.
-    np.testing.assert_allclose(found.value, [exact, exact], rtol=1e-8)
+    np.testing.assert_allclose(result.value, [exact, exact], rtol=1e-8)
     with Path("out/my_limits.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert [float(row["upper [um]"]) for row in rows] == pytest.approx(1e6 * exact.ravel(), rel=1e-8)
@@ -435,9 +435,9 @@ def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_sam
     assert len(names) == len(set(names))
     assert sorted(first + second) == sorted(names)
     with xr.open_dataset(at_home / "killed" / "wedge_limits.nc", engine="h5netcdf") as data:
-        for name, found in data.data_vars.items():
+        for name, result in data.data_vars.items():
             # NaN has equal bytes too.
-            assert found.values.tobytes() == np.asarray(getattr(whole.curves.limits, str(name))).tobytes(), name
+            assert result.values.tobytes() == np.asarray(getattr(whole.curves.limits, str(name))).tobytes(), name
     killed, plain = ((at_home / folder / "wedge_limits.csv").read_bytes() for folder in ("killed", "whole"))
     assert killed == plain
     # Nothing is left of the unfinished search, and a third start finds the result.

@@ -30,13 +30,13 @@ def test_one_sentence_of_many_places_is_printed_once_with_their_names() -> None:
 
 def test_remarks_of_many_places_are_one_and_suspected_places_stay_apart() -> None:
     for remark in (True, False):
-        found = [Suspicion(where=f"decay {number}", sentence="is odd", remark=remark) for number in (1, 2)]
-        assert [item.where for item in merge_suspicions(found)] == ["decay 1"] if remark else ["decay 1", "decay 2"]
+        result = [Suspicion(where=f"decay {number}", sentence="is odd", remark=remark) for number in (1, 2)]
+        assert [item.where for item in merge_suspicions(result)] == ["decay 1"] if remark else ["decay 1", "decay 2"]
 
 
 def test_suspicions_keep_the_place_of_the_first() -> None:
-    found = [Suspicion(where=f"s_{number}.csv", sentence=f"reaches {number} rad") for number in (5, 6)]
-    (merged,) = merge_suspicions(found)
+    result = [Suspicion(where=f"s_{number}.csv", sentence=f"reaches {number} rad") for number in (5, 6)]
+    (merged,) = merge_suspicions(result)
     assert merged.where == "s_5.csv"
     assert merged.sentence.startswith("reaches 5 rad")
     assert "so in s_6.csv" in merged.sentence
@@ -44,8 +44,8 @@ def test_suspicions_keep_the_place_of_the_first() -> None:
 
 
 def test_a_headline_counts_all_places_of_one_suspicion() -> None:
-    found = [Suspicion(where=f"s_{number}.csv", sentence=f"reaches {number} rad") for number in range(1, 7)]
-    assert doubt(merge_suspicions(found)).endswith("look wrong: s_1.csv; s_2.csv; s_3.csv and 3 more")
+    result = [Suspicion(where=f"s_{number}.csv", sentence=f"reaches {number} rad") for number in range(1, 7)]
+    assert doubt(merge_suspicions(result)).endswith("look wrong: s_1.csv; s_2.csv; s_3.csv and 3 more")
 
 
 def test_many_sentences_that_differ_by_names_in_quotes_are_one_with_the_first_names() -> None:

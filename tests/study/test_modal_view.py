@@ -47,8 +47,8 @@ def test_shapes_decide_which_mode_is_which() -> None:
     modes = [mode("together", 1.3 * HERTZ, 1, 1.02), mode("apart", 0.75 * np.sqrt(3) * HERTZ, 1, -0.98)]
     view = view_modes(model(), modes, compare_data(model(), modes), "Chain")
     (own,) = view.sets
-    found = {own.measured[pair.measured].name: pair.model_frequency for pair in own.pairing.pairs}
-    assert found == pytest.approx({"together": HERTZ, "apart": np.sqrt(3) * HERTZ})
+    result = {own.measured[pair.measured].name: pair.model_frequency for pair in own.pairing.pairs}
+    assert result == pytest.approx({"together": HERTZ, "apart": np.sqrt(3) * HERTZ})
     # cos^2 of the angle between (1, 1.02) and (1, 1), and between (1, -0.98) and (1, -1).
     assurance = {own.measured[pair.measured].name: pair.assurance for pair in own.pairing.pairs}
     expected = {"together": 2.02**2 / (2 * (1 + 1.02**2)), "apart": 1.98**2 / (2 * (1 + 0.98**2))}

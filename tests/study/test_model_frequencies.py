@@ -16,12 +16,12 @@ def test_a_body_that_no_force_drives_and_no_sensor_sees_has_no_resonance_here() 
         mass=np.eye(2), damping=0.01 * np.eye(2), stiffness=np.diag(omega**2), joints=[], harmonic_force=force
     )
     rows = np.eye(2)
-    found = {
+    result = {
         name: compute_model_frequencies(
             Model(system=system, sensors=(Sensor(name="a", row=row),), lines={}, places={}, n_harmonic=3)
         )
         for name, row in (("driven", rows[1]), ("both", rows.sum(axis=0)))
     }
     # The stuck and the free structure are the same.
-    assert found["driven"] == pytest.approx([10.0, 10.0])
-    assert found["both"] == pytest.approx([10.0, 10.0])
+    assert result["driven"] == pytest.approx([10.0, 10.0])
+    assert result["both"] == pytest.approx([10.0, 10.0])

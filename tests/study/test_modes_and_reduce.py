@@ -45,8 +45,8 @@ def tapered_bar() -> Mesh:
 def held(mesh: Mesh) -> tuple[ModeSet, np.ndarray]:
     """First modes of the bar, clamped at its foot, and their shapes on the mesh (node, direction, mode)."""
     system = supported_system(mesh, *assemble(mesh, ALUMINIUM), [Support(nodes=mesh.nodes("CLAMP"))])
-    found = modes(system, 4)
-    return found, system.on_mesh(found.mode_shapes)
+    result = modes(system, 4)
+    return result, system.on_mesh(result.mode_shapes)
 
 
 @pytest.mark.draws
@@ -58,9 +58,9 @@ def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_p
     done = stickslip(tmp_path, *words, "--out", "out", "--json")
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
-    found, shapes = held(mesh)
+    result, shapes = held(mesh)
     # The deck has 13 digits of coordinates, in millimetres; a slender bar's first mode loses three more.
-    np.testing.assert_allclose(document["frequency_hz"], found.frequency, rtol=1e-8)
+    np.testing.assert_allclose(document["frequency_hz"], result.frequency, rtol=1e-8)
     assert document["n_dof"] == shapes.shape[0] * 3 - 3 * len(mesh.nodes("CLAMP"))
 
     files = {Path(file).name for file in document["files"]}
@@ -75,7 +75,7 @@ def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_p
     read = meshio.read(tmp_path / "out" / "part_modes.vtu")
     fields = {name: values for name, values in read.point_data.items() if name.startswith("mode ")}
     assert len(fields) == 4
-    for number, frequency in enumerate(found.frequency):
+    for number, frequency in enumerate(result.frequency):
         (name,) = (name for name in fields if name.startswith(f"mode {number + 1}: "))
         assert float(re.findall(r": (\S+) Hz", name)[0]) == pytest.approx(frequency, rel=1e-5)  # six digits shown
         alike = modal_assurance_criterion(shapes[:, :, [number]].reshape(-1, 1), fields[name].reshape(-1, 1))

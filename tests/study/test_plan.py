@@ -30,8 +30,8 @@ def make_run(folder: Path) -> RunContext:
 def test_a_plan_sees_what_a_diagnosis_of_such_tests_sees(two_masses: TwoMasses, tmp_path: Path) -> None:
     case = two_masses({})
     planned = run_plan(case, REQUEST, make_run(tmp_path))
-    found = screen_case(read_case(case, read_campaign(Path("campaign"))).setup, read_campaign(Path("campaign")))
-    sizes = {score.effect.name: score.size for score in found.scores if score.size}
+    result = screen_case(read_case(case, read_campaign(Path("campaign"))).setup, read_campaign(Path("campaign")))
+    sizes = {score.effect.name: score.size for score in result.scores if score.size}
     plan = {score.effect.name: score.size for score in planned.plan.scores if score.size}
     common = [name for name in sizes if name in plan and name.startswith(("mass", "spring", "dashpot"))]
     assert len(common) == 6

@@ -149,8 +149,8 @@ def test_a_check_is_right_where_a_point_keeps_some_directions_alone(
     # The other directions of the node that gave up its place are interior.
     point = 'at = ["7 mm", "3 mm", "60 mm"]'
     (home / "bar.toml").write_text(MESH_CASE.replace(point, f"{point}\ndirections = {kept}"))
-    found = document(capfd, "reduce", "bar.toml", "--out", "out", "--check")
-    assert found["mode_check"]["largest_residual"] < 1e-8
+    result = document(capfd, "reduce", "bar.toml", "--out", "out", "--check")
+    assert result["mode_check"]["largest_residual"] < 1e-8
 
 
 def test_the_point_that_is_proposed_lies_on_the_part_wherever_that_is(
@@ -176,19 +176,19 @@ def test_frequencies_are_those_of_the_mesh_and_the_reduced_ones_lie_above(
     home: Path, capfd: pytest.CaptureFixture[str], element: str
 ) -> None:
     write_mesh(bar(element), home / "bar.inp")
-    found = document(capfd, "reduce", "bar.toml", "--out", "out", "--check")
-    assert found["mode_check"]["n_below"] == found["mode_check"]["n_found"] > 0
-    assert found["mode_check"]["largest_residual"] < 1e-8  # though stations stand in the place of nodes
-    full = np.array(found["frequency_hz"])
+    result = document(capfd, "reduce", "bar.toml", "--out", "out", "--check")
+    assert result["mode_check"]["n_below"] == result["mode_check"]["n_found"] > 0
+    assert result["mode_check"]["largest_residual"] < 1e-8  # though stations stand in the place of nodes
+    full = np.array(result["frequency_hz"])
     # Stations are a change of variables: two solutions by Lanczos agree to 1e-10, twice the digits of an eigenvalue.
     np.testing.assert_allclose(full, full_frequency(bar(element), 10), rtol=1e-8)
-    excess = np.array(found["rom_frequency_hz"]) / full - 1
+    excess = np.array(result["rom_frequency_hz"]) / full - 1
     assert excess.min() > -1e-9
     # Twelve modes of a stubby bar.
     assert excess[:6].max() < 1e-2
-    estimate = np.array(found["rom_error"])
+    estimate = np.array(result["rom_error"])
     assert (estimate[:6] > excess[:6] / 3).all()  # what `rom_error` promises
-    assert found["boundary"] == {"middle": 8, "tip": 3, "rub": 9, "rim": 12}
+    assert result["boundary"] == {"middle": 8, "tip": 3, "rub": 9, "rim": 12}
     with (home / "out" / "bar_frequencies.csv").open() as stream:
         rows = [float(row["full_hz"]) for row in csv.DictReader(stream)]
     np.testing.assert_allclose(rows, full, rtol=1e-8)  # nine digits
@@ -226,9 +226,9 @@ def test_the_set_of_a_mesh_is_kept_in_its_order_and_directions(home: Path) -> No
 
 def test_a_part_that_nothing_holds_keeps_its_six_rigid_motions(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "bar.toml").write_text(MESH_CASE.replace('[[structure.support]]\non = ["foot"]\n', ""))
-    found = document(capfd, "reduce", "bar.toml", "--out", "out")
-    assert found["frequency_hz"][:6] == found["rom_frequency_hz"][:6] == [0.0] * 6
-    np.testing.assert_allclose(found["rom_frequency_hz"][6:8], found["frequency_hz"][6:8], rtol=1e-2)
+    result = document(capfd, "reduce", "bar.toml", "--out", "out")
+    assert result["frequency_hz"][:6] == result["rom_frequency_hz"][:6] == [0.0] * 6
+    np.testing.assert_allclose(result["rom_frequency_hz"][6:8], result["frequency_hz"][6:8], rtol=1e-2)
 
 
 def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -356,13 +356,13 @@ def test_a_part_without_anything_physical_and_other_commands_are_refused(
 
 def test_what_supports_leave_free_the_kept_points_may_hold(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "bar.toml").write_text(MESH_CASE.replace('on = ["foot"]', 'on = ["foot"]\ndirections = ["z"]'))
-    found = document(capfd, "reduce", "bar.toml", "--out", "out")
-    frequency = np.array(found["frequency_hz"])
+    result = document(capfd, "reduce", "bar.toml", "--out", "out")
+    frequency = np.array(result["frequency_hz"])
     # It slides along x and y and turns about z.
     np.testing.assert_array_equal(frequency[:3], 0.0)
     assert (frequency[3:] > 1.0).all()
     # Twelve interior modes leave a truncation error that grows with frequency, 0.02 % at the fifth.
-    np.testing.assert_allclose(found["rom_frequency_hz"][:5], frequency[:5], rtol=1e-3)
+    np.testing.assert_allclose(result["rom_frequency_hz"][:5], frequency[:5], rtol=1e-3)
 
 
 def test_more_than_the_memory_is_refused_before_it_is_taken(
@@ -498,21 +498,21 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
 
     monkeypatch.setattr("study.kind.part.stages.mesh_solid", fail)
     (cad / "bar.toml").write_text(STEP_CASE)
-    found = document(capfd, "reduce", "bar.toml", "--out", "out")
-    assert found["boundary"] == {"tip": 3, "rub": 9, "rim": 12}
-    assert found["least_scaled_jacobian"] > 0.02
-    assert {name: item["n_face"] for name, item in found["faces"].items()} == {"foot": 1, "top": 1, "side": 1}
-    assert found["faces"]["side"]["area_mm2"] == pytest.approx(20 * 60)
-    assert found["faces"]["side"]["centre_mm"] == pytest.approx([10, 0, 30])
+    result = document(capfd, "reduce", "bar.toml", "--out", "out")
+    assert result["boundary"] == {"tip": 3, "rub": 9, "rim": 12}
+    assert result["least_scaled_jacobian"] > 0.02
+    assert {name: item["n_face"] for name, item in result["faces"].items()} == {"foot": 1, "top": 1, "side": 1}
+    assert result["faces"]["side"]["area_mm2"] == pytest.approx(20 * 60)
+    assert result["faces"]["side"]["centre_mm"] == pytest.approx([10, 0, 30])
     # Tetrahedra of 6 mm against such of 5 mm cut from bricks: both a few parts in a thousand too stiff.
-    np.testing.assert_allclose(found["frequency_hz"][:6], full_frequency(bar(), 6), rtol=5e-3)
+    np.testing.assert_allclose(result["frequency_hz"][:6], full_frequency(bar(), 6), rtol=5e-3)
     mesh = read_mesh(cad / "out" / "bar.vtu")
     assert integrate_areas(mesh, mesh.face_sets["side"]).sum() == pytest.approx(0.02 * 0.06, rel=1e-9)
     if find_ccx() is not None:
         held = mesh.nodes("foot")
         fixed = np.column_stack([np.repeat(held, 3), np.tile([0, 1, 2], len(held))])
         # As in test_calculix_witness: the digits of the deck and the condition of the stiffness.
-        np.testing.assert_allclose(found["frequency_hz"][:6], run_frequency(mesh, STEEL, fixed, 6), rtol=1e-8)
+        np.testing.assert_allclose(result["frequency_hz"][:6], run_frequency(mesh, STEEL, fixed, 6), rtol=1e-8)
 
 
 @pytest.mark.parametrize(

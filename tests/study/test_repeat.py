@@ -44,19 +44,19 @@ def answer(capfd: pytest.CaptureFixture[str], *words: str, code: int = 0) -> dic
 
 
 def provenance(page: Path) -> dict[str, Any]:
-    found = RUN.search(page.read_text(encoding="utf-8"))
-    assert found is not None
-    document: dict[str, Any] = json.loads(html.unescape(found[1]))
+    result = RUN.search(page.read_text(encoding="utf-8"))
+    assert result is not None
+    document: dict[str, Any] = json.loads(html.unescape(result[1]))
     return document
 
 
 def test_a_run_is_repeated_from_its_record_with_the_same_numbers(
     solved: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    found = answer(capfd, "solved", "--out", "again")
-    assert (found["same"], found["changes"], found["different"]) == (True, [], [])
-    assert found["command"] == ["solve", "case/one.toml"]
-    assert found["compared"] > 5
+    result = answer(capfd, "solved", "--out", "again")
+    assert (result["same"], result["changes"], result["different"]) == (True, [], [])
+    assert result["command"] == ["solve", "case/one.toml"]
+    assert result["compared"] > 5
     assert (solved.parent / "again" / "one_response.csv").read_bytes() == (solved / "one_response.csv").read_bytes()
     # A copy of what was read stays, nothing that was stored on the way.
     assert {file.name for file in (solved.parent / "again" / "input").rglob("*.*")} == {"one.npz", "one.toml"}
@@ -98,9 +98,9 @@ def test_a_page_is_repeated_without_a_record_and_leaves_the_history_alone(
     assert known["folder"] == ".."
     history = Path("chain.history.json").read_bytes()
     before = Path("chain.history.json").stat().st_mtime_ns
-    found = answer(capfd, str(page), "--out", "again", "--cache", "another")
-    assert (found["same"], found["changes"], found["different"]) == (True, [], [])
-    assert found["compared"] > 500
+    result = answer(capfd, str(page), "--out", "again", "--cache", "another")
+    assert (result["same"], result["changes"], result["different"]) == (True, [], [])
+    assert result["compared"] > 500
     assert (Path("chain.history.json").read_bytes(), Path("chain.history.json").stat().st_mtime_ns) == (history, before)
     # Another number in the data of the page is noticed.
     text = page.read_text(encoding="utf-8")

@@ -33,8 +33,8 @@ class Read:
 
 @pytest.fixture(scope="module")
 def rig(read_rig: ReadRig) -> Read:
-    found = read_rig(MORE)
-    return Read(found.model, found.structure.details)
+    result = read_rig(MORE)
+    return Read(result.model, result.structure.details)
 
 
 def state_of(rig: Read, frequency: float) -> tuple[np.ndarray, RigForces]:

@@ -62,23 +62,23 @@ def test_a_wire_that_is_moved_presses_as_the_case_that_says_so(
     said = read_rig(MORE + f"[structure.dead_weight.left]\n{table}\n")
     changed = listed.effect(name).apply(plain.model, [strength])
     at_rest = plain.structure.details.static_state
-    found, before = (mean_forces(model, at_rest) for model in (changed, plain.model))
+    result, before = (mean_forces(model, at_rest) for model in (changed, plain.model))
     expected = mean_forces(said.model, said.structure.details.static_state)
     own, other = changed.dead_weights["left dead weight"].row, said.model.dead_weights["left dead weight"].row
     np.testing.assert_allclose(own, other, atol=1e-9 * np.abs(other).max())
     assert np.abs(expected - before).max() > 0.5
     # All contacts stick, so that the order in which the wire was loaded and moved does not matter; round-off of
     # static solutions of forces of 30 N.
-    np.testing.assert_allclose(found, expected, atol=1e-3)
+    np.testing.assert_allclose(result, expected, atol=1e-3)
 
 
 def test_the_width_of_a_wire_changes_its_load_and_hardly_the_contacts(read_rig: ReadRig, plain: ReadCase) -> None:
     thin = read_rig(MORE + '[structure.dead_weight]\nwidth = "1 mm"\n')
     own, other = (item.model.dead_weights["left dead weight"].row for item in (plain, thin))
     assert np.abs(own - other).max() > 1e-3 * np.abs(own).max()
-    found, expected = (mean_forces(item.model, item.structure.details.static_state)[0] for item in (thin, plain))
+    result, expected = (mean_forces(item.model, item.structure.details.static_state)[0] for item in (thin, plain))
     # A damper is nearly rigid beside its contacts.
-    np.testing.assert_allclose(found, expected, rtol=0.01)
+    np.testing.assert_allclose(result, expected, rtol=0.01)
 
 
 def test_normal_forces_follow_the_lever_of_the_wire(plain: ReadCase, listed: Catalogue) -> None:

@@ -39,10 +39,10 @@ def test_small_changes_shift_the_blade_as_rayleighs_quotient_says(
     shape[plain.structure.details.reduction.assembly.columns("blade")] = lowest.mode_shapes[:, 0]
     moved, omega2 = float(plain.model.places[place] @ shape), float(lowest.lambda_[0])
     expected = np.sqrt((omega2 + stiffness * moved**2) / (1 + mass * moved**2) / omega2)
-    found = blade_frequency(read_rig(tables)) / blade_frequency(plain)
+    result = blade_frequency(read_rig(tables)) / blade_frequency(plain)
     assert abs(expected - 1) > 1e-3
     # Rayleigh's quotient of the unchanged shape errs by the square of the change.
-    assert found - 1 == pytest.approx(expected - 1, rel=0.05)
+    assert result - 1 == pytest.approx(expected - 1, rel=0.05)
 
 
 def test_heads_that_lean_read_cosine_along_and_sine_across(read_rig: ReadRig) -> None:

@@ -204,8 +204,8 @@ def test_the_mesh_file_holds_all_bodies_and_the_drawn_modes(folder: Path, docume
     assert {*mesh.cell_sets} == {*BODIES}
     for name, pair in mating_pairs(Rig()).items():
         for body, line in ((pair.damper, pair.damper_line), (pair.other, pair.other_line)):
-            found = mesh.points[mesh.node_sets[f"{body}.{line.name}"]]
-            np.testing.assert_allclose(found, pair.damper_line.stations, atol=1e-9, err_msg=name)
+            result = mesh.points[mesh.node_sets[f"{body}.{line.name}"]]
+            np.testing.assert_allclose(result, pair.damper_line.stations, atol=1e-9, err_msg=name)
     fields = {name: u for name, u in meshio.read(folder / "out" / "my.vtu").point_data.items() if "stuck" in name}
     assert [name.partition(":")[0] for name in fields] == [f"stuck mode {number}" for number in (1, 2, 3)]
     held = mesh.nodes("blade.clamp")
@@ -262,8 +262,8 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
 def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
     meshed = model.meshed()
     tasks = list_reduction_tasks(model, meshed)
-    found = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
-    return together(model, meshed, tasks, found)
+    result = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
+    return together(model, meshed, tasks, result)
 
 
 def test_a_mirror_image_is_what_its_own_reduction_gives(by_body: dict[str, ReducedBody]) -> None:
@@ -309,9 +309,9 @@ def test_the_shaker_pushes_a_disc_about_the_named_point(model: RigModel, by_body
 
 
 def test_the_modes_of_all_bodies_can_be_checked(model: RigModel, by_body: dict[str, ReducedBody]) -> None:
-    found = {body: by_body[body] for body in ("blade", "damper_right", "decoupler_right")}
-    checked = checks(model, found, Store(None), SilentProgress())
-    assert set(checked) == set(found)
+    result = {body: by_body[body] for body in ("blade", "damper_right", "decoupler_right")}
+    checked = checks(model, result, Store(None), SilentProgress())
+    assert set(checked) == set(result)
     assert all(item.n_missed == 0 and item.residual.max() < 1e-8 for item in checked.values())
 
 

@@ -124,14 +124,14 @@ def test_load_cells_feel_the_contact_forces(plain: Solved) -> None:
     balance = HarmonicBalance(system=model.system, n_harmonic=4, n_sample=64, level=2.0)
     # So slow that nothing has inertia: then eqs 1 and 2 are the balance of forces.
     state = steady_state(balance, 2 * np.pi * 0.5, slider=model.curves[0].slider)
-    found = compute_rig_forces(plain.preloaded, balance, state)
+    result = compute_rig_forces(plain.preloaded, balance, state)
     # Rows of reactions and contacts go through different products of the same reduced matrices.
-    assert max(found.inertia_error.values()) < 1e-4
+    assert max(result.inertia_error.values()) < 1e-4
     # The axes of the arms meet on the contact line, so that they carry all but 1.5 % along themselves, coarse or fine.
-    assert max(found.bending_error.values()) < 0.03
+    assert max(result.bending_error.values()) < 0.03
     state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
     fast = compute_rig_forces(plain.preloaded, balance, state)
-    assert max(fast.inertia_error.values()) > 10 * max(found.inertia_error.values())
+    assert max(fast.inertia_error.values()) > 10 * max(result.inertia_error.values())
 
 
 def test_histories_leave_each_line_a_share_of_its_limit(plain: Solved) -> None:

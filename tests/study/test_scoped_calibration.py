@@ -87,11 +87,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_limit_and_stiffness_of_an_iwan_joint_are_found_and_written(folder: Path) -> None:
     before = (folder / "lap.toml").read_bytes()
     assert cli.main(["calibrate", "lap.toml", "campaign", "--quiet"]) == 0
-    found = tomllib.loads((folder / "lap.toml").read_text(encoding="utf-8"))["calibrated"]
+    result = tomllib.loads((folder / "lap.toml").read_text(encoding="utf-8"))["calibrated"]
     for name, factor in TRUE.items():
-        assert found[name] == pytest.approx(factor, rel=0.01)
+        assert result[name] == pytest.approx(factor, rel=0.01)
     joint = read_case(folder / "lap.toml").model.system.joints[0]
-    assert joint.limit_force == pytest.approx(20.0 * found["lap.limit_force"])  # type: ignore[attr-defined]
+    assert joint.limit_force == pytest.approx(20.0 * result["lap.limit_force"])  # type: ignore[attr-defined]
     undo(folder / "lap.toml")
     assert (folder / "lap.toml").read_bytes() == before
 

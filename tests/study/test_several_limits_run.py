@@ -94,18 +94,18 @@ def test_every_output_and_force_has_its_closed_form_in_all_files(home: Path, cap
     document = limits(home, capfd, CASE.replace("levels", 'reach = "unbounded"\nlevels'))
     names = ["displacement of mass", "velocity of other/mass", *FORCES]
     assert [item["quantity"] for item in document["quantities"]] == names
-    found = load_several_limits("out/my_limits.nc")
-    assert list(found) == names
+    result = load_several_limits("out/my_limits.nc")
+    assert list(result) == names
     motion = np.array([[level * stuck_motion(f) for f in (130, 140)] for level in (1, 4)])
     left = LIMIT - PAD * motion[..., 0]
     # Newton's method stops at 1e-9 of the linear motion.
     for name, exact in zip(names, [motion[..., 0], motion[..., 1], None, PAD * motion[..., 0]], strict=False):
         if exact is not None:
-            np.testing.assert_allclose(found[name].value, [exact, exact], rtol=1e-8)
+            np.testing.assert_allclose(result[name].value, [exact, exact], rtol=1e-8)
     # The search stops where a step gains less than 1e-4; the highest instant lies between two of 128 samples.
-    np.testing.assert_allclose(found[FORCES[0]].value, [-left, left], rtol=2e-4)
-    np.testing.assert_allclose(found[FORCES[2]].value, NORMAL, rtol=1e-8)
-    np.testing.assert_allclose(found[FORCES[3]].value, 0, atol=1e-8 * NORMAL)
+    np.testing.assert_allclose(result[FORCES[0]].value, [-left, left], rtol=2e-4)
+    np.testing.assert_allclose(result[FORCES[2]].value, NORMAL, rtol=1e-8)
+    np.testing.assert_allclose(result[FORCES[3]].value, 0, atol=1e-8 * NORMAL)
     with Path("out/my_limits.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert [row["quantity"] for row in rows] == [name for name in names for _ in range(4)]
@@ -179,8 +179,8 @@ def test_a_sweep_of_everything_has_the_limits_of_each_point_and_a_picture_of_all
         rows = list(csv.DictReader(stream))
     for side, word in enumerate(SIDES):
         # Of quantity, point, level and frequency; the CSV has ten digits.
-        found = np.array([float(row[word]) for row in rows]).reshape(6, 2, 2, 2)
-        np.testing.assert_allclose(found, data["limit"].values[:, :, side], rtol=1e-9, atol=1e-12)
+        result = np.array([float(row[word]) for row in rows]).reshape(6, 2, 2, 2)
+        np.testing.assert_allclose(result, data["limit"].values[:, :, side], rtol=1e-9, atol=1e-12)
     assert {Path(file).name for file in document["files"]} == {entry.name for entry in Path("swept").iterdir()} == {
         "my_sweep.nc", "my_sweep_limits.csv", "my_sweep.html", "my_sweep_limit_forces_1.png",
         "my_sweep_limit_forces_2.png",

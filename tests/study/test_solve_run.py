@@ -93,10 +93,10 @@ def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
     omega = 2 * np.pi * stuck["frequency"].values
     assert omega[[0, -1]] == pytest.approx([2 * np.pi * 140, 2 * np.pi * 200], rel=1e-12)
     exact = 0.01 / (STIFFNESS + PAD - omega**2 * MASS + 1j * omega * DAMPING)
-    found = (stuck["output_real"] + 1j * stuck["output_imag"]).values
+    result = (stuck["output_real"] + 1j * stuck["output_imag"]).values
     # Newton's method stops at 1e-9 of the linear motion, which this is.
-    np.testing.assert_allclose(found[:, 1, 0], exact, rtol=1e-8)
-    np.testing.assert_allclose(found[:, 1, 1], 1j * omega * exact, rtol=1e-8)
+    np.testing.assert_allclose(result[:, 1, 0], exact, rtol=1e-8)
+    np.testing.assert_allclose(result[:, 1, 1], 1j * omega * exact, rtol=1e-8)
     assert (stuck["contact_share"].values[:, 0] == [1, 0, 0]).all()
     slid = data.isel(point=np.flatnonzero(data["curve"] == 1))
     assert (slid["contact_share"].values[:, 0, 1] > 0.2).any()

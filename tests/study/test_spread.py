@@ -68,12 +68,12 @@ def write(home: Path, level: float, more: str) -> Path:
 
 def test_derivatives_of_a_slipping_curve_equal_central_differences(home: Path) -> None:
     file = write(home, 2, FIVE)
-    found = spread(file, draws=0)
+    result = spread(file, draws=0)
     opened = open_case(file)
     known = read_uncertain(opened)
-    assert found.sampled.curves is not None
-    curve = found.sampled.curves.curves[0][0]
-    amplitudes = found.sensitivities[0].amplitude[:, 0]
+    assert result.sampled.curves is not None
+    curve = result.sampled.curves.curves[0][0]
+    amplitudes = result.sensitivities[0].amplitude[:, 0]
     for number, mean in enumerate(known.mean):
         for point in range(3, len(curve.frequency), 9):
             omega, ends = 2 * np.pi * curve.frequency[point], []
@@ -93,20 +93,20 @@ def test_derivatives_of_a_slipping_curve_equal_central_differences(home: Path) -
 def test_derivatives_of_refined_points_are_those_of_many_harmonics(home: Path) -> None:
     file = write(home, 2, uncertain("mu", "normal", "mean = 1.1\nsd = 0.1"))
     file.write_text(file.read_text().replace("highest = 3", 'highest = 3\ntolerance = "0.02 %"'))
-    found = spread(file, draws=0)
+    result = spread(file, draws=0)
     opened = open_case(file)
     known = read_uncertain(opened)
-    assert found.sampled.curves is not None
-    curve = found.sampled.curves.curves[0][0]
+    assert result.sampled.curves is not None
+    curve = result.sampled.curves.curves[0][0]
     for point in range(3, len(curve.frequency), 9):
         omega, ends = 2 * np.pi * curve.frequency[point], []
         for mu in (1.1 - 1e-4, 1.1 + 1e-4):
             model = point_model(opened, known.at([mu]), silent_run())
             state = steady_state(HarmonicBalance(system=model.system, n_harmonic=40).at_level(2), omega)
             ends.append(omega * abs(state.coefficients[1] @ model.outputs[0].row))
-        slope, largest = (ends[1] - ends[0]) / 2e-4, np.abs(found.sensitivities[0].amplitude[0, 0]).max()
+        slope, largest = (ends[1] - ends[0]) / 2e-4, np.abs(result.sensitivities[0].amplitude[0, 0]).max()
         # Slopes converge more slowly than amplitudes: 0.5 % here, and 2 % with 3 harmonics everywhere.
-        assert found.sensitivities[0].amplitude[0, 0, point] == pytest.approx(slope, abs=0.01 * largest), point
+        assert result.sensitivities[0].amplitude[0, 0, point] == pytest.approx(slope, abs=0.01 * largest), point
 
 
 def test_derivatives_of_the_peak_equal_differences_of_whole_curves(home: Path) -> None:
@@ -114,11 +114,11 @@ def test_derivatives_of_the_peak_equal_differences_of_whole_curves(home: Path) -
     for factor in (0.999, 1.001):
         file = write(home, 2, uncertain("mu", "normal", f"mean = {1.1 * factor}\nsd = 0.1"))
         peaks.append([item.nominal for item in spread(file, draws=0).quantities])
-    found = spread(write(home, 2, uncertain("mu", "normal", "mean = 1.1\nsd = 0.1")), draws=0)
+    result = spread(write(home, 2, uncertain("mu", "normal", "mean = 1.1\nsd = 0.1")), draws=0)
     for number in (0, 1):
         difference = (peaks[1][number] - peaks[0][number]) / (0.002 * 1.1)
         # The points of the two curves differ, and with them the parabola through the highest ones: by 3 % here.
-        assert found.quantities[number].slope[0] == pytest.approx(difference, rel=0.05)
+        assert result.quantities[number].slope[0] == pytest.approx(difference, rel=0.05)
 
 
 @slow
@@ -126,8 +126,8 @@ def test_the_spread_of_a_linear_oscillator_has_its_closed_form(home: Path) -> No
     file = write(home, 0.01, TWO)
     # It is linear, and higher harmonics would only take their time.
     file.write_text(file.read_text().replace("highest = 3", "highest = 1"))
-    found = spread(file, draws=32)
-    amplitude = next(item for item in found.quantities if item.name == "peak amplitude")
+    result = spread(file, draws=32)
+    amplitude = next(item for item in result.quantities if item.name == "peak amplitude")
     # Amplitude = a F / z with a constant a; F is lognormal, z uniform from 0.5 to 1.5.
     f_mean, f_square, y_mean, y_square = 1.0, 1.09, np.log(3), 4 / 3
     variance = f_square * y_square - (f_mean * y_mean) ** 2
@@ -147,7 +147,7 @@ def test_the_spread_of_a_linear_oscillator_has_its_closed_form(home: Path) -> No
     # An average of 32 products of order one is known to 1 / sqrt(32).
     np.testing.assert_allclose(amplitude.indices.total, total, atol=0.18)
     np.testing.assert_allclose(amplitude.indices.first, first, atol=0.18)
-    damping = next(item for item in found.quantities if item.name == "equivalent damping ratio")
+    damping = next(item for item in result.quantities if item.name == "equivalent damping ratio")
     # zeta = z c / (2 m omega0), evenly between its ends: known to one of 64 steps.
     zeta = 100 * 20 / (2 * np.sqrt(1.3e6))
     np.testing.assert_allclose(damping.quantiles, zeta * np.array([0.55, 1.0, 1.45]), atol=zeta / 64)
@@ -155,7 +155,7 @@ def test_the_spread_of_a_linear_oscillator_has_its_closed_form(home: Path) -> No
     # All of it is damping's; squares of differences of uniform draws scatter by 1.2 / sqrt(32) = 0.21.
     assert damping.indices.total[0] < 0.01 < 0.7 < damping.indices.total[1]
     # Far below the resonance damping does nothing: the band is that of the force.
-    band = found.bands[0]
+    band = result.bands[0]
     low = band.quantiles[0, :, 0] / band.nominal[0, 0]
     sigma = np.sqrt(np.log(1.09))
     expected = np.exp(-sigma * sigma / 2 + sigma * 1.645 * np.array([-1, 0, 1]))
@@ -240,5 +240,5 @@ def test_what_cannot_be_drawn_is_refused_in_one_sentence(
 
 def test_an_envelope_takes_the_highest_of_a_fold_and_is_unknown_beyond_its_ends() -> None:
     along, amplitude = np.array([0.0, 2.0, 1.0, 3.0]), np.array([0.0, 4.0, 1.0, 3.0])
-    found = upper_envelope(along, amplitude, np.array([-1.0, 0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0]))
-    np.testing.assert_array_equal(found, [np.nan, 0.0, 2.0, 3.0, 4.0, 2.5, 3.0, np.nan])
+    result = upper_envelope(along, amplitude, np.array([-1.0, 0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0]))
+    np.testing.assert_array_equal(result, [np.nan, 0.0, 2.0, 3.0, 4.0, 2.5, 3.0, np.nan])

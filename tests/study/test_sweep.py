@@ -145,10 +145,10 @@ def test_limits_of_a_point_are_those_of_the_case(home: Path) -> None:
     (home / "more.toml").write_text(case.replace('"4 N"', '"6 N"'))
     swept = sweep("my.toml", {"wall.preload": ["4 N", "6 N"]})
     alone = run_limits(Path("more.toml"), Options(quiet=True).open(home / "alone"))
-    (found,) = swept.sampled.limits
-    assert len(found.points) == 2
-    np.testing.assert_array_equal(found.points[1].value, alone.curves.value)
-    assert found.points[1].is_refined
+    (result,) = swept.sampled.limits
+    assert len(result.points) == 2
+    np.testing.assert_array_equal(result.points[1].value, alone.curves.value)
+    assert result.points[1].is_refined
     assert not sweep("my.toml", {"mu": [1]}, limits=False).sampled.limits
 
 

@@ -19,10 +19,10 @@ def test_an_error_that_is_a_power_of_the_size_is_taken_out_exactly(
     limit: float, share: float, order: float, ratio: float, sign: float
 ) -> None:
     frequencies = [limit * (1 + sign * share * ratio ** (-order * level)) for level in range(3)]
-    found = richardson(frequencies, ratio, 2)
+    result = richardson(frequencies, ratio, 2)
     # Differences of 1e-3 and, at order 6 and ratio 3, 1e-6 of it: ten digits less than the sixteen there are.
-    assert found.frequency == pytest.approx(limit, rel=1e-9)
-    assert found.order == pytest.approx(order, abs=1e-4)
+    assert result.frequency == pytest.approx(limit, rel=1e-9)
+    assert result.order == pytest.approx(order, abs=1e-4)
 
 
 @pytest.mark.parametrize(

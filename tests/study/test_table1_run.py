@@ -173,9 +173,9 @@ def again(run: Run, monkeypatch: pytest.MonkeyPatch, out: Path) -> int:
     """The same study in this process, where a computation of any stage is an error."""
 
     def outcome(store: Store, stage: object, *args: object, **kwargs: object) -> object:
-        found = original(store, stage, *args, **kwargs)  # type: ignore[arg-type]
-        assert found.cached, f"{stage} was computed again"
-        return found
+        result = original(store, stage, *args, **kwargs)  # type: ignore[arg-type]
+        assert result.cached, f"{stage} was computed again"
+        return result
 
     original = Store.outcome
     monkeypatch.setattr(Store, "outcome", outcome)

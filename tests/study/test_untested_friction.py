@@ -49,10 +49,10 @@ def loop(amplitude: float) -> ForceLoop:
 
 
 def test_modes_and_loops_that_stick_do_not_test_friction() -> None:
-    (found,) = find_untested_friction(model(), [mode(), mode("free"), loop(0.5 * LIMIT / SPRING)])
-    assert found.remark
-    assert "friction was not tested" in found.headline
-    assert "larger amplitudes" in found.sentence
+    (result,) = find_untested_friction(model(), [mode(), mode("free"), loop(0.5 * LIMIT / SPRING)])
+    assert result.remark
+    assert "friction was not tested" in result.headline
+    assert "larger amplitudes" in result.sentence
     (of_free,) = find_untested_friction(model(), [mode("free")])
     assert "with its contacts, too" in of_free.sentence
 

@@ -42,9 +42,9 @@ def read(case: Model) -> MotionReadings:
 
 
 def test_a_resonance_that_no_force_drives_and_no_sensor_sees_hides_no_wrong_unit() -> None:
-    (found,) = find_wrong_stiffness(read(model(1e3)), model(1e3))
-    assert found.where == 'joint "contact"'
-    assert "tangential_stiffness 0.001 times that of the case" in found.sentence
+    (result,) = find_wrong_stiffness(read(model(1e3)), model(1e3))
+    assert result.where == 'joint "contact"'
+    assert "tangential_stiffness 0.001 times that of the case" in result.sentence
     assert not find_wrong_stiffness(read(model()), model())
 
 

@@ -98,17 +98,17 @@ def test_contacts_without_friction_minimise_the_potential_energy() -> None:
         normals = np.array([joint.normal for joint in system.joints])
         stiffness = np.array([joint.normal_stiffness for joint in system.joints])
         first = np.array([joint.preload - joint.normal_stiffness * joint.gap for joint in system.joints])
-        found = []
+        result = []
         # The energy is convex, so that one set of closed contacts alone fits: all are tried.
         for closed in product([False, True], repeat=5):
             b, k, f = normals[[*closed]], stiffness[[*closed]], first[[*closed]]
             q = np.linalg.solve(system.stiffness + b.T @ (k[:, None] * b), system.static - b.T @ f)
             if ((first + stiffness * (normals @ q) > 0) == closed).all():
-                found.append((q, closed))
-        assert len(found) == 1
+                result.append((q, closed))
+        assert len(result) == 1
         # Positions are accepted at 1e-10 of the largest one, and stiffnesses differ by 1e4.
-        np.testing.assert_allclose(equilibrium(system).displacement, found[0][0], atol=1e-7 * abs(found[0][0]).max())
-        n_open.append(5 - sum(found[0][1]))
+        np.testing.assert_allclose(equilibrium(system).displacement, result[0][0], atol=1e-7 * abs(result[0][0]).max())
+        n_open.append(5 - sum(result[0][1]))
     assert min(n_open) == 0
     assert max(n_open) >= 4
 
@@ -147,19 +147,19 @@ def test_a_chain_pulled_beyond_coulombs_limit_equals_its_complementarity_problem
         joints=joints,
         static_load=np.concatenate([force, np.ones(n)]),
     )
-    limit, found = friction * normal, []
+    limit, result = friction * normal, []
     for slides in product([False, True], repeat=n):
         stuck = ~np.array(slides)
         q = np.linalg.solve(chain + tangential * np.diag(stuck), force - np.where(stuck, 0.0, limit))
         slider = np.where(stuck, 0.0, q - limit / tangential)
         if (slider >= 0).all() and (np.abs(tangential * q[stuck]) <= limit[stuck]).all():
-            found.append((q, slider))
-    assert len(found) == 1
+            result.append((q, slider))
+    assert len(result) == 1
     state = equilibrium(system)
     # Fifty parts add their round-off.
-    np.testing.assert_allclose(state.displacement[:n], found[0][0], atol=1e-11)
-    np.testing.assert_allclose(state.slider, found[0][1], atol=1e-11)
-    assert int(np.sum(found[0][1] > 0)) == N_SLIDING[load]
+    np.testing.assert_allclose(state.displacement[:n], result[0][0], atol=1e-11)
+    np.testing.assert_allclose(state.slider, result[0][1], atol=1e-11)
+    assert int(np.sum(result[0][1] > 0)) == N_SLIDING[load]
 
 
 def mixed(random: np.random.Generator) -> JointedSystem:

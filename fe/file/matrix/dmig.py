@@ -51,10 +51,10 @@ def read_dmig(path: Path) -> Mapping[str, FileMatrix]:
     MatrixFileError
         A file without such cards, a complex or rectangular matrix, or a card that cannot be read.
     """
-    found: dict[str, _Cards] = {}
+    result: dict[str, _Cards] = {}
     for number, fields in _cards(path):
         try:
-            _take(path, found, fields)
+            _take(path, result, fields)
         except (ValueError, LookupError) as error:
             if isinstance(error, MatrixFileError):
                 raise
@@ -62,10 +62,10 @@ def read_dmig(path: Path) -> Mapping[str, FileMatrix]:
                 f'"{path}", line {number}: the DMIG card of {fields[0] if fields else "no matrix"} cannot be read: '
                 "give name, grid, component, and for each entry grid, component and value"
             ) from None
-    if not found:
+    if not result:
         raise MatrixFileError(f'"{path}" holds no DMIG card: write it with EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH')
     try:
-        return {name: _matrix(cards) for name, cards in found.items()}
+        return {name: _matrix(cards) for name, cards in result.items()}
     except MatrixFileError as error:
         raise MatrixFileError(f'"{path}": {error}') from None
 

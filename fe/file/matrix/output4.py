@@ -44,8 +44,8 @@ def read_output4(path: Path) -> Mapping[str, FileMatrix]:
     """
     raw = path.read_bytes()
     try:
-        found = _binary(path, raw) if _is_binary(raw) else _text(path, raw.decode("ascii").splitlines())
-        return {name: FileMatrix(matrix=matrix) for name, matrix in found}
+        result = _binary(path, raw) if _is_binary(raw) else _text(path, raw.decode("ascii").splitlines())
+        return {name: FileMatrix(matrix=matrix) for name, matrix in result}
     except MatrixFileError:
         raise
     except (ValueError, LookupError, struct.error, StopIteration, RuntimeError):
@@ -134,8 +134,8 @@ def _binary(path: Path, raw: bytes) -> Iterator[tuple[str, sp.csr_array]]:
                     words, row, data = packed // _PACKED - 1, packed % _PACKED, data[4:]
                 if words <= 0:
                     raise ValueError(words)
-                found = np.frombuffer(data[: 4 * words], dtype=value).astype(np.float64)
-                strings.append((row - 1, column - 1, found))
+                result = np.frombuffer(data[: 4 * words], dtype=value).astype(np.float64)
+                strings.append((row - 1, column - 1, result))
                 data = data[4 * words :]
         yield name, _assembled(path, name, heading, strings)
 

@@ -67,8 +67,8 @@ class _Sets:
 
     def of(self, kind: str) -> SetParts:
         """Sets of "nodes", "cells" or "faces"."""
-        found: SetParts = getattr(self, kind)
-        return found
+        result: SetParts = getattr(self, kind)
+        return result
 
 
 @dataclass(kw_only=True)
@@ -162,21 +162,21 @@ def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
     MeshError
         A line that is no number.
     """
-    deck, found, used, current = _Deck(path=path), dict[str, FileMaterial](), set[str](), ""
+    deck, result, used, current = _Deck(path=path), dict[str, FileMaterial](), set[str](), ""
     for block in read_keyword_blocks(path):
         if block.keyword == "SOLID SECTION":
             used.add(block.parameters.get("MATERIAL", "").upper())
         elif block.keyword == "MATERIAL":
             current = block.parameters.get("NAME", "")
-            found[current.upper()] = FileMaterial(name=current)
-        elif block.keyword in {"ELASTIC", "DENSITY"} and current.upper() in found:
+            result[current.upper()] = FileMaterial(name=current)
+        elif block.keyword in {"ELASTIC", "DENSITY"} and current.upper() in result:
             try:
-                found[current.upper()] = _with_property(found[current.upper()], block)
+                result[current.upper()] = _with_property(result[current.upper()], block)
             except (ValueError, IndexError) as error:
                 raise deck.damaged(
                     f'the *{block.keyword} of material "{current}" is cut short or no number ({error})'
                 ) from error
-    return tuple(material for name, material in found.items() if name in used or not used)
+    return tuple(material for name, material in result.items() if name in used or not used)
 
 
 def _with_property(material: FileMaterial, block: KeywordBlock) -> FileMaterial:

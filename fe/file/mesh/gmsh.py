@@ -48,25 +48,25 @@ def read_msh(path: Path) -> FileMesh:
     _refuse_duplicate_names(path)
     _refuse_nonfinite_number(path)
     with _meshio_as_gmsh_writes():
-        found = read_with_meshio(path, "gmsh")
-    blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells)
+        result = read_with_meshio(path, "gmsh")
+    blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in result.cells)
     starts = np.cumsum([0, *(len(nodes) for _, nodes in blocks)])
     members: dict[str, list[NDArray[np.int64]]] = {}
-    named = {name: parts for name, parts in found.cell_sets.items() if name != "gmsh:bounding_entities"}
+    named = {name: parts for name, parts in result.cell_sets.items() if name != "gmsh:bounding_entities"}
     for name, parts in named.items():
         members[name] = [
             np.asarray(part) + start for part, start in zip(parts, starts, strict=False) if part is not None
         ]
     # MSH 2 keeps groups as one number per cell; in MSH 4 the same array holds groups that have no name.
-    names = {(int(tag), int(dimension)): name for name, (tag, dimension) in found.field_data.items()}
-    for tags, block, start in zip(found.cell_data.get("gmsh:physical", []), found.cells, starts, strict=False):
+    names = {(int(tag), int(dimension)): name for name, (tag, dimension) in result.field_data.items()}
+    for tags, block, start in zip(result.cell_data.get("gmsh:physical", []), result.cells, starts, strict=False):
         groups = np.abs(tags)  # of cells that a group holds reversed they are negative
         for tag in np.unique(groups[groups > 0]).tolist():
             name = names.get((tag, block.dim), f"{DIMENSION_NAMES[block.dim]}_{tag}")
             if name not in named:
                 members.setdefault(name, []).append(np.flatnonzero(groups == tag) + start)
     return FileMesh(
-        points=np.asarray(found.points, dtype=np.float64),
+        points=np.asarray(result.points, dtype=np.float64),
         blocks=blocks,
         cell_sets={name: np.concatenate(parts).astype(np.int64) for name, parts in members.items() if parts},
     )
@@ -150,7 +150,7 @@ def _meshio_as_gmsh_writes() -> Iterator[None]:
 
     def without_signs(*arguments: Any) -> Any:
         groups, bounds = read_entities(*arguments)
-        return tuple({tag: [abs(item) for item in found] for tag, found in kind.items()} for kind in groups), bounds
+        return tuple({tag: [abs(item) for item in result] for tag, result in kind.items()} for kind in groups), bounds
 
     _gmsh41.Mesh, _gmsh41._read_entities = tolerant, without_signs
     try:
@@ -181,7 +181,7 @@ def _refuse_nonfinite_number(path: Path) -> None:
         return
     text = path.read_bytes()
     limit = max(LARGEST_NUMBER, len(text))
-    bad_number = next((found for found in WHOLE_NUMBER.finditer(text) if int(found[1][:20]) > limit), None)
+    bad_number = next((result for result in WHOLE_NUMBER.finditer(text) if int(result[1][:20]) > limit), None)
     if bad_number is not None:
         raise MeshError(
             f"mesh file {path} holds the number {int(bad_number[1][:20])}, which counts or names nothing in a file of "
@@ -193,11 +193,11 @@ def _refuse_duplicate_names(path: Path) -> None:
     """Of two groups of one name meshio keeps the last and says nothing."""
     text = path.read_bytes()
     block = text.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]
-    found = re.findall(r'^\s*(\d+)\s+\d+\s+"([^"]*)"', block.decode("utf-8", "replace"), re.MULTILINE)
-    names = [name for _, name in found]
+    result = re.findall(r'^\s*(\d+)\s+\d+\s+"([^"]*)"', block.decode("utf-8", "replace"), re.MULTILINE)
+    names = [name for _, name in result]
     for name in names:
         if names.count(name) > 1:
-            kinds = " and a ".join(DIMENSION_NAMES[int(dimension)] for dimension, other in found if other == name)
+            kinds = " and a ".join(DIMENSION_NAMES[int(dimension)] for dimension, other in result if other == name)
             raise MeshError(f'mesh file {path} has several physical groups called "{name}" (a {kinds}): rename one')
 
 

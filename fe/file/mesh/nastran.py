@@ -188,30 +188,30 @@ def _node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, I
     for card in cards:
         try:
             if card.name == "SPC":
-                name, found = f"spc_{int(card.field(0))}", [int(card.field(k)) for k in (1, 4) if card.field(k)]
+                name, result = f"spc_{int(card.field(0))}", [int(card.field(k)) for k in (1, 4) if card.field(k)]
             else:
                 first, kind = SET_CARDS[card.name]
-                name, found = f"{kind}_{int(card.field(0))}", _listed(card.fields[first:], label)
+                name, result = f"{kind}_{int(card.field(0))}", _listed(card.fields[first:], label)
         except (ValueError, LookupError, OverflowError) as error:
             raise MeshError(
                 f"mesh file {path} has a {card.name} card that cannot be read ({error}): correct it"
             ) from None
-        members.setdefault(name, []).extend(found)
+        members.setdefault(name, []).extend(result)
     places = {name: _place(label, np.array(numbers, dtype=np.int64)) for name, numbers in members.items()}
     return {name: place[place >= 0] for name, place in places.items() if (place >= 0).any()}
 
 
 def _listed(fields: list[str], label: Indices) -> list[int]:
     """Numbers, and those of "3 THRU 9" that are labels of grid points."""
-    found: list[int] = []
+    result: list[int] = []
     filled = [field for field in fields if field]
     for k, entry in enumerate(filled):
         if entry.upper() == "THRU":
             # The last one follows as a number; few of a long range may be grid points.
-            found.extend(label[(label > found[-1]) & (label < int(filled[k + 1]))].tolist())
+            result.extend(label[(label > result[-1]) & (label < int(filled[k + 1]))].tolist())
         else:
-            found.append(int(entry))
-    return found
+            result.append(int(entry))
+    return result
 
 
 def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
@@ -224,23 +224,23 @@ def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
     MeshError
         A field that is no number.
     """
-    found, used, unit_of_mass = dict[str, FileMaterial](), set[str](), 1.0
+    result, used, unit_of_mass = dict[str, FileMaterial](), set[str](), 1.0
     for card in read_bulk_cards(path):
         try:
             if card.name == "PSOLID":
                 used.add(card.field(1))
             elif card.name in {"MAT9", "MAT11"}:
                 obstacle = f"is given by {card.name}, which is not isotropic"
-                found[card.field(0)] = FileMaterial(name=card.field(0), obstacle=obstacle)
+                result[card.field(0)] = FileMaterial(name=card.field(0), obstacle=obstacle)
             elif card.name == "MAT1":
-                found[card.field(0)] = _material(card)
+                result[card.field(0)] = _material(card)
             elif card.name == "PARAM" and card.field(0).upper() == "WTMASS":
                 unit_of_mass = fortran_real(card.field(1))
         except ValueError as error:
             raise MeshError(
                 f"mesh file {path}: {card.name} {card.field(0)} cannot be read ({error}): correct the card"
             ) from error
-    materials = [material for name, material in found.items() if name in used or not used]
+    materials = [material for name, material in result.items() if name in used or not used]
     return tuple(
         material if material.density is None else replace(material, density=material.density * unit_of_mass)
         for material in materials

@@ -38,15 +38,15 @@ def read_vtu(path: Path) -> FileMesh:
     n_piece = path.read_bytes().count(b"<Piece")
     if n_piece > 1:
         raise MeshError(f"mesh file {path} consists of {n_piece} pieces: merge them into one and write it again")
-    found = read_with_meshio(path, "vtu")
-    cell_arrays = {name: np.concatenate([np.ravel(part) for part in parts]) for name, parts in found.cell_data.items()}
-    n_point = len(found.points)
+    result = read_with_meshio(path, "vtu")
+    cell_arrays = {name: np.concatenate([np.ravel(part) for part in parts]) for name, parts in result.cell_data.items()}
+    n_point = len(result.points)
     point_arrays = {
-        name: np.ravel(values) for name, values in (found.point_data or {}).items() if np.size(values) == n_point
+        name: np.ravel(values) for name, values in (result.point_data or {}).items() if np.size(values) == n_point
     }
     return FileMesh(
-        points=np.asarray(found.points, dtype=np.float64),
-        blocks=tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells),
+        points=np.asarray(result.points, dtype=np.float64),
+        blocks=tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in result.cells),
         node_sets=_marked_points(point_arrays)
         | {name: _members(values) for name, values in _of_kind(NODE_SET, point_arrays)},
         cell_sets={name: _members(values) for name, values in _of_kind(CELL_SET, cell_arrays)},

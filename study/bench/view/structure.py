@@ -170,9 +170,9 @@ def _list_marks(model: Model) -> list[tuple[str, Body]]:
     rows.append(("load", "load", [np.abs(model.system.dynamic).sum(axis=0)]))
     marks = []
     for kind, name, listed in rows:
-        found = [mark for row in listed if (mark := _find_mark(model, row)) is not None]
-        if found:
-            points, motion = (np.array(part) for part in zip(*found, strict=True))
+        result = [mark for row in listed if (mark := _find_mark(model, row)) is not None]
+        if result:
+            points, motion = (np.array(part) for part in zip(*result, strict=True))
             marks.append((kind, Body(name=name, points=points, motion=motion)))
     return marks
 

@@ -108,12 +108,12 @@ class _Runs:
         table, listed = self.campaign.measurement, self.runs.get((free, *panel.key, curve.level), [])
         if curve.sweep:
             listed = [rows for rows in listed if table.sweep[rows[0]] == curve.sweep]
-        found = []
+        result = []
         for rows in listed[:: self.step]:
             frequency, value = table.frequency[rows], panel.factor(table.force[rows]) * table.value[rows]
             # A run is no line over a gap between two bands.
             after = find_gaps(frequency) + 1
-            found.append(
+            result.append(
                 {
                     "name": f"repeat {table.repeat[rows[0]]}, {SWEEPS[int(table.sweep[rows[0]])]}".replace(
                         ", none", ""
@@ -122,7 +122,7 @@ class _Runs:
                     **_drawn(np.insert(value, after, np.nan), panel, 0.0, 4),
                 }
             )
-        return found
+        return result
 
     def has_phase(self, sensor: str) -> bool:
         """Whether a sensor's values are complex."""
@@ -164,15 +164,15 @@ def _feature(panel: SensorPanel) -> str:
 def _residual(curve: ComparedCurve, misfit: Misfit, panel: SensorPanel) -> dict[str, Any]:
     standardised = misfit.standardised[curve.rows]
     # A prediction less than what is measured is negative, as it is in the other units.
-    found = {"real": round_list(-standardised[:, 0], 4), "imaginary": round_list(-standardised[:, 1], 4)}
+    result = {"real": round_list(-standardised[:, 0], 4), "imaginary": round_list(-standardised[:, 1], 4)}
     if panel.is_static:
-        return {**found, "amplitude": round_list((curve.predicted - curve.measured).real, 4)}
+        return {**result, "amplitude": round_list((curve.predicted - curve.measured).real, 4)}
     with np.errstate(divide="ignore", invalid="ignore"):
         deviation = np.nan_to_num(curve.deviation / np.abs(curve.measured), posinf=0.0)
         amplitude = 100 * amplitude_error(curve.measured, curve.predicted)
         phase = np.degrees(phase_error(curve.measured, curve.predicted))
     return {
-        **found,
+        **result,
         "amplitude": round_list(amplitude, 4),
         "amplitude_deviation": round_list(100 * deviation, 3),
         "phase": round_list(phase, 4),

@@ -16,12 +16,12 @@ FORMS = ("{a}", "{a}^2", "{a}/{b}", "{a}*{b}", "{a} {b}", "{a}/{b}^3", "{a}^3/{b
 def test_familiar_units_agree_with_pint(form: str) -> None:
     registry: Any = unit_registry()
     for a, b in itertools.product(SYMBOLS, repeat=2):
-        found = familiar_root_units(unit := form.format(a=a, b=b))
-        assert found is not None, unit
+        result = familiar_root_units(unit := form.format(a=a, b=b))
+        assert result is not None, unit
         factor, root = registry.get_root_units(registry.parse_units(unit))
         exponents = {name: float(power) for name, power in root._units.items()}
-        assert abs(found[0] / factor - 1) < 1e-20, unit  # of 28 digits
-        assert dict(found[1]) == exponents, unit
+        assert abs(result[0] / factor - 1) < 1e-20, unit  # of 28 digits
+        assert dict(result[1]) == exponents, unit
 
 
 def test_a_bare_number_has_the_factor_one() -> None:

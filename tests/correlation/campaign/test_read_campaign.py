@@ -52,15 +52,15 @@ HEADER = "test,order,repeat,sweep,level,frequency,sensor,harmonic,real,imag,unit
 
 def rows(test: str = "stepped", sensors: tuple[str, ...] = ("tip um 1", "mid m/s^2 1", "left_N N 0")) -> list[str]:
     """Two repeats of two levels at three frequencies; every value is different."""
-    found = [HEADER]
+    result = [HEADER]
     for order, (repeat, level) in enumerate([(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)], start=1):
         for frequency in (99.5, 100.0, 100.5):
             for number, sensor in enumerate(sensors):
                 name, unit, harmonic = sensor.split()
                 real = round(level * (frequency - 90 + number) + 0.01 * repeat, 3)
                 imag = "0" if harmonic == "0" else str(-1.5 * level - 0.1 * (frequency - 99.5) - 0.01 * repeat)
-                found.append(f"{test},{order},{repeat},up,{level},{frequency},{name},{harmonic},{real},{imag},{unit}")
-    return found
+                result.append(f"{test},{order},{repeat},up,{level},{frequency},{name},{harmonic},{real},{imag},{unit}")
+    return result
 
 
 def campaign_folder(folder: Path, manifest: str = MANIFEST, stepped: list[str] | None = None) -> Path:

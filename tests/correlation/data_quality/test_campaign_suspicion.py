@@ -77,18 +77,18 @@ def test_phases_in_the_imaginary_column_are_suspected(unit: float, convert: np.u
     made = campaign()
     value = made.measurement.value
     polar = unit * (np.abs(value) / unit + 1j * convert(np.angle(value)))
-    found = sentences(with_values(made, polar))
-    assert 'test "stepped", sensor "tip": real is never negative and from 1 to 10 N real grows' in found
-    assert "are these amplitude and phase? Write real = amplitude cos(phase)" in found
+    result = sentences(with_values(made, polar))
+    assert 'test "stepped", sensor "tip": real is never negative and from 1 to 10 N real grows' in result
+    assert "are these amplitude and phase? Write real = amplitude cos(phase)" in result
 
 
 def test_phases_at_a_single_level_are_suspected_by_their_size() -> None:
     made = campaign()
     one = made.measurement.where((made.measurement.level == 1.0) & (made.measurement.sensor == 0))
     polar = np.abs(one.value) + 1j * np.degrees(np.angle(one.value))
-    found = sentences(replace(made, measurement=replace(one, value=polar)))
-    assert "imag reaches" in found
-    assert "amplitude and phase" in found
+    result = sentences(replace(made, measurement=replace(one, value=polar)))
+    assert "imag reaches" in result
+    assert "amplitude and phase" in result
 
 
 def test_a_constant_harmonic_is_suspected() -> None:
@@ -130,16 +130,16 @@ def test_sensors_at_one_place_are_suspected_if_a_test_has_two_of_them(together: 
         table = here.measurement
         tests = tuple(replace(here.tests[0], name=sensor.name) for sensor in here.sensors)
         here = replace(here, tests=tests, measurement=replace(table, test=table.sensor))
-    (found,) = (item for item in find_suspicions(here) if 'at "tip" along z' in item.sentence)
-    assert found.remark is not together
+    (result,) = (item for item in find_suspicions(here) if 'at "tip" along z' in item.sentence)
+    assert result.remark is not together
 
 
 def test_a_missing_level_is_suspected() -> None:
     made = campaign()
     table = made.measurement
     left = table.where(~((table.level == 10.0) & (table.repeat == 2) & (table.sweep == -1)))
-    found = sentences(replace(made, measurement=left))
-    assert 'test "stepped": repeat 2, sweep down lacks the level 10 N, which others have' in found
+    result = sentences(replace(made, measurement=left))
+    assert 'test "stepped": repeat 2, sweep down lacks the level 10 N, which others have' in result
     # Some states that were read twice are no run, and a branch need not be there at all levels.
     state = table.frequency == table.frequency[0]
     twice = table.where((table.repeat == 1) | (state & (table.repeat == 2) & (table.level == 10.0)))
@@ -152,12 +152,12 @@ def test_frequencies_that_one_run_lacks_are_said_where_several_others_have_them(
     made = campaign()
     table = made.measurement
     aborted = (table.level == 10.0) & (table.repeat == 2) & (table.sweep == -1) & (table.frequency < 100)
-    found = sentences(replace(made, measurement=table.where(~aborted)))
-    assert "repeat 2, sweep down at 10 N lacks " in found
-    assert " which others have: was it aborted?" in found
+    result = sentences(replace(made, measurement=table.where(~aborted)))
+    assert "repeat 2, sweep down at 10 N lacks " in result
+    assert " which others have: was it aborted?" in result
     point = aborted & (table.frequency == table.frequency[aborted][3])
-    assert "lacks 1 of 17 frequencies" in (found := sentences(replace(made, measurement=table.where(~point))))
-    assert "were points left out?" in found
+    assert "lacks 1 of 17 frequencies" in (result := sentences(replace(made, measurement=table.where(~point))))
+    assert "were points left out?" in result
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -174,47 +174,47 @@ def test_missing_points_of_a_sensor_are_suspected() -> None:
     made = campaign()
     table = made.measurement
     left = table.where(~((table.sensor == 1) & (table.harmonic == 3) & (table.frequency > 107)))
-    found = sentences(replace(made, measurement=left))
-    assert found.count("values where others have") == 1
-    assert '288 values where others have 306: were some left out? It concerns "slot" (harmonic 3)' in found
+    result = sentences(replace(made, measurement=left))
+    assert result.count("values where others have") == 1
+    assert '288 values where others have 306: were some left out? It concerns "slot" (harmonic 3)' in result
     one = (table.sensor == 1) & (table.repeat == 2) & (table.level == 10.0)
     assert sentences(replace(made, measurement=table.where(~one))).count(", in repeat 2 at 10 N") == 1
 
 
 def test_amplitudes_of_all_sensors_are_suspected_in_one_sentence() -> None:
     made = campaign()
-    found = sentences(with_values(made, np.abs(made.measurement.value).astype(complex)))
-    assert found.count("the imaginary part is zero") == 1
-    assert all(f'sensor "{name}"' in found for name in SHAPE)
+    result = sentences(with_values(made, np.abs(made.measurement.value).astype(complex)))
+    assert result.count("the imaginary part is zero") == 1
+    assert all(f'sensor "{name}"' in result for name in SHAPE)
 
 
 def test_sweeps_that_run_the_other_way_are_suspected() -> None:
     made = campaign()
     mixed = replace(made.measurement, sweep=-made.measurement.sweep)
-    found = sentences(replace(made, measurement=mixed))
-    assert "in sweeps up the frequency goes the other way, by the column order, in 144 of 144 steps" in found
+    result = sentences(replace(made, measurement=mixed))
+    assert "in sweeps up the frequency goes the other way, by the column order, in 144 of 144 steps" in result
 
 
 def test_radians_per_second_labelled_hertz_are_suspected_beside_a_model() -> None:
     wrong = campaign(factor=2 * np.pi)
-    (found,) = find_model_suspicions(wrong, [97.0, 610.0 / 1.5, 2500.0])
-    assert found.where == 'test "stepped"'
-    assert '"tip" peaks at 628.3 in the column frequency, which is 2 pi times the model' in found.sentence
-    assert "resonance of 97 Hz" in found.sentence
-    assert 'write "rad/s" instead of "Hz" as the unit of that column' in found.sentence
+    (result,) = find_model_suspicions(wrong, [97.0, 610.0 / 1.5, 2500.0])
+    assert result.where == 'test "stepped"'
+    assert '"tip" peaks at 628.3 in the column frequency, which is 2 pi times the model' in result.sentence
+    assert "resonance of 97 Hz" in result.sentence
+    assert 'write "rad/s" instead of "Hz" as the unit of that column' in result.sentence
 
 
 def test_hertz_labelled_radians_per_second_are_suspected_beside_a_model() -> None:
-    (found,) = find_model_suspicions(campaign(factor=1 / (2 * np.pi)), [97.0])
-    assert "a 2 pi-th of the model" in found.sentence
-    assert 'write "Hz" instead of "rad/s" as the unit of that column' in found.sentence
+    (result,) = find_model_suspicions(campaign(factor=1 / (2 * np.pi)), [97.0])
+    assert "a 2 pi-th of the model" in result.sentence
+    assert 'write "Hz" instead of "rad/s" as the unit of that column' in result.sentence
 
 
 def test_a_band_without_a_peak_is_compared_as_a_whole() -> None:
     made = campaign(factor=2 * np.pi)
     below = replace(made, measurement=made.measurement.where(made.measurement.frequency < 600))
-    (found,) = find_model_suspicions(below, [97.0])
-    assert "the column frequency covers 578.1 to 596.9" in found.sentence
+    (result,) = find_model_suspicions(below, [97.0])
+    assert "the column frequency covers 578.1 to 596.9" in result.sentence
 
 
 @pytest.mark.parametrize("model", [[90.0], [110.0, 620.0], [20.0, 350.0], []])
@@ -233,12 +233,12 @@ def test_swapped_sensors_are_found_though_the_resonance_is_off(i: int, j: int, f
         table = extract_features(item)
         gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
         predicted = gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)]
-        found = find_swapped_sensors(item, table, predicted)
-        assert len(found) == expected
+        result = find_swapped_sensors(item, table, predicted)
+        assert len(result) == expected
     names = list(SHAPE)
-    assert found[0].where == f'sensors "{names[min(i, j)]}" and "{names[max(i, j)]}" look swapped'
-    assert "the model says" in found[0].sentence
-    assert "swapped, they agree within" in found[0].sentence
+    assert result[0].where == f'sensors "{names[min(i, j)]}" and "{names[max(i, j)]}" look swapped'
+    assert "the model says" in result[0].sentence
+    assert "swapped, they agree within" in result[0].sentence
 
 
 @pytest.mark.parametrize("f0", [100.0, 97.0])
@@ -299,8 +299,8 @@ def test_points_without_a_prediction_are_passed_over() -> None:
     swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
     predicted = predictions(swapped)
     predicted[::7] = np.nan
-    (found,) = find_swapped_sensors(swapped, extract_features(swapped), predicted)
-    assert found.where == 'sensors "tip" and "slot" look swapped'
+    (result,) = find_swapped_sensors(swapped, extract_features(swapped), predicted)
+    assert result.where == 'sensors "tip" and "slot" look swapped'
 
 
 @pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
@@ -308,9 +308,9 @@ def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_take
     made = campaign()
     assert not list(find_conjugate_tests(made, extract_features(made), predictions(made, f0)))
     other = with_values(made, made.measurement.value.conj())
-    found = find_conjugate_tests(other, extract_features(other), predictions(other, f0))
+    result = find_conjugate_tests(other, extract_features(other), predictions(other, f0))
     if f0 == 100.0:
-        (one,) = found
+        (one,) = result
         assert one.where == 'test "stepped"'
         assert "the phases agree with the model to" in one.sentence
         assert "change the sign in convention.time of the manifest" in one.sentence
@@ -321,9 +321,9 @@ def test_velocities_that_are_called_displacements_are_told_as_such_and_not_as_ph
     made = campaign()
     table = made.measurement
     called = with_values(made, 2j * np.pi * table.harmonic * table.frequency * table.value)
-    found = list(find_conjugate_tests(called, extract_features(called), predictions(called, f0)))
-    assert [item.where for item in found] == [f'test "stepped", sensor "{name}"' for name in SHAPE]
-    assert all("those of a velocity in SI" in item.sentence for item in found)
+    result = list(find_conjugate_tests(called, extract_features(called), predictions(called, f0)))
+    assert [item.where for item in result] == [f'test "stepped", sensor "{name}"' for name in SHAPE]
+    assert all("those of a velocity in SI" in item.sentence for item in result)
 
 
 @pytest.mark.parametrize(("f0", "expected"), [(100.0, 1), (85.0, 0), (97.0, 0), (120.0, 0)])
@@ -334,16 +334,16 @@ def test_phases_that_are_not_relative_to_the_force_are_turned_by_one_angle(f0: f
     ]
     if expected:
         turned = with_values(made, np.exp(1.7j) * made.measurement.value)
-        (found,) = find_conjugate_tests(turned, extract_features(turned), predictions(turned, f0))
-        assert found.of_test
-        assert "turned by -97 deg" in found.sentence
+        (result,) = find_conjugate_tests(turned, extract_features(turned), predictions(turned, f0))
+        assert result.of_test
+        assert "turned by -97 deg" in result.sentence
         small = with_values(made, np.exp(-0.5j) * made.measurement.value)
-        (found,) = find_conjugate_tests(small, extract_features(small), predictions(small, f0))
-        assert "turned by +29 deg" in found.sentence
+        (result,) = find_conjugate_tests(small, extract_features(small), predictions(small, f0))
+        assert "turned by +29 deg" in result.sentence
         table = made.measurement
         late = with_values(made, np.exp(-2j * np.pi * table.harmonic * table.frequency * 1e-3) * table.value)
-        (found,) = find_conjugate_tests(late, extract_features(late), predictions(late, f0))
-        assert "is 1 ms at 100 Hz" in found.sentence
+        (result,) = find_conjugate_tests(late, extract_features(late), predictions(late, f0))
+        assert "is 1 ms at 100 Hz" in result.sentence
 
 
 @pytest.mark.parametrize("f0", [100.0, 99.8])
@@ -356,9 +356,9 @@ def test_a_single_sensor_with_phases_of_the_other_sign_is_found(spoil: np.ufunc,
     made = replace(made, measurement=table.where(wide))
     table = made.measurement
     one = with_values(made, np.where(table.sensor == 1, spoil(table.value), table.value))
-    (found,) = find_conjugate_tests(one, extract_features(one), predictions(one, f0))
-    assert found.where == 'test "stepped", sensor "slot"'
-    assert ("imaginary" in found.sentence) == (spoil is np.conj)
+    (result,) = find_conjugate_tests(one, extract_features(one), predictions(one, f0))
+    assert result.where == 'test "stepped", sensor "slot"'
+    assert ("imaginary" in result.sentence) == (spoil is np.conj)
 
 
 @pytest.mark.parametrize("spoil", [np.conj, np.negative])
@@ -368,10 +368,10 @@ def test_a_repeat_with_phases_of_the_other_sign_is_found(spoil: np.ufunc, sensor
     assert not list(find_conjugate_repeats(made))
     table = made.measurement
     rows = (table.repeat == 2) & ((table.sensor == sensor) | (sensor is None))
-    (found,) = find_conjugate_repeats(with_values(made, np.where(rows, spoil(table.value), table.value)))
-    assert found.where.startswith('test "stepped", repeat 2, ')
-    assert ('"tip"' in found.where) == (sensor is None)
-    assert ("imaginary" in found.sentence) == (spoil is np.conj)
+    (result,) = find_conjugate_repeats(with_values(made, np.where(rows, spoil(table.value), table.value)))
+    assert result.where.startswith('test "stepped", repeat 2, ')
+    assert ('"tip"' in result.where) == (sensor is None)
+    assert ("imaginary" in result.sentence) == (spoil is np.conj)
 
 
 def test_a_sensor_that_one_of_two_tests_lacks_is_suspected() -> None:
@@ -396,8 +396,8 @@ def test_a_sensor_that_one_of_two_tests_lacks_is_suspected() -> None:
 def test_a_repeat_that_is_missing_between_others_is_suspected() -> None:
     made = campaign()
     left = made.measurement.where(made.measurement.repeat != 2)
-    found = sentences(replace(made, measurement=left))
-    assert 'test "stepped": it has the repeats 1 to 3 but not 2: was a file left out?' in found
+    result = sentences(replace(made, measurement=left))
+    assert 'test "stepped": it has the repeats 1 to 3 but not 2: was a file left out?' in result
 
 
 @pytest.mark.parametrize(("factors", "listed"), [((1.0, 3.0, 10.0), "1 : 3 : 10"), ((1.0, 1.0, 1.6), "1 : 1 : 1.6")])

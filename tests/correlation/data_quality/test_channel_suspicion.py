@@ -24,8 +24,8 @@ def test_planted_mistakes_are_found_and_clean_campaigns_raise_none() -> None:
     alarms, finds = score(25, lambda _: None)
     # 0 of 200 in the benchmark.
     assert alarms <= 1
-    for trait, (found, of) in finds.items():
-        assert found >= LEAST[trait] * of > 0
+    for trait, (result, of) in finds.items():
+        assert result >= LEAST[trait] * of > 0
 
 
 @pytest.mark.parametrize("n_repeat", [4, 6, *(pytest.param(n_repeat, marks=slow) for n_repeat in (5, 7, 8))])
@@ -72,7 +72,7 @@ def test_a_phase_in_radians_that_is_called_degrees_is_that_in_all_tests(turn: fl
         frequency=np.tile(frequency, 2), sensor=0 * one, harmonic=one, value=value.ravel(), force=one.astype(float),
     )  # fmt: skip
     tests = (Test(name="free", configuration="free"), Test(name="jointed"))
-    (found,) = find_channel_suspicions(replace(campaign, tests=tests, measurement=table))
-    assert found.where == 'tests "free", "jointed", sensor "a"'
-    assert "write rad" in found.sentence
-    assert "phase = false" not in found.sentence
+    (result,) = find_channel_suspicions(replace(campaign, tests=tests, measurement=table))
+    assert result.where == 'tests "free", "jointed", sensor "a"'
+    assert "write rad" in result.sentence
+    assert "phase = false" not in result.sentence

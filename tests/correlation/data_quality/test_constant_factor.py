@@ -68,10 +68,10 @@ def test_another_factor_is_no_unit(factor: float) -> None:
 @pytest.mark.parametrize("error", [0.0, 0.05])
 def test_a_unit_of_one_channel_is_named_with_its_factor(factor: float, is_in: str, said: str, error: float) -> None:
     for seed in range(5):
-        (found,) = suspected(seed, error, 1.0, factor)
-        assert found.where == 'sensor "b"'
-        assert f"values {is_in}, and read as {said}?" in found.sentence
-        assert not found.remark
+        (result,) = suspected(seed, error, 1.0, factor)
+        assert result.where == 'sensor "b"'
+        assert f"values {is_in}, and read as {said}?" in result.sentence
+        assert not result.remark
 
 
 @pytest.mark.parametrize(("factor", "is_in", "said"), [(0.5**0.5, "rms", "peak"), (2.0, "peak to peak", "peak")])
@@ -80,10 +80,10 @@ def test_amplitudes_of_one_channel_and_of_all_are_a_remark(factor: float, is_in:
     asked = {'sensor "b"': f"values {is_in}, and read as {said}?"}
     asked["all sensors"] = f"are the responses {is_in} values, and the forces {said}?"
     for factors, where in (([1.0, factor], 'sensor "b"'), ([factor] * 4, "all sensors")):
-        (found,) = suspected(0, 0.0, *factors)
-        assert found.where == where
-        assert asked[where] in found.sentence
-        assert found.remark
+        (result,) = suspected(0, 0.0, *factors)
+        assert result.where == where
+        assert asked[where] in result.sentence
+        assert result.remark
 
 
 def test_a_factor_of_ten_is_no_sure_unit() -> None:

@@ -31,9 +31,9 @@ def dead(value: complex | np.ndarray, **where: float) -> Campaign:
 )
 def test_a_dead_channel_is_named_with_its_runs(value: complex, where: dict[str, float], words: str) -> None:
     made = dead(value, **where)
-    (found,) = find_dead_channels(made, find_dead_rows(made))
-    assert found.where == 'test "stepped", sensor "slot"'
-    assert words in found.sentence
+    (result,) = find_dead_channels(made, find_dead_rows(made))
+    assert result.where == 'test "stepped", sensor "slot"'
+    assert words in result.sentence
     # What is dead is no copy of another repeat.
     assert not any("copies" in item.sentence for item in find_suspicions(made))
 

@@ -54,7 +54,7 @@ def test_one_sensor_of_another_gain_in_a_repeat_is_named(small: Model, paper: Mo
     table = campaign.measurement
     (odd,) = (number for number, item in enumerate(campaign.sensors) if item.name == "tip")
     other = np.where((table.sensor == odd) & (table.repeat == 2), factor, 1.0)
-    found = [*find_drift_suspicions(replace(campaign, measurement=replace(table, value=other * table.value)))]
-    assert found
-    assert all('sensor "tip"' in item.where for item in found)
-    assert all("repeat 2" in item.sentence for item in found)
+    result = [*find_drift_suspicions(replace(campaign, measurement=replace(table, value=other * table.value)))]
+    assert result
+    assert all('sensor "tip"' in item.where for item in result)
+    assert all("repeat 2" in item.sentence for item in result)

@@ -33,11 +33,11 @@ def campaign(largest: float = np.inf, drop: float = 0.0, gain: float = 1.0, *, m
 
 
 def test_a_drive_that_clips_is_suspected_at_the_levels_that_it_does_not_reach() -> None:
-    (found,) = find_drive_suspicions(campaign(largest=8.0))
-    assert found.where == 'test "stepped", level 10 N'
-    assert "at most 8 N, 80% of its set point" in found.sentence
-    assert "11 of 11 readings" in found.sentence
-    assert str(found) in map(str, find_suspicions(campaign(largest=8.0)))
+    (result,) = find_drive_suspicions(campaign(largest=8.0))
+    assert result.where == 'test "stepped", level 10 N'
+    assert "at most 8 N, 80% of its set point" in result.sentence
+    assert "11 of 11 readings" in result.sentence
+    assert str(result) in map(str, find_suspicions(campaign(largest=8.0)))
     assert [item.where[-4:] for item in find_drive_suspicions(campaign(largest=2.0))] == [" 3 N", "10 N"]
 
 
@@ -45,8 +45,8 @@ def test_lower_levels_whose_force_is_their_set_point_in_every_digit_hide_no_driv
     made = campaign(largest=8.0)
     table = made.measurement
     force = np.where(table.level < 10, table.level, table.force)
-    (found,) = find_drive_suspicions(replace(made, measurement=replace(table, force=force)))
-    assert "level 10 N" in found.where
+    (result,) = find_drive_suspicions(replace(made, measurement=replace(table, force=force)))
+    assert "level 10 N" in result.where
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,11 @@ def test_lower_levels_whose_force_is_their_set_point_in_every_digit_hide_no_driv
      (0.225, "the force in lbf instead of N"), (3.0, "is the sensitivity of the force, or the level, right")],
 )  # fmt: skip
 def test_a_force_that_is_one_factor_off_all_set_points_names_the_unit(gain: float, words: str) -> None:
-    (found,) = find_drive_suspicions(campaign(gain=gain))
-    assert found.where == 'test "stepped"'
-    assert found.of_test == (gain != 3.0)
-    assert f"{gain:.3g} times its set point" in found.sentence
-    assert words in found.sentence
+    (result,) = find_drive_suspicions(campaign(gain=gain))
+    assert result.where == 'test "stepped"'
+    assert result.of_test == (gain != 3.0)
+    assert f"{gain:.3g} times its set point" in result.sentence
+    assert words in result.sentence
 
 
 def relabelled(level: dict[float, float]) -> Campaign:
@@ -80,9 +80,9 @@ def test_levels_with_the_forces_of_each_other_are_exchanged() -> None:
 
 
 def test_a_force_far_above_its_set_point_makes_one_level_doubtful() -> None:
-    (found,) = find_drive_suspicions(relabelled({10.0: 5.0}))
-    assert found.where == 'test "stepped", level 5 N'
-    assert "200% of its set point: is this level right?" in found.sentence
+    (result,) = find_drive_suspicions(relabelled({10.0: 5.0}))
+    assert result.where == 'test "stepped", level 5 N'
+    assert "200% of its set point: is this level right?" in result.sentence
 
 
 def test_a_force_that_drops_at_a_resonance_or_is_off_by_one_factor_is_not_suspected() -> None:

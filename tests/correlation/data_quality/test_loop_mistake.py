@@ -51,18 +51,18 @@ def changed(x_factor: float = 1.0, f_factor: float = 1.0, x_offset: float = 0.0,
     ],
 )
 def test_a_unit_and_an_offset_are_named(loop: ForceLoop, words: str) -> None:
-    (found,) = find_response_suspicions(model(), [loop])
-    assert words in found.sentence
-    assert "; or by" not in found.sentence
+    (result,) = find_response_suspicions(model(), [loop])
+    assert words in result.sentence
+    assert "; or by" not in result.sentence
 
 
 def test_of_a_loop_that_sticks_force_and_displacement_are_both_named() -> None:
     x = 1e-8 * np.cos(2 * np.pi * np.arange(5 * 200) / 200)
     f = 2e3 * SPRING * x
     stuck = replace(changed(), displacement=x, force=f, loops=analyse_loop(x, f))
-    (found,) = find_response_suspicions(model(), [stuck])
-    assert "1000 times its displacements" in found.sentence
-    assert "0.001 times its forces" in found.sentence
+    (result,) = find_response_suspicions(model(), [stuck])
+    assert "1000 times its displacements" in result.sentence
+    assert "0.001 times its forces" in result.sentence
 
 
 @pytest.mark.parametrize(("stiffer", "rougher"), [(1.0, 1.0), (1.3, 1.0), (1.0, 0.6), (3.0, 2.0)])

@@ -18,10 +18,10 @@ def test_an_angle_is_found_over_the_resonance_and_over_a_band_far_wider(half_wid
     frequency = 100.0 + half_widths * np.linspace(-1, 1, 41)
     noise = 0.003 * np.random.default_rng(1).standard_normal((2, 41))
     value = response(frequency, 100.01) * np.exp(1j * np.radians(angle)) * (1 + noise[0] + 1j * noise[1])
-    found = find_phase_offset(value, response(frequency), frequency, np.zeros(41, dtype=int))
-    assert found is not None
-    assert np.degrees(found.angle) == pytest.approx(angle, abs=1.0)
-    assert found.agreement == pytest.approx(np.cos(np.radians(angle)), abs=0.02)
+    result = find_phase_offset(value, response(frequency), frequency, np.zeros(41, dtype=int))
+    assert result is not None
+    assert np.degrees(result.angle) == pytest.approx(angle, abs=1.0)
+    assert result.agreement == pytest.approx(np.cos(np.radians(angle)), abs=0.02)
 
 
 @pytest.mark.parametrize("half_widths", [0.3, 1.0, 3.0, 20.0])

@@ -21,18 +21,18 @@ def turned(made: Campaign, angle: Callable[[Measurement], NDArray[np.float64]]) 
 def test_a_clock_that_runs_freely_is_told_once() -> None:
     random = np.random.default_rng(4).uniform(-np.pi, np.pi, 20)
     free = turned(campaign(), lambda table: random[(2 * table.repeat + table.sweep + 3 * table.level).astype(int) % 20])
-    (found,) = find_suspicions(free)
-    assert found.where == 'test "stepped"'
-    assert found.of_test
-    assert "14 of 15 times" in found.sentence
-    assert "do not count from the force" in found.sentence
+    (result,) = find_suspicions(free)
+    assert result.where == 'test "stepped"'
+    assert result.of_test
+    assert "14 of 15 times" in result.sentence
+    assert "do not count from the force" in result.sentence
 
 
 def test_one_run_that_counts_from_something_else_is_told() -> None:
     odd = turned(campaign(), lambda table: np.where((table.repeat == 2) & (table.sweep == 1), 0.3, 0.0))
-    (found,) = find_turned_runs(odd)
-    assert "6 of 15 times" in found.sentence
-    assert "up to 17 deg" in found.sentence
+    (result,) = find_turned_runs(odd)
+    assert "6 of 15 times" in result.sentence
+    assert "up to 17 deg" in result.sentence
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.02, np.pi])

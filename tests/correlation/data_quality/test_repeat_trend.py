@@ -137,15 +137,15 @@ def test_one_sensor_that_changes_is_named() -> None:
 
 
 def test_amplitudes_that_grow_are_told() -> None:
-    found = told(campaign_of(lambda _, level, time: both((1 + 0.1 * time) * response(level)), by_repeats(5)))
+    result = told(campaign_of(lambda _, level, time: both((1 + 0.1 * time) * response(level)), by_repeats(5)))
     # Of their mean it is 0.08 / 1.04 = 7.69 %, and noise of 0.1 % moves the last digit at each level.
-    assert "amplitudes change by +7." in found.sentence
+    assert "amplitudes change by +7." in result.sentence
 
 
 def test_what_has_no_name_is_told_by_the_reading_that_changes_most() -> None:
-    found = told(campaign_of(with_damping(np.linspace(0, 0.4, 6)), by_repeats(6)))
-    assert "most of all" in found.sentence
-    assert "50 Hz, from" in found.sentence
+    result = told(campaign_of(with_damping(np.linspace(0, 0.4, 6)), by_repeats(6)))
+    assert "most of all" in result.sentence
+    assert "50 Hz, from" in result.sentence
 
 
 def test_points_that_a_repeat_lacks_and_orders_that_begin_anew_do_not_hide_it() -> None:

@@ -40,9 +40,9 @@ def right() -> MeasuredResponse:
         coherence=np.ones((3, len(frequency))), level=None, repeat=1,
     )  # fmt: skip
     sensors = [MeasuredSensor(name=name, quantity="acceleration", direction="x", place=name) for name in NAMES]
-    found = read_modes(replace(empty, value=predict_linear_response(chain(), empty)), sensors)
-    assert len(found.modes) == 3
-    return found
+    result = read_modes(replace(empty, value=predict_linear_response(chain(), empty)), sensors)
+    assert len(result.modes) == 3
+    return result
 
 
 def times(response: MeasuredResponse, factor: np.ndarray | float, power: int = 0) -> MeasuredResponse:
@@ -76,9 +76,9 @@ def test_a_factor_on_all_sensors_is_named_with_what_it_may_be(
 ) -> None:
     # A model that is 3 % off does not hide it.
     model = chain(np.exp(0.03 * np.random.default_rng(2).standard_normal(7)))
-    found = find_response_suspicions(chain(), [times(right, factor)])
-    assert [item.where for item in found] == ["hammer"]
-    assert all(word in found[0].sentence for word in words)
+    result = find_response_suspicions(chain(), [times(right, factor)])
+    assert [item.where for item in result] == ["hammer"]
+    assert all(word in result[0].sentence for word in words)
     assert [item.where for item in find_response_suspicions(model, [times(right, factor)])] == ["hammer"]
 
 
@@ -94,9 +94,9 @@ def test_a_factor_of_one_sensor_is_its_own(right: MeasuredResponse) -> None:
 def test_another_quantity_is_told_by_the_power_of_the_frequency(
     right: MeasuredResponse, power: int, name: str, factor: float
 ) -> None:
-    (found,) = find_response_suspicions(chain(), [times(right, factor, power)])
-    assert f"are these numbers a {name}" in found.sentence
-    assert ("1,000,000 times" in found.sentence) == (factor > 1)
+    (result,) = find_response_suspicions(chain(), [times(right, factor, power)])
+    assert f"are these numbers a {name}" in result.sentence
+    assert ("1,000,000 times" in result.sentence) == (factor > 1)
 
 
 @pytest.mark.parametrize("unit", ["V per N", "m/s^2 per V", "percent per %"])

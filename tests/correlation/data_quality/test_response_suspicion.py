@@ -65,8 +65,8 @@ def test_swapped_and_reversed_sensors_are_named_and_do_not_turn_the_pairs(seed: 
     reverse[i, i] = -1
     for change, names in ((swap, {NAMES[i], NAMES[j]}), (reverse, {NAMES[i]})):
         wrong = changed(modes, change)
-        (found,) = find_response_suspicions(chain(), wrong)
-        assert {name for name in NAMES if f'"{name}"' in found.where} == names
+        (result,) = find_response_suspicions(chain(), wrong)
+        assert {name for name in NAMES if f'"{name}"' in result.where} == names
         corrected = correct_modes(chain(), wrong)
         # A reversed sensor is told up to the sign of the whole shape.
         for one, right in zip(corrected, modes, strict=True):
@@ -79,8 +79,8 @@ def test_one_factor_of_two_pi_on_all_frequencies_is_suspected(factor: float, uni
     modes = changed(measured(chain(), 1, 2), np.eye(5), factor)
     if not has_shape:
         modes = [replace(mode, sensors=(), shape=np.zeros(0, dtype=np.complex128)) for mode in modes]
-    (found,) = find_response_suspicions(chain(), modes)
-    assert f'"{unit}"' in found.sentence
+    (result,) = find_response_suspicions(chain(), modes)
+    assert f'"{unit}"' in result.sentence
 
 
 FREQUENCY = np.arange(20.0, 120.0, 0.1)

@@ -75,8 +75,8 @@ def beside_the_model(made: Campaign) -> list[str]:
 
 @pytest.mark.parametrize("pair", [("left_T", "right_T"), ("left_N", "right_N"), ("left_T", "left_N")])
 def test_forces_that_are_swapped_in_all_repeats_fit_the_model_only_if_swapped_back(pair: tuple[str, str]) -> None:
-    (found,) = beside_the_model(swapped(campaign(), *pair))
-    assert all(f'"{name}"' in found for name in pair)
+    (result,) = beside_the_model(swapped(campaign(), *pair))
+    assert all(f'"{name}"' in result for name in pair)
 
 
 def test_forces_that_are_swapped_at_one_level_are_named_with_it() -> None:
@@ -85,17 +85,17 @@ def test_forces_that_are_swapped_at_one_level_are_named_with_it() -> None:
     turn = np.array([0, 3, 2, 1])
     at = table.level == 10.0
     mixed = replace(made, measurement=replace(table, sensor=np.where(at, turn[table.sensor], table.sensor)))
-    (found,) = beside_the_model(mixed)
-    assert "at 10 N" in found
-    assert '"left_N" and "right_N"' in found
+    (result,) = beside_the_model(mixed)
+    assert "at 10 N" in result
+    assert '"left_N" and "right_N"' in result
 
 
 @pytest.mark.parametrize("pair", [("left_T", "right_T"), ("left_N", "right_N"), ("left_T", "left_N")])
 @pytest.mark.parametrize("n_repeat", [3, 5])
 def test_forces_that_are_swapped_in_one_repeat_are_found_in_that_one(pair: tuple[str, str], n_repeat: int) -> None:
-    (found,) = find_forces_swapped_in_a_repeat(swapped(campaign(n_repeat), *pair, repeat=2))
-    assert "repeat 2" in found.where
-    assert all(f'"{name}"' in found.sentence for name in pair)
+    (result,) = find_forces_swapped_in_a_repeat(swapped(campaign(n_repeat), *pair, repeat=2))
+    assert "repeat 2" in result.where
+    assert all(f'"{name}"' in result.sentence for name in pair)
 
 
 @pytest.mark.parametrize("n_repeat", [1, 2, pytest.param(3, marks=slow), pytest.param(5, marks=slow)])

@@ -61,18 +61,18 @@ def test_repeats_that_scatter_by_a_fifth_are_no_swapped_sensors(n_repeat: int) -
 @pytest.mark.parametrize("n_repeat", [2, 3, 5])
 @pytest.mark.parametrize(("level", "sweep"), [(3.0, 0), (3.0, -1)])
 def test_sensors_swapped_in_some_runs_are_named_with_them(n_repeat: int, level: float, sweep: int) -> None:
-    found = 0
+    result = 0
     for seed in range(10):
         campaign = draw_campaign(seed, n_repeat, 0.02)
         table = campaign.measurement
         rows = (table.repeat == 2) & (table.level == level) & ((table.sweep == sweep) | (sweep == 0))
         suspicions = [*find_sensors_swapped_in_a_repeat(swap(campaign, rows))]
         named = [item for item in suspicions if '"a" and "b"' in item.sentence]
-        found += len(named) == 1
+        result += len(named) == 1
         for item in named:
             assert item.where == f'test "sine", repeat 2, level 3 N{", sweep down" if sweep else ""}'
     # 36 to 40 of 40 by the number of repeats: of the rest the shapes of both are nearly alike.
-    assert found >= 8
+    assert result >= 8
 
 
 @pytest.mark.parametrize("n_repeat", [2, 3, 5])

@@ -29,19 +29,19 @@ def decay(factor: float, frequency: float | None = None) -> FreeDecay:
     ("factor", "words"), [(0.5, "twice what the times say"), (1e-3, "times in ms and read as s"), (1e3, "read as ms")]
 )
 def test_one_factor_on_the_clock_is_suspected_with_both_frequencies(factor: float, words: str) -> None:
-    (found,) = find_response_suspicions(chain(), [decay(factor)])
-    assert words in found.sentence
+    (result,) = find_response_suspicions(chain(), [decay(factor)])
+    assert words in result.sentence
     own = float(linear_modes(chain(), "jointed")[0][0])
-    assert f"{own:.4g}" in found.sentence
-    assert f"{factor * own:.4g}" in found.sentence
-    assert not found.remark
+    assert f"{own:.4g}" in result.sentence
+    assert f"{factor * own:.4g}" in result.sentence
+    assert not result.remark
 
 
 def test_a_right_clock_is_not_suspected_and_a_mode_that_the_model_lacks_is_named() -> None:
     assert not find_response_suspicions(chain(), [decay(1.0)])
-    (found,) = find_response_suspicions(chain(), [decay(1.0, 11.3)])
-    assert found.remark
-    assert "11.3 Hz" in found.sentence
+    (result,) = find_response_suspicions(chain(), [decay(1.0, 11.3)])
+    assert result.remark
+    assert "11.3 Hz" in result.sentence
 
 
 def test_all_modes_must_have_the_factor() -> None:
@@ -55,7 +55,7 @@ def test_all_modes_must_have_the_factor() -> None:
 def test_a_column_of_steady_states_in_kilohertz_is_suspected(factor: float, unit: str) -> None:
     measured = campaign()
     frequency = measured.measurement.frequency
-    found = find_model_suspicions(measured, [factor * float(np.median(frequency))])
-    assert len(found) == len(measured.tests)
-    assert all(unit in item.sentence for item in found)
+    result = find_model_suspicions(measured, [factor * float(np.median(frequency))])
+    assert len(result) == len(measured.tests)
+    assert all(unit in item.sentence for item in result)
     assert not find_model_suspicions(measured, [float(np.median(frequency))])

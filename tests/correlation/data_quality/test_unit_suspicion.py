@@ -73,21 +73,21 @@ def test_a_model_that_is_wrong_raises_no_suspicion(f0: float, zeta: float, gain:
 
 @pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
 def test_millimetres_in_one_test_are_named_with_their_evidence(f0: float) -> None:
-    (found,) = suspected(spoilt(campaign(), 1e3, test=1, sensor=2), f0)
-    assert found.where == 'test "again", sensor "mid"'
-    assert "it reads " in found.sentence
-    assert "and itself " in found.sentence
-    assert 'times in test "stepped": are its values in mm instead of m?' in found.sentence
+    (result,) = suspected(spoilt(campaign(), 1e3, test=1, sensor=2), f0)
+    assert result.where == 'test "again", sensor "mid"'
+    assert "it reads " in result.sentence
+    assert "and itself " in result.sentence
+    assert 'times in test "stepped": are its values in mm instead of m?' in result.sentence
     if f0 == 100.0:
         # The median of noise of 1 %: three digits.
-        assert re.match(r"it reads (1,00\d|99\d) times what the model says, the other sensors .* 1 ti", found.sentence)
+        assert re.match(r"it reads (1,00\d|99\d) times what the model says, the other sensors .* 1 ti", result.sentence)
 
 
 def test_under_a_drive_of_unknown_scale_a_channel_is_wrong_beside_the_others_alone() -> None:
     volts = replace(campaign(), drive=Drive(unit="V", calibrated=False))
     assert suspected(spoilt(volts, 0.012)) == ()
-    (found,) = suspected(spoilt(spoilt(volts, 0.012), 1e3, test=1, sensor=2))
-    assert found.where == 'test "again", sensor "mid"'
+    (result,) = suspected(spoilt(spoilt(volts, 0.012), 1e3, test=1, sensor=2))
+    assert result.where == 'test "again", sensor "mid"'
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -107,14 +107,14 @@ def test_readings_of_noise_raise_no_suspicion(stated: bool) -> None:
     [(1e-3, 3, "kN instead of N"), (102.0, 3, "gf instead of N"), (1e6, 0, "um instead of m")],
 )
 def test_a_channel_that_is_wrong_in_all_tests_is_named(factor: float, sensor: int, unit: str) -> None:
-    found = suspected(spoilt(campaign(), factor, sensor=sensor))
-    assert [item.where for item in found] == [f'test "{test}", sensor "{[*SHAPE][sensor]}"' for test in TESTS]
-    assert all(f"are its values in {unit}?" in item.sentence for item in found)
+    result = suspected(spoilt(campaign(), factor, sensor=sensor))
+    assert [item.where for item in result] == [f'test "{test}", sensor "{[*SHAPE][sensor]}"' for test in TESTS]
+    assert all(f"are its values in {unit}?" in item.sentence for item in result)
 
 
 def test_a_factor_of_ten_is_suspected_where_the_channel_is_right_elsewhere() -> None:
-    (found,) = suspected(spoilt(campaign(), 10.0, test=0, sensor=0))
-    assert found.where == 'test "stepped", sensor "tip"'
+    (result,) = suspected(spoilt(campaign(), 10.0, test=0, sensor=0))
+    assert result.where == 'test "stepped", sensor "tip"'
     # A model may be wrong by as much.
     assert suspected(spoilt(campaign(), 10.0, sensor=0)) == ()
     assert suspected(spoilt(campaign(), 10.0)) == ()
@@ -125,22 +125,22 @@ def test_a_factor_of_ten_is_suspected_where_the_channel_is_right_elsewhere() -> 
     [({"level": 10.0}, "at the level 10 N it reads 1,0"), ({"repeat": 2}, "at the repeat 2 it reads 1,0")],
 )
 def test_one_file_of_a_test_is_named_by_its_level_or_repeat(where: dict[str, float], words: str) -> None:
-    (found,) = suspected(spoilt(campaign(), 1.01e3, test=0, sensor=1, **where))
-    assert found.where == 'test "stepped", sensor "slot"'
-    assert found.sentence.startswith(words)
+    (result,) = suspected(spoilt(campaign(), 1.01e3, test=0, sensor=1, **where))
+    assert result.where == 'test "stepped", sensor "slot"'
+    assert result.sentence.startswith(words)
 
 
 @pytest.mark.parametrize(("unit", "words"), [("m/s^2", "in mm/s^2 instead of m/s^2"), ("V", "in another unit")])
 def test_a_level_that_is_wrong_is_named_in_the_unit_of_the_drive(unit: str, words: str) -> None:
-    (found,) = suspected(replace(spoilt(campaign(), 1e-3, test=1), drive=Drive(unit=unit)))
-    assert words in found.sentence
+    (result,) = suspected(replace(spoilt(campaign(), 1e-3, test=1), drive=Drive(unit=unit)))
+    assert words in result.sentence
 
 
 def test_all_sensors_of_a_test_that_are_wrong_together_speak_of_its_level() -> None:
-    (found,) = suspected(spoilt(campaign(), 1e-3, test=1))
-    assert found.where == 'test "again"'
+    (result,) = suspected(spoilt(campaign(), 1e-3, test=1))
+    assert result.where == 'test "again"'
     assert (
-        "all its sensors read about 0.001 times what the model says: is its level in mN instead of N" in found.sentence
+        "all its sensors read about 0.001 times what the model says: is its level in mN instead of N" in result.sentence
     )
 
 
@@ -152,9 +152,9 @@ def test_one_level_that_is_wrong_is_named(factor: float) -> None:
         made.measurement,
         value=np.where((made.measurement.level == LEVELS[-1]) & motions, factor, 1.0) * made.measurement.value,
     )
-    found = suspected(replace(made, measurement=table))
-    assert found
-    assert all(f"level {LEVELS[-1]:g} N" in item.where and "is this level right" in item.sentence for item in found)
+    result = suspected(replace(made, measurement=table))
+    assert result
+    assert all(f"level {LEVELS[-1]:g} N" in item.where and "is this level right" in item.sentence for item in result)
 
 
 def test_a_peak_that_moves_between_the_points_at_one_level_is_no_wrong_level() -> None:
@@ -175,9 +175,9 @@ def test_one_level_that_is_wrong_is_named_where_a_sensor_reads_the_other_way_rou
     table = made.measurement
     value = np.where((table.level == LEVELS[-1]) & (table.sensor < 3), 1.5, 1.0) * table.value
     value = np.where(table.sensor == 1, sign, 1) * value
-    found = suspected(replace(made, measurement=replace(table, value=value)))
-    assert found
-    assert all("is this level right" in item.sentence for item in found)
+    result = suspected(replace(made, measurement=replace(table, value=value)))
+    assert result
+    assert all("is this level right" in item.sentence for item in result)
 
 
 def test_a_channel_of_noise_or_of_nothing_in_the_model_is_passed_over() -> None:

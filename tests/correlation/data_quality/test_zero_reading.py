@@ -16,8 +16,8 @@ def test_one_zero_is_named_with_its_place_and_a_silent_channel_is_left_to_anothe
     for rows, count in ((own[3:4], 1), (own, 0)):
         value = table.value.copy()
         value[rows] = 0
-        found = list(find_zero_readings(replace(right, measurement=replace(table, value=value))))
-        assert len(found) == count
-        if found:
-            assert f"{table.frequency[own[3]]:g} Hz" in found[0].sentence
-            assert right.sensors[0].name in found[0].where
+        result = list(find_zero_readings(replace(right, measurement=replace(table, value=value))))
+        assert len(result) == count
+        if result:
+            assert f"{table.frequency[own[3]]:g} Hz" in result[0].sentence
+            assert right.sensors[0].name in result[0].where

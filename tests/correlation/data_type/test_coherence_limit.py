@@ -54,11 +54,11 @@ def test_a_coherent_response_loses_no_line() -> None:
 def test_noise_passes_the_limit_of_the_coherence_as_rarely_as_it_says(averages: int) -> None:
     random = np.random.default_rng(4)
     force, response = random.standard_normal((2, averages * 2000))
-    found = estimate_frequency_response(
+    result = estimate_frequency_response(
         np.arange(len(force)) / 1000, force, response, block=2.0, excitation="burst"
     ).coherence  # fmt: skip
-    assert not (found > coherence_limit(averages, found.size)).any()
+    assert not (result > coherence_limit(averages, result.size)).any()
     # The same formula at one chance in twenty, where the limits on it do not act.
     expected = 1 - 0.05 ** (1 / (averages - 1))
     # 1000 lines: 50 +- 7.
-    assert abs(int((found > expected).sum()) - 50) < 21
+    assert abs(int((result > expected).sum()) - 50) < 21

@@ -47,24 +47,24 @@ def trends(model: Model, softening: float, drag: float) -> dict[str, Indication]
 
 
 def test_a_falling_frequency_and_a_rising_damping_are_signs_of_slip(oscillator: Callable[..., Model]) -> None:
-    found = trends(oscillator(), softening=0.01, drag=0.5)
-    assert found["frequency"].is_clear
-    assert found["frequency"].difference < 0
-    assert found["damping"].is_clear
-    assert found["damping"].difference > 0
-    assert "falls from 9" in found["frequency"].measured
-    assert "stays at 98.7 Hz" in found["frequency"].predicted
-    assert "slip in joints" in name_causes(list(found.values()))
+    result = trends(oscillator(), softening=0.01, drag=0.5)
+    assert result["frequency"].is_clear
+    assert result["frequency"].difference < 0
+    assert result["damping"].is_clear
+    assert result["damping"].difference > 0
+    assert "falls from 9" in result["frequency"].measured
+    assert "stays at 98.7 Hz" in result["frequency"].predicted
+    assert "slip in joints" in name_causes(list(result.values()))
 
 
 def test_a_trend_is_told_by_its_readings(oscillator: Callable[..., Model]) -> None:
     """A frequency that falls with the square of the amplitude lies on no straight line over its logarithm."""
     of, model = decay(0.1, 0.0, 1), oscillator()
-    found, _ = list_ring_down_indications(model, [of], [predict_ring_down(model, of)])
+    result, _ = list_ring_down_indications(model, [of], [predict_ring_down(model, of)])
     mode = of.modes[0]
     rows = chosen_rows(mode)
     low, high = rows[np.argmin(mode.amplitude[rows])], rows[np.argmax(mode.amplitude[rows])]
-    assert found.measured.startswith(f"falls from {mode.frequency[low]:.4g} to {mode.frequency[high]:.4g} Hz")
+    assert result.measured.startswith(f"falls from {mode.frequency[low]:.4g} to {mode.frequency[high]:.4g} Hz")
 
 
 def test_decays_of_two_structures_and_sensors_are_not_averaged(oscillator: Callable[..., Model]) -> None:
@@ -87,15 +87,15 @@ def test_channels_of_one_place_are_one_trend_named_by_its_own_frequency(oscillat
     sensor = model.sensors[0]
     channels = [replace(decay(0.01, 0.5, seed), sensor=f"v{seed}") for seed in (1, 2, 3)]
     model = Model(**{**vars(model), "sensors": tuple(replace(sensor, name=item.sensor) for item in channels)})
-    found = list_ring_down_indications(model, channels, [predict_ring_down(model, item) for item in channels])
-    assert [item.kind for item in found] == ["frequency", "damping"]
-    assert all(item.is_clear and "at v1 and 2 more" in item.quantity for item in found)
+    result = list_ring_down_indications(model, channels, [predict_ring_down(model, item) for item in channels])
+    assert [item.kind for item in result] == ["frequency", "damping"]
+    assert all(item.is_clear and "at v1 and 2 more" in item.quantity for item in result)
 
 
 def test_a_linear_decay_shows_nothing(oscillator: Callable[..., Model]) -> None:
-    found = trends(oscillator(), softening=0.0, drag=0.0)
-    assert not any(indication.is_clear for indication in found.values())
-    assert name_causes(list(found.values())) == ""
+    result = trends(oscillator(), softening=0.0, drag=0.0)
+    assert not any(indication.is_clear for indication in result.values())
+    assert name_causes(list(result.values())) == ""
 
 
 @slow
@@ -103,9 +103,9 @@ def test_a_model_that_hardens_as_the_decay_does_shows_the_same(oscillator: Calla
     """w = w0 sqrt(1 + 3 k3 A^2 / (4 k)): by 1 % at 1 mm."""
     hardening = CubicSpring(name="cubic", direction=np.ones(1), stiffness=0.02 * STIFFNESS / 0.75 / 1e-6)
     assert trends(oscillator(), softening=-0.01, drag=0.0)["frequency"].is_clear
-    found = trends(oscillator(hardening), softening=-0.01, drag=0.0)
+    result = trends(oscillator(hardening), softening=-0.01, drag=0.0)
     # The curves differ by 3/8 q^2 of the series: 4e-5.
-    assert abs(found["frequency"].difference) < 5
+    assert abs(result["frequency"].difference) < 5
 
 
 def loop(force: np.ndarray, amplitude: float = 1e-3) -> ForceLoop:
@@ -127,9 +127,9 @@ def slide(x: np.ndarray, stiffness: float, limit: float, play: float = 0.0) -> n
 
 @pytest.mark.parametrize("play", [5e-5, 2e-4, 6e-4])
 def test_play_is_read_in_metres(play: float) -> None:
-    found = analyse_loop(1e-3 * STROKE, slide(1e-3 * STROKE, 1e5, 10.0, play))
+    result = analyse_loop(1e-3 * STROKE, slide(1e-3 * STROKE, 1e5, 10.0, play))
     # Two samples of the stroke, where it is fastest.
-    assert found.dwell == pytest.approx(play, abs=1.3e-5)
+    assert result.dwell == pytest.approx(play, abs=1.3e-5)
 
 
 @pytest.mark.parametrize("limit", [5.0, 30.0, 80.0])
@@ -166,12 +166,12 @@ def test_work_in_proportion_to_the_amplitude_is_a_sign_of_sliding(
     """W = 4 F (A - F/k - play/2), beside the square of a linear model."""
     model = oscillator()
     loops = [loop(slide(size * STROKE, 1e6, 200.0, play), size) for size in (1e-3, 1.5e-3, 2.2e-3)]
-    found = list_loop_indications(model, loops, [predict_loop(model, item) for item in loops])
-    (growth,) = (item for item in found if item.kind == "slow growth")
+    result = list_loop_indications(model, loops, [predict_loop(model, item) for item in loops])
+    (growth,) = (item for item in result if item.kind == "slow growth")
     lost = 200.0 / 1e6 + play / 2
     expected = np.log((2.2e-3 - lost) / (1e-3 - lost)) / np.log(2.2)
     # The slope of the line through three points of a slightly bent curve is within a few per cent of that of its chord.
     assert float(growth.measured.split()[-1]) == pytest.approx(expected, rel=0.03)
     assert growth.predicted == "with its power 2.00"
     assert growth.is_clear
-    assert sign in name_causes(found)
+    assert sign in name_causes(result)

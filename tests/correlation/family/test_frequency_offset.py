@@ -43,9 +43,9 @@ def judged(*families: Family) -> list[FamilyVerdict]:
 def test_each_set_up_finds_the_offset_that_it_has() -> None:
     true = {1: 3e-4, 2: 1e-4}
     own = family(*(0.99 * resonance(POINTS * (1 + offset)) for offset in true.values()))
-    found = estimate_frequency_offsets([own], [BAND], [NOISE], set_up=SET_UP, model=MODEL)
+    result = estimate_frequency_offsets([own], [BAND], [NOISE], set_up=SET_UP, model=MODEL)
     # A band 2 % wide at flanks of 250 per unit is as wide as 8e-5; the grid has steps of a quarter deviation, 5e-5.
-    assert {repeat: found["t", repeat] for repeat in true} == pytest.approx(true, abs=1.3e-4)
+    assert {repeat: result["t", repeat] for repeat in true} == pytest.approx(true, abs=1.3e-4)
 
 
 def test_curves_of_a_shifted_model_are_covered_and_those_of_a_narrower_one_are_not() -> None:

@@ -38,8 +38,8 @@ def campaign(levels: list[float], repeats: list[int], order: list[int] | None = 
     ],
 )
 def test_levels_count_from_when_they_were_first_measured(levels: list[float], expected: np.ndarray) -> None:
-    found = find_earlier_levels(campaign(levels, [1] * len(levels)), [1.0, 3.0, 10.0])
-    np.testing.assert_array_equal(found, expected)
+    result = find_earlier_levels(campaign(levels, [1] * len(levels)), [1.0, 3.0, 10.0])
+    np.testing.assert_array_equal(result, expected)
 
 
 def test_a_repeat_begins_anew_and_one_that_differs_counts_for_all() -> None:

@@ -94,10 +94,10 @@ def test_a_static_force_in_full_slip_at_another_force_is_that_of_integration_in_
     (near, tangential, _) = model.sensors
     frequency = frequencies(model)[-1:]
     omega = 2 * np.pi * frequency
-    found = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
+    result = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
     problem = limit_problem(balance, objective_of(model, tangential, 0), reach=1e-5)
     states = LimitStates(
-        sensor=tangential.name, harmonic=0, motion=np.array([found, found]), slider=np.zeros((2, 1, 1))
+        sensor=tangential.name, harmonic=0, motion=np.array([result, result]), slider=np.zeros((2, 1, 1))
     )
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     (readings,) = read_limits(curve, model, EXACT, [states], force_span=span)

@@ -33,9 +33,9 @@ def test_a_static_force_in_full_slip_is_read_as_integration_in_time_finds_it(
     problem = limit_problem(balance, objective_of(model, tangential, 0), reach=1e-5)
     frequency = frequencies(model)[first:]
     omega = 2 * np.pi * frequency
-    found = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
+    result = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
     states = LimitStates(
-        sensor=tangential.name, harmonic=0, motion=np.array([found, found]), slider=np.zeros((2, len(omega), 1))
+        sensor=tangential.name, harmonic=0, motion=np.array([result, result]), slider=np.zeros((2, len(omega), 1))
     )
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
@@ -57,9 +57,9 @@ def test_harmonics_that_ring_in_a_stiff_contact_are_part_of_the_error() -> None:
     problem = limit_problem(balance, objective_of(model, near, 1), reach=1e-9)
     frequency = frequencies(model)[1:3]
     omega = 2 * np.pi * frequency
-    found = np.array([steady_state(balance.at_level(1.0), item).motion for item in omega])
+    result = np.array([steady_state(balance.at_level(1.0), item).motion for item in omega])
     states = LimitStates(
-        sensor=near.name, harmonic=1, motion=np.array([found, found]), slider=np.zeros((2, len(omega), 1))
+        sensor=near.name, harmonic=1, motion=np.array([result, result]), slider=np.zeros((2, len(omega), 1))
     )
     curve = LimitCurve(problem=problem, level=1.0, angular_frequency=omega)
     (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
@@ -78,9 +78,9 @@ def test_readings_at_another_force_are_those_of_integration_in_time() -> None:
     problem = limit_problem(balance, objective_of(model, near, 1), reach=1e-5)
     frequency = frequencies(model)[[1, 3]]
     omega = 2 * np.pi * frequency
-    found = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
+    result = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
     states = LimitStates(
-        sensor=near.name, harmonic=1, motion=np.array([found, found]), slider=np.zeros((2, len(omega), 1))
+        sensor=near.name, harmonic=1, motion=np.array([result, result]), slider=np.zeros((2, len(omega), 1))
     )
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     (readings,) = read_limits(

@@ -52,10 +52,10 @@ def leaves(preloads: list[np.ndarray], corrected: bool) -> bool:
 
 def test_preloads_of_set_ups_are_told_by_where_readings_leave_the_limits() -> None:
     truth = [np.array([-0.02, 0.0]), np.array([0.01, 0.02])]
-    found = estimate_preload_offsets([family(truth)], [BAND], [NOISE], set_up=0.0, model=0.0)
+    result = estimate_preload_offsets([family(truth)], [BAND], [NOISE], set_up=0.0, model=0.0)
     for repeat, expected in enumerate(truth, start=1):
         # A band of 2 % hides 0.5 % of preload to either side, where it changes amplitudes by the fourth power.
-        np.testing.assert_allclose(found["t", repeat], expected, atol=0.0075)
+        np.testing.assert_allclose(result["t", repeat], expected, atol=0.0075)
     assert leaves(truth, corrected=False)
     assert not leaves(truth, corrected=True)
 
@@ -68,6 +68,6 @@ def test_a_preload_that_is_far_off_is_no_difference_between_set_ups(group: int) 
 def test_without_contacts_that_tell_nothing_is_moved() -> None:
     bare = PredictedBand(frequency=FREQUENCY, value=BAND.value, deviation=BAND.deviation, jump=BAND.jump)
     own = family([np.array([-0.02, 0.0])])
-    found = estimate_preload_offsets([own], [bare], [NOISE], set_up=0.0, model=0.0)
-    assert not found["t", 1].size
-    assert correct_family(own, bare, found) is own
+    result = estimate_preload_offsets([own], [bare], [NOISE], set_up=0.0, model=0.0)
+    assert not result["t", 1].size
+    assert correct_family(own, bare, result) is own

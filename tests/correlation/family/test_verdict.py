@@ -118,10 +118,10 @@ def test_limits_do_not_cross_beside_the_frequency_at_which_a_band_opens() -> Non
     none = np.zeros((2, 7))
     opening = PredictedBand(frequency=frequency, value=np.array([lower, upper]), deviation=none, jump=none.astype(bool))
     slipping = np.linspace(55.4909, 56.16081, 21)
-    found = opening.at(slipping).value
+    result = opening.at(slipping).value
     # Smooth curves through these would cross by 19 N.
-    np.testing.assert_allclose(found[0], np.interp(slipping, frequency, lower), rtol=1e-12)
-    np.testing.assert_allclose(found[1], np.interp(slipping, frequency, upper), rtol=1e-12)
+    np.testing.assert_allclose(result[0], np.interp(slipping, frequency, lower), rtol=1e-12)
+    np.testing.assert_allclose(result[1], np.interp(slipping, frequency, upper), rtol=1e-12)
 
 
 def test_one_frequency_alone_is_a_band() -> None:

@@ -50,7 +50,7 @@ def test_states_with_two_branches_are_split_and_others_are_not(kind: str, n_repe
     missed = single = wrong = bistable = 0
     for seed in SEEDS:
         _, _, sweeps = draw(kind, seed, n_repeat)
-        found = separate_branches(curve_set(sweeps, has_phase=has_phase))
+        result = separate_branches(curve_set(sweeps, has_phase=has_phase))
         up, down = up_and_down(kind, seed, n_repeat)
         if not has_phase:
             up, down = np.abs(up), np.abs(down)
@@ -59,9 +59,9 @@ def test_states_with_two_branches_are_split_and_others_are_not(kind: str, n_repe
         steady = np.abs(sweeps.exact - sweeps.exact[:, :1]).max(axis=(0, 1)) < 0.3 * size
         clear = apart > 10 * np.sqrt(2) * np.hypot(sweeps.noise * size, sweeps.floor)
         both = (apart > 0.15 * size) & steady & clear
-        bistable, missed = bistable + both.sum(), missed + (both & ~found.bistable).sum()
+        bistable, missed = bistable + both.sum(), missed + (both & ~result.bistable).sum()
         alone = steady & (apart < 1e-6 * size)
-        single, wrong = single + alone.sum(), wrong + (alone & found.bistable).sum()
+        single, wrong = single + alone.sum(), wrong + (alone & result.bistable).sum()
     # On 375 sets of other seeds none of some 1,200 states was missed, and 7 of 25,000 were split by mistake.
     assert missed <= 0.02 * bistable
     assert wrong <= 0.005 * single
@@ -95,9 +95,9 @@ def test_the_repeat_that_jumped_earlier_is_recognised() -> None:
         free=False, level=1.0, sensor="tip", has_phase=True, frequency=frequency, sweep=np.ones(3, dtype=int),
         repeat=np.arange(3), value=value,
     )  # fmt: skip
-    found = separate_branches(curves)
-    np.testing.assert_array_equal(np.argwhere(found.excluded), [[1, jump - 2], [1, jump - 1], [1, jump]])
-    assert not found.bistable.any()
+    result = separate_branches(curves)
+    np.testing.assert_array_equal(np.argwhere(result.excluded), [[1, jump - 2], [1, jump - 1], [1, jump]])
+    assert not result.bistable.any()
 
 
 def test_half_of_the_repeats_are_no_majority() -> None:

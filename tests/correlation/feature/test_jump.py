@@ -35,6 +35,6 @@ def test_a_jump_in_one_of_two_bands_is_found(far: float) -> None:
         np.concatenate([DUFFING.sweep(FORCE, item, 1) for item in (other, band)]),
     )
     order = np.argsort(frequency)
-    (found,) = find_curve_jumps(frequency[order], value[order])
+    (result,) = find_curve_jumps(frequency[order], value[order])
     (alone,) = find_curve_jumps(band, DUFFING.sweep(FORCE, band, 1))
-    assert frequency[order][found] == band[alone]
+    assert frequency[order][result] == band[alone]

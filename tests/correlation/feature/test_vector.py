@@ -31,17 +31,17 @@ def complex_of(numbers: np.ndarray) -> np.ndarray:
 
 
 def test_features_of_every_kind(features: FeatureVector) -> None:
-    found = complex_of(features.of_values(VALUE))
+    result = complex_of(features.of_values(VALUE))
     # Row 1 is the largest fundamental of its state; the free state's own is row 0. Round-off alone.
     expected = [LEVEL / VALUE[0], LEVEL / VALUE[1], LEVEL / VALUE[2], VALUE[3] / VALUE[1], VALUE[4] / VALUE[1], 11.0]
-    np.testing.assert_allclose(found, expected, rtol=1e-14)
+    np.testing.assert_allclose(result, expected, rtol=1e-14)
 
 
 def test_features_of_several_sets_are_those_of_each(features: FeatureVector) -> None:
     sets = np.column_stack([VALUE, 2 * VALUE, VALUE * np.exp(0.3j)])
-    found = features.of_values(sets)
+    result = features.of_values(sets)
     for number in range(3):
-        np.testing.assert_array_equal(found[:, number], features.of_values(sets[:, number]))
+        np.testing.assert_array_equal(result[:, number], features.of_values(sets[:, number]))
 
 
 def test_values_are_those_of_their_features(features: FeatureVector) -> None:
@@ -58,11 +58,11 @@ def test_slopes_are_derivatives_of_features(features: FeatureVector) -> None:
     slopes = draw.standard_normal((6, 3)) + 1j * draw.standard_normal((6, 3))
     slopes[5] = slopes[5].real
     step = 1e-6
-    found = features.slopes(VALUE, slopes)
+    result = features.slopes(VALUE, slopes)
     for number in range(3):
         ends = [features.of_values(VALUE + side * step * slopes[:, number]) for side in (-1, 1)]
         # Central differences: step^2 of curvature, and 1e-16 / step of round-off.
-        np.testing.assert_allclose(found[:, number], (ends[1] - ends[0]) / (2 * step), rtol=1e-7, atol=1e-8)
+        np.testing.assert_allclose(result[:, number], (ends[1] - ends[0]) / (2 * step), rtol=1e-7, atol=1e-8)
 
 
 def test_per_reading_is_the_modulus_of_the_derivative_by_the_own_reading(features: FeatureVector) -> None:
@@ -113,20 +113,20 @@ def test_where_noise_drowns_a_reading_the_mean_comes_first() -> None:
     """A reading that happens to be next to zero would make the mean of the inverses as large as one likes."""
     repeat = np.array([[0.1, 0.11, 1e-4 + 1e-4j]])
     features = FeatureVector.choose(readings("a"), repeat.mean(axis=1), np.array([True]))
-    found = features.of_repeats(repeat, np.ones((1, 3), dtype=bool))
-    np.testing.assert_allclose(found, features.of_values(repeat.mean(axis=1)), rtol=1e-14)
-    assert np.abs(found).max() < 2 * LEVEL / 0.07
+    result = features.of_repeats(repeat, np.ones((1, 3), dtype=bool))
+    np.testing.assert_allclose(result, features.of_values(repeat.mean(axis=1)), rtol=1e-14)
+    assert np.abs(result).max() < 2 * LEVEL / 0.07
 
 
 def test_ratios_are_averaged_as_ratios(features: FeatureVector) -> None:
     """All readings of a state grow together by 3 %, as with another gain of the exciter: its ratios do not change."""
     growth = np.array([0.97, 1.0, 1.03])
     repeat = VALUE[:, None] * growth
-    found = complex_of(features.of_repeats(repeat, np.ones_like(repeat, dtype=bool)))
+    result = complex_of(features.of_repeats(repeat, np.ones_like(repeat, dtype=bool)))
     once = complex_of(features.of_values(VALUE))
-    np.testing.assert_allclose(found[3:5], once[3:5], rtol=1e-14)
-    np.testing.assert_allclose(found[:3], once[:3] * np.mean(1 / growth), rtol=1e-14)
-    np.testing.assert_allclose(found[5], once[5], rtol=1e-14)
+    np.testing.assert_allclose(result[3:5], once[3:5], rtol=1e-14)
+    np.testing.assert_allclose(result[:3], once[:3] * np.mean(1 / growth), rtol=1e-14)
+    np.testing.assert_allclose(result[5], once[5], rtol=1e-14)
 
 
 def test_only_the_repeats_taken_count(features: FeatureVector) -> None:
@@ -142,10 +142,10 @@ def test_only_the_repeats_taken_count(features: FeatureVector) -> None:
 def test_a_ratio_whose_reference_lacks_a_repeat_is_that_of_the_means(features: FeatureVector) -> None:
     repeat = VALUE[:, None] * np.array([0.99, 1.0, 1.01])
     repeat[1, 0] = np.nan
-    found = complex_of(features.of_repeats(repeat, np.isfinite(repeat)))
+    result = complex_of(features.of_repeats(repeat, np.isfinite(repeat)))
     reference = repeat[1, 1:].mean()
-    np.testing.assert_allclose(found[3:5], repeat[3:5].mean(axis=1) / reference, rtol=1e-14)
-    assert np.isfinite(found).all()
+    np.testing.assert_allclose(result[3:5], repeat[3:5].mean(axis=1) / reference, rtol=1e-14)
+    assert np.isfinite(result).all()
 
 
 def test_an_antiresonance_is_compared_as_a_share_of_the_reference() -> None:
@@ -160,13 +160,13 @@ def test_an_antiresonance_is_compared_as_a_share_of_the_reference() -> None:
     share = np.array([0.2, 0.1, 0.01j, -0.1, -0.2])
     tip = np.array([1.0, 2.0, 3 + 1j, 2.0, 1.0])
     value = np.concatenate([tip, share * tip])
-    found = FeatureVector.choose(points, value, np.ones(10, dtype=bool))
+    result = FeatureVector.choose(points, value, np.ones(10, dtype=bool))
     # 0.01 is far below 0.3 of the median share of 0.1; nothing else is, and the reference has no such place.
-    np.testing.assert_array_equal(np.flatnonzero(~found.inverse), [7])
-    assert found.fundamental.all()
-    numbers = found.of_values(value)
+    np.testing.assert_array_equal(np.flatnonzero(~result.inverse), [7])
+    assert result.fundamental.all()
+    numbers = result.of_values(value)
     assert numbers[7] + 1j * numbers[17] == pytest.approx(share[2], rel=1e-14)
-    np.testing.assert_allclose(found.values(numbers), value, rtol=1e-14)
+    np.testing.assert_allclose(result.values(numbers), value, rtol=1e-14)
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +180,7 @@ def moduli() -> FeatureVector:
 
 
 def test_a_sensor_without_phase_has_moduli(moduli: FeatureVector) -> None:
-    found = moduli.of_values(VALUE)
+    result = moduli.of_values(VALUE)
     np.testing.assert_array_equal(moduli.row, [0, 1, 2, 3, 4, 5, 2, 4])
     # The force refers to the motion with a phase, row 2; the harmonic of "a" to the largest motion, row 1.
     force = VALUE[4] / VALUE[2]
@@ -188,9 +188,9 @@ def test_a_sensor_without_phase_has_moduli(moduli: FeatureVector) -> None:
         LEVEL / abs(VALUE[0]), LEVEL / abs(VALUE[1]), (LEVEL / VALUE[2]).real, abs(VALUE[3] / VALUE[1]), force.real,
         11.0, (LEVEL / VALUE[2]).imag, force.imag,
     ]  # fmt: skip
-    np.testing.assert_allclose(found, expected, rtol=1e-14)
+    np.testing.assert_allclose(result, expected, rtol=1e-14)
     turned = VALUE * np.where(moduli.amplitude, np.exp(1.3j), 1.0)
-    np.testing.assert_allclose(moduli.of_values(turned), found, rtol=1e-14)
+    np.testing.assert_allclose(moduli.of_values(turned), result, rtol=1e-14)
 
 
 def test_slopes_of_moduli_are_their_derivatives(moduli: FeatureVector) -> None:
@@ -198,11 +198,11 @@ def test_slopes_of_moduli_are_their_derivatives(moduli: FeatureVector) -> None:
     slopes = draw.standard_normal((6, 3)) + 1j * draw.standard_normal((6, 3))
     slopes[5] = slopes[5].real
     step = 1e-6
-    found = moduli.slopes(VALUE, slopes)
+    result = moduli.slopes(VALUE, slopes)
     for number in range(3):
         ends = [moduli.of_values(VALUE + side * step * slopes[:, number]) for side in (-1, 1)]
         # Central differences: step^2 of curvature, and 1e-16 / step of round-off.
-        np.testing.assert_allclose(found[:, number], (ends[1] - ends[0]) / (2 * step), rtol=1e-7, atol=1e-8)
+        np.testing.assert_allclose(result[:, number], (ends[1] - ends[0]) / (2 * step), rtol=1e-7, atol=1e-8)
 
 
 def test_values_of_moduli_have_no_phase(moduli: FeatureVector) -> None:

@@ -37,8 +37,8 @@ def test_arrays_of_equal_first_columns_share_one_and_others_have_their_own(tmp_p
         "X2": np.stack([TIME, -DECAY], axis=1),
         "X3": np.stack([2 * TIME, DECAY], axis=1),
     }
-    found = {one.name: one.abscissa for one in columns(saved(tmp_path, **arrays))}
-    assert found == {
+    result = {one.name: one.abscissa for one in columns(saved(tmp_path, **arrays))}
+    assert result == {
         "X1(:,1)": None, "X1(:,2)": "X1(:,1)", "X2(:,2)": "X1(:,1)", "X3(:,1)": None, "X3(:,2)": "X3(:,1)",
     }  # fmt: skip
 
@@ -54,9 +54,9 @@ def test_a_cell_of_times_is_that_of_the_cells_beside_it(tmp_path: Path) -> None:
     cells = np.empty((2, 2), dtype=object)
     for row, length in enumerate((300, 400)):
         cells[row] = [TIME[:length], np.stack([DECAY[:length], -DECAY[:length]])]
-    found = {one.name: one.abscissa for one in columns(saved(tmp_path, data=cells))}
-    assert found["data{2,2}(1,:)"] == "data{2,1}"
-    assert found["data{1,2}(2,:)"] == "data{1,1}"
+    result = {one.name: one.abscissa for one in columns(saved(tmp_path, data=cells))}
+    assert result["data{2,2}(1,:)"] == "data{2,1}"
+    assert result["data{1,2}(2,:)"] == "data{1,1}"
 
 
 def test_a_first_row_of_an_hdf5_file_is_an_abscissa(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def test_arrays_have_the_units_that_the_list_says(tmp_path: Path, ratio: str) ->
     units = {column.name: column.unit for column in file.columns if column.name.endswith("(:,2)")}
     assert (units["X1(:,2)"], units["S2(:,2)"], units["H1_2(:,2)"]) == ("N", "g_n", "g_n/N")
     (responses,) = [
-        found for table in find_tables(file)[0] if (found := judge_table(table)).kind is Kind.FREQUENCY_RESPONSE
+        result for table in find_tables(file)[0] if (result := judge_table(table)).kind is Kind.FREQUENCY_RESPONSE
     ]
     used = [name for name, guess in responses.columns.items() if guess.role.value == "response"]
     assert used == ["H1_2(:,2)"]  # neither the spectrum nor the cross spectrum

@@ -20,18 +20,18 @@ def test_coverage_is_the_share_that_is_counted_by_hand() -> None:
 
 
 def test_tightness_is_width_over_range() -> None:
-    found = tightness(MEASURED, LOWER, UPPER)
-    assert found[:2].tolist() == [1 / 1.5, 2 / 2.5]
-    assert np.isnan(found[2])  # no width and no spread
+    result = tightness(MEASURED, LOWER, UPPER)
+    assert result[:2].tolist() == [1 / 1.5, 2 / 2.5]
+    assert np.isnan(result[2])  # no width and no spread
     assert tightness(np.array([[3.0], [3.0]]), np.array([2.0]), np.array([4.0])).tolist() == [np.inf]
     assert np.isnan(tightness(np.array([[3.0], [NAN]]), np.array([2.0]), np.array([4.0]))).all()
 
 
 def test_a_point_inside_costs_the_width_and_one_outside_two_over_alpha_of_its_distance_more() -> None:
-    found = interval_score(MEASURED, LOWER, UPPER, alpha=0.1)
-    assert found[:, 0] == pytest.approx([1, 1, 1 + 20 * 0.5, 1])
-    assert found[:, 1] == pytest.approx([2 + 20 * 0.5, 2, 2, 2])
-    assert np.isnan(found[1, 2])
+    result = interval_score(MEASURED, LOWER, UPPER, alpha=0.1)
+    assert result[:, 0] == pytest.approx([1, 1, 1 + 20 * 0.5, 1])
+    assert result[:, 1] == pytest.approx([2 + 20 * 0.5, 2, 2, 2])
+    assert np.isnan(result[1, 2])
 
 
 @given(

@@ -20,12 +20,12 @@ def modes(frequency: NDArray[np.float64], *resonances: float, damping: float = 0
 
 @pytest.mark.parametrize("resonances", [(40.0,), (30.0, 70.0), (30.0, 33.0, 70.0)])
 def test_every_mode_makes_a_peak_between_its_valleys(resonances: tuple[float, ...]) -> None:
-    found = find_curve_peaks(GRID, modes(GRID, *resonances))
+    result = find_curve_peaks(GRID, modes(GRID, *resonances))
     # Half a step of the frequencies.
-    assert [peak.frequency for peak in found] == pytest.approx(resonances, abs=0.13)
-    assert found[0].low == GRID[0]
-    assert found[-1].high == GRID[-1]
-    for one, other in pairwise(found):
+    assert [peak.frequency for peak in result] == pytest.approx(resonances, abs=0.13)
+    assert result[0].low == GRID[0]
+    assert result[-1].high == GRID[-1]
+    for one, other in pairwise(result):
         assert one.frequency < one.high == other.low < other.frequency
 
 
@@ -39,22 +39,22 @@ def test_noise_on_a_flank_is_no_peak() -> None:
     exact, deviation = modes(GRID, 40.0) * (GRID - 60.0) / 20, 0.02
     noisy = exact + deviation * (random.standard_normal(exact.shape) + 1j * random.standard_normal(exact.shape))
     assert len(find_curve_peaks(GRID, noisy)) > 1
-    (found,) = find_curve_peaks(GRID, noisy, np.full(exact.shape, deviation))
-    assert found.frequency == pytest.approx(40.0, abs=0.13)
+    (result,) = find_curve_peaks(GRID, noisy, np.full(exact.shape, deviation))
+    assert result.frequency == pytest.approx(40.0, abs=0.13)
 
 
 def test_a_band_that_begins_above_a_resonance_has_no_peak_although_another_band_ends_lower() -> None:
     apart = np.concatenate([np.linspace(28, 32, 17), np.linspace(70.5, 75, 19)])
-    (found,) = find_curve_peaks(apart, modes(apart, 30.0, 70.0))
-    assert found.frequency == pytest.approx(30.0, abs=0.13)
-    assert found.high == 32.0
+    (result,) = find_curve_peaks(apart, modes(apart, 30.0, 70.0))
+    assert result.frequency == pytest.approx(30.0, abs=0.13)
+    assert result.high == 32.0
 
 
 def test_readings_in_pairs_of_both_sweeps_are_one_band() -> None:
     pairs = np.sort(np.concatenate([GRID, GRID + 1e-3]))
-    (found,) = find_curve_peaks(pairs, modes(pairs, 40.0))
-    assert found.frequency == pytest.approx(40.0, abs=0.13)
-    assert (found.low, found.high) == (pairs[0], pairs[-1])
+    (result,) = find_curve_peaks(pairs, modes(pairs, 40.0))
+    assert result.frequency == pytest.approx(40.0, abs=0.13)
+    assert (result.low, result.high) == (pairs[0], pairs[-1])
 
 
 def test_a_gap_is_a_step_unlike_those_on_either_side() -> None:

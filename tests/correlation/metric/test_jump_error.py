@@ -128,8 +128,8 @@ def test_a_branch_is_not_read_as_damping(sweeps: tuple[int, ...]) -> None:
     features = FeatureVector.choose(of.points, of.value, of.motion)
     whitening = Whitening(deviation=1e-6 * np.abs(features.of_values(of.value)))
     source = PeakSource(observed=of, predicted=of.value, features=features, whitening=whitening, sweeps=sweeps)
-    found = compute_peak_errors([source])
-    assert found.errors == ()
-    (reason,) = found.unread
+    result = compute_peak_errors([source])
+    assert result.errors == ()
+    (reason,) = result.unread
     assert "3 N" in reason
     assert "jump" in reason

@@ -65,11 +65,11 @@ def test_an_error_is_found_where_it_is() -> None:
     seen = observed()
     wrong = (seen.points.sensor == "b") & (seen.points.level == 2) & (seen.points.frequency > 104)
     predicted = np.where(wrong, 1.2 * np.exp(0.1j), 1.0) * seen.value
-    found = compared(seen, predicted)
-    assert find_worst(split_misfit(found, "sensor")).label == "b"
-    assert find_worst(split_misfit(found, "level")).label == "2 N"
-    assert find_worst(split_misfit(found, "band")).label == "103.7 to 105 Hz jointed"
-    cell, points = find_worst_cell(found)
+    result = compared(seen, predicted)
+    assert find_worst(split_misfit(result, "sensor")).label == "b"
+    assert find_worst(split_misfit(result, "level")).label == "2 N"
+    assert find_worst(split_misfit(result, "band")).label == "103.7 to 105 Hz jointed"
+    cell, points = find_worst_cell(result)
     assert {*points.sensor} == {"b"}
     assert {*points.level} == {2.0}
     # Three of the band's four points are wrong: 1.2 and 0.1 rad are diluted by the fourth.
@@ -80,11 +80,11 @@ def test_an_error_is_found_where_it_is() -> None:
 @pytest.mark.parametrize("axis", AXES)
 def test_the_shares_of_every_axis_add_up_to_the_whole(axis: str) -> None:
     seen = observed()
-    found = compared(seen, seen.value * (1 + 0.01 * np.sin(np.arange(len(seen.points)))))
-    split = split_misfit(found, axis)
-    assert sum(share.n_number for share in split) == summarise_misfit(found).n_number == 2 * len(found)
+    result = compared(seen, seen.value * (1 + 0.01 * np.sin(np.arange(len(seen.points)))))
+    split = split_misfit(result, axis)
+    assert sum(share.n_number for share in split) == summarise_misfit(result).n_number == 2 * len(result)
     squares = sum(share.n_number * share.deviations**2 for share in split)
-    assert squares == pytest.approx(summarise_misfit(found).n_number * summarise_misfit(found).deviations ** 2)
+    assert squares == pytest.approx(summarise_misfit(result).n_number * summarise_misfit(result).deviations ** 2)
 
 
 def test_bands_have_equally_many_frequencies() -> None:
@@ -95,26 +95,26 @@ def test_bands_have_equally_many_frequencies() -> None:
 
 def test_the_deviation_is_that_of_the_mean() -> None:
     noise = 0.02
-    found = compared(observed(noise), observed().value)
+    result = compared(observed(noise), observed().value)
     # 2 % in each part, in the mean of four repeats; the mean over 96 points has a scatter of 4 %, three of which allow.
-    relative = found.deviation / np.abs(observed().value)
+    relative = result.deviation / np.abs(observed().value)
     assert np.sqrt(np.mean(relative**2)) == pytest.approx(noise / 2, rel=0.12)
-    assert found.clear.all()
+    assert result.clear.all()
 
 
 def test_one_repeat_has_the_noise_of_a_reading() -> None:
     seen = observed()
     single = replace(seen, repeat=seen.repeat[:, :1], taken=seen.taken[:, :1])
-    found = compared(single, single.value, deviation=0.02)
+    result = compared(single, single.value, deviation=0.02)
     # Features are F / X, whose relative deviation is that of X.
-    np.testing.assert_allclose(found.deviation, 0.02 * np.abs(single.value), rtol=1e-12)
-    assert found.clear.all()
+    np.testing.assert_allclose(result.deviation, 0.02 * np.abs(single.value), rtol=1e-12)
+    assert result.clear.all()
     assert not compared(single, single.value, deviation=0.3).clear.any()
 
 
 def test_no_amplitude_is_told_where_nothing_was_predicted() -> None:
     seen = observed()
     with np.errstate(invalid="ignore"):
-        found = compared(seen, np.full(len(seen.points), np.nan + 0j))
-    assert not found.clear.any()
-    assert np.isnan(summarise_misfit(found).amplitude_error)
+        result = compared(seen, np.full(len(seen.points), np.nan + 0j))
+    assert not result.clear.any()
+    assert np.isnan(summarise_misfit(result).amplitude_error)

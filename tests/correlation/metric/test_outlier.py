@@ -40,12 +40,12 @@ def factors(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> list[np
     features, residual, which = sweeps(*sizes, free=free)
     factor = weigh_outliers(features, residual)
     assert factor.shape == residual.shape
-    found = []
+    result = []
     for level, size in enumerate(sizes):
         item = [factor[(which == (level, number)).all(axis=1)] for number in range(len(size))]
         assert all(len(numbers) == 3 and np.ptp(numbers) == 0 for numbers in item)
-        found.append(np.array([numbers[0] for numbers in item]))
-    return found
+        result.append(np.array([numbers[0] for numbers in item]))
+    return result
 
 
 def alone(place: int, size: float, usual: float) -> np.ndarray:
@@ -93,10 +93,10 @@ def test_it_takes_more_than_chance_beside_the_median(times: float, stands_out: b
 @pytest.mark.parametrize(("size", "stands_out"), [(0.99, False), (1.01, True)])
 def test_what_noise_alone_would_do_does_not_stand_out(size: float, stands_out: bool) -> None:
     """Beside states that happen to fit too well: ten times their squares are still less than those of noise."""
-    (found,) = factors(alone(8, size * MIN_MEAN_SQUARE * TIMES, 0.1))
+    (result,) = factors(alone(8, size * MIN_MEAN_SQUARE * TIMES, 0.1))
     # Beyond it, it is judged by the least that counts as usual. Round-off.
     expected = np.sqrt(size * TIMES) if stands_out else 1.0
-    np.testing.assert_allclose(found, alone(8, expected, 1.0), rtol=1e-14)
+    np.testing.assert_allclose(result, alone(8, expected, 1.0), rtol=1e-14)
 
 
 @pytest.mark.parametrize(("n_state", "judged"), [(NEIGHBOURS, False), (NEIGHBOURS + 1, True)])
@@ -118,11 +118,11 @@ def test_those_beside_it_are_the_nearest_without_itself() -> None:
 def test_each_level_and_configuration_is_judged_by_itself(free: tuple[bool, ...] | None) -> None:
     """A level that is missed throughout does not stand out of the others, nor hide what does at their ends."""
     ends = (PLACE == 0) | (PLACE == N - 1)
-    found = factors(np.ones(N), np.full(N, LARGE), np.where(ends, LARGE, 1.0), free=free)
-    np.testing.assert_array_equal(found[0], 1.0)
-    np.testing.assert_array_equal(found[1], 1.0)
+    result = factors(np.ones(N), np.full(N, LARGE), np.where(ends, LARGE, 1.0), free=free)
+    np.testing.assert_array_equal(result[0], 1.0)
+    np.testing.assert_array_equal(result[1], 1.0)
     # Round-off.
-    np.testing.assert_allclose(found[2], np.where(ends, np.sqrt(LARGE / WHOLE), 1.0), rtol=1e-14)
+    np.testing.assert_allclose(result[2], np.where(ends, np.sqrt(LARGE / WHOLE), 1.0), rtol=1e-14)
 
 
 @pytest.mark.parametrize("n_sensor", [1, 2, 8])

@@ -54,26 +54,26 @@ def peak(seen: Observation, predicted: NDArray[np.complex128], noise: float = 1e
     modes = shift * (ends[0] - ends[1])[:, None] / 2e-6
     whitening = Whitening(deviation=noise / 2 * modulus, modes=modes)
     source = PeakSource(observed=seen, predicted=predicted, features=features, whitening=whitening)
-    (found,) = compute_peak_errors([source]).errors
-    return found
+    (result,) = compute_peak_errors([source]).errors
+    return result
 
 
 @pytest.mark.parametrize("grid", [COARSE, FINE], ids=["3 points", "9 points"])
 def test_errors_are_exact_for_one_degree_of_freedom(grid: NDArray[np.float64]) -> None:
-    found = peak(observed(response(grid), grid), response(grid, 1.0005 * FREQUENCY, 1.2 * DAMPING))
+    result = peak(observed(response(grid), grid), response(grid, 1.0005 * FREQUENCY, 1.2 * DAMPING))
     # The parabola of |1/X|^2 over the squared frequency is exact; round-off remains.
-    assert found.frequency == pytest.approx(FREQUENCY, rel=1e-9)
-    assert found.frequency_error == pytest.approx(0.0005, abs=1e-8)
-    assert found.damping_error == pytest.approx(0.2, abs=1e-6)
+    assert result.frequency == pytest.approx(FREQUENCY, rel=1e-9)
+    assert result.frequency_error == pytest.approx(0.0005, abs=1e-8)
+    assert result.damping_error == pytest.approx(0.2, abs=1e-6)
 
 
 @pytest.mark.parametrize("grid", [COARSE, FINE], ids=["3 points", "9 points"])
 def test_a_peak_scatters_by_its_deviation(grid: NDArray[np.float64]) -> None:
     noise, exact = 0.01, response(grid)
-    found = [peak(observed(exact, grid, noise, seed), exact, noise) for seed in range(200)]
+    result = [peak(observed(exact, grid, noise, seed), exact, noise) for seed in range(200)]
     for errors in (
-        [(item.frequency - item.predicted_frequency) / item.frequency_deviation for item in found],
-        [(item.damping - item.predicted_damping) / item.damping_deviation for item in found],
+        [(item.frequency - item.predicted_frequency) / item.frequency_deviation for item in result],
+        [(item.damping - item.predicted_damping) / item.damping_deviation for item in result],
     ):
         # 200 draws tell a standard deviation to 5 %, of which three are allowed; where noise bends a peak more than it
         # does on average, the deviation is too large.
@@ -82,21 +82,23 @@ def test_a_peak_scatters_by_its_deviation(grid: NDArray[np.float64]) -> None:
 
 def test_what_all_points_have_in_common_moves_the_frequency_alone() -> None:
     shift, exact = 3e-4, response(FINE)
-    found = peak(observed(exact, FINE), exact, shift=shift)
+    result = peak(observed(exact, FINE), exact, shift=shift)
     # A peak moves as all frequencies do: but for what the damping adds of second order.
-    assert found.frequency_deviation == pytest.approx(shift * FREQUENCY, rel=1e-3)
-    assert found.damping_deviation < 1e-3 * found.damping
+    assert result.frequency_deviation == pytest.approx(shift * FREQUENCY, rel=1e-3)
+    assert result.damping_deviation < 1e-3 * result.damping
 
 
 def test_repeats_whose_resonances_are_apart_do_not_look_more_damped() -> None:
     apart = 0.2 * DAMPING  # by which a reading at the peak scatters by some 10 %
     seen = observed(response(COARSE), COARSE)
     repeat = np.column_stack([response(COARSE, FREQUENCY * (1 + item * apart)) for item in (-1, 1, -1, 1)])
-    found = peak(Observation(points=seen.points, repeat=repeat, motion=seen.motion, taken=seen.taken), response(COARSE))
+    result = peak(
+        Observation(points=seen.points, repeat=repeat, motion=seen.motion, taken=seen.taken), response(COARSE)
+    )
     # Two in each direction: what is left is of second order, the square of the shift over the damping, 4e-4; the mean
     # of the responses is broader by a hundredth and more.
-    assert abs(found.damping_error) < 1e-3
-    assert found.frequency_error == pytest.approx(0, abs=1e-5)
+    assert abs(result.damping_error) < 1e-3
+    assert result.frequency_error == pytest.approx(0, abs=1e-5)
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.4, 0.6])
@@ -105,8 +107,8 @@ def test_friction_that_bends_a_peak_of_few_points_is_no_error_of_the_damping(fri
     """The same friction and damping, only the resonance lies elsewhere between the points."""
     seen = observed(response(COARSE, friction=friction), COARSE)
     moved = FREQUENCY + step * (COARSE[1] - COARSE[0])
-    found = peak(seen, response(COARSE, moved, friction=friction))
-    off = abs(found.damping_error) * found.damping / found.damping_deviation
+    result = peak(seen, response(COARSE, moved, friction=friction))
+    off = abs(result.damping_error) * result.damping / result.damping_deviation
     # The peak is no parabola, so that where the points lie shows in what is read of it: by up to 2 % of the damping
     # here, thousands of deviations of the noise. Beside the parabola of five points that is one deviation or two.
     assert off < 2
@@ -166,14 +168,14 @@ def test_each_mode_is_compared_with_itself_whichever_is_the_highest() -> None:
     """The model's heights are the other way round."""
     model = {1.0: ((30.0, 0.02), (72.0, 0.005)), 5.0: ((29.5, 0.005), (71.0, 0.02))}
     seen = two_modes(MEASURED)
-    found = compute_peak_errors([source(seen, two_modes(model, (1.01, 0.99)).value)])
-    assert found.unread == ()
-    assert [(item.mode, item.level) for item in found.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
+    result = compute_peak_errors([source(seen, two_modes(model, (1.01, 0.99)).value)])
+    assert result.unread == ()
+    assert [(item.mode, item.level) for item in result.errors] == [(1, 1.0), (1, 5.0), (2, 1.0), (2, 5.0)]
     # What the other mode adds to a peak moves it by less than a thousandth; a mode is off by a hundredth.
-    assert [item.frequency for item in found.errors] == pytest.approx([30.0, 29.5, 72.0, 71.0], rel=1e-3)
-    assert [item.frequency_error for item in found.errors] == pytest.approx([0.01, 0.01, -0.01, -0.01], abs=1e-3)
+    assert [item.frequency for item in result.errors] == pytest.approx([30.0, 29.5, 72.0, 71.0], rel=1e-3)
+    assert [item.frequency_error for item in result.errors] == pytest.approx([0.01, 0.01, -0.01, -0.01], abs=1e-3)
     # The flank of the other mode is a part of a broad peak.
-    assert [item.damping for item in found.errors] == pytest.approx([0.005, 0.02, 0.02, 0.005], rel=0.1)
+    assert [item.damping for item in result.errors] == pytest.approx([0.005, 0.02, 0.02, 0.005], rel=0.1)
 
 
 def test_levels_of_several_sets_are_one_series_of_each_mode() -> None:
@@ -186,9 +188,9 @@ def test_a_mode_that_one_side_lacks_is_compared_with_none() -> None:
     """The model has the first mode only; and the other way round."""
     seen = two_modes(MEASURED)
     first = two_modes({level: (modes[0], (200.0, 0.01)) for level, modes in MEASURED.items()})
-    found = compute_peak_errors([source(seen, first.value)])
-    assert [item.mode for item in found.errors] == [1, 1, 2, 2]
-    assert [np.isfinite(item.predicted_frequency) for item in found.errors] == [True, True, False, False]
+    result = compute_peak_errors([source(seen, first.value)])
+    assert [item.mode for item in result.errors] == [1, 1, 2, 2]
+    assert [np.isfinite(item.predicted_frequency) for item in result.errors] == [True, True, False, False]
     back = compute_peak_errors([source(first, seen.value)])
     assert [item.mode for item in back.errors] == [1, 1]
     (alone,) = back.unread

@@ -41,12 +41,12 @@ def test_a_resonance_between_three_points_is_found_in_noise() -> None:
     frequency = np.linspace(97, 103, 24)
     rng = np.random.default_rng(2)
     noise = 1 + 0.005 * rng.normal(size=(2, 200, 24))
-    found = np.array(
+    result = np.array(
         [fit_resonance(frequency, response(frequency) * n) for n in noise[0] * np.exp(1j * (noise[1] - 1))]
     )
     # Half a per cent of noise on some eight points of a peak 2 Hz wide: about 0.005 Hz, and 1 % of the damping.
-    assert found[:, 0] == pytest.approx(100.0, rel=3e-4)
-    assert found[:, 1] == pytest.approx(0.01, rel=0.05)
+    assert result[:, 0] == pytest.approx(100.0, rel=3e-4)
+    assert result[:, 1] == pytest.approx(0.01, rel=0.05)
 
 
 def test_a_peak_at_the_end_of_the_band_is_refused() -> None:

@@ -24,12 +24,12 @@ def curves(power: int) -> list[NDArray[np.complex128]]:
 @pytest.mark.parametrize("has_phase", [True, False])
 def test_a_single_mode_per_level_is_exact(quantity: str, power: int, has_phase: bool) -> None:
     responses = [curve if has_phase else np.abs(curve) for curve in curves(power)]
-    found = np.array([fit_peak(FREQUENCY, response, None, quantity) for response in responses])
+    result = np.array([fit_peak(FREQUENCY, response, None, quantity) for response in responses])
     # The parabola of 1 / |X|^2 is exact for one mode.
-    np.testing.assert_allclose(found[:, 2], OWN, rtol=1e-9)
-    np.testing.assert_allclose(found[:, 4], DAMPING, rtol=1e-6)
+    np.testing.assert_allclose(result[:, 2], OWN, rtol=1e-9)
+    np.testing.assert_allclose(result[:, 4], DAMPING, rtol=1e-6)
     at_peak = LEVELS * (2 * np.pi * OWN) ** (power - 2) / (2 * DAMPING)
-    np.testing.assert_allclose(found[:, 0], at_peak, rtol=1e-6)
+    np.testing.assert_allclose(result[:, 0], at_peak, rtol=1e-6)
 
 
 def test_deviations_are_the_scatter_of_repeats() -> None:
@@ -39,8 +39,8 @@ def test_deviations_are_the_scatter_of_repeats() -> None:
         for curve, own, damping in zip(curves(0), OWN, DAMPING, strict=True):
             size = 0.01 * np.abs(curve).max() / np.sqrt(2)
             noisy = curve + size * (random.standard_normal(81) + 1j * random.standard_normal(81))
-            found = fit_peak(FREQUENCY, noisy, np.full(81, size), "displacement")
-            scores.append([(found[2] - own) / found[3], (found[4] - damping) / found[5]])
+            result = fit_peak(FREQUENCY, noisy, np.full(81, size), "displacement")
+            scores.append([(result[2] - own) / result[3], (result[4] - damping) / result[5]])
     # The scatter that the fit leaves is estimated from few points, and the larger of it and the stated one counts:
     # deviations are too large rather than too small.
     assert 0.4 < np.mean(np.square(scores)) < 1.4
@@ -60,14 +60,14 @@ def test_three_points_of_a_peak_of_two_modes_are_as_uncertain_as_they_are_wrong(
             size / ((2 * np.pi * own) ** 2 - omega**2 + 2j * 0.01 * 2 * np.pi * own * omega)
             for own, size in ((100.7, 1.0), (140.0, 60.0 * share))
         )
-        found = fit_peak(lines, one + other, None, "displacement")
-        errors.append((abs(found[2] - 100.7), found[3]))
+        result = fit_peak(lines, one + other, None, "displacement")
+        errors.append((abs(result[2] - 100.7), result[3]))
     assert errors[0][1] < 1e-9  # one mode leaves nothing
     assert all(error < 3 * deviation for error, deviation in errors[1:])
 
 
 def test_three_points_in_all_have_no_deviation() -> None:
     chosen = np.array([30, 36, 44])
-    found = fit_peak(FREQUENCY[chosen], curves(0)[0][chosen], None, "displacement")
-    assert found[2] == pytest.approx(OWN[0], rel=1e-9)  # a parabola through three points is exact
-    assert np.isnan(found[3])
+    result = fit_peak(FREQUENCY[chosen], curves(0)[0][chosen], None, "displacement")
+    assert result[2] == pytest.approx(OWN[0], rel=1e-9)  # a parabola through three points is exact
+    assert np.isnan(result[3])

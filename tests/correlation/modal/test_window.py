@@ -63,13 +63,13 @@ def test_a_narrow_mode_under_a_window_stays_one(lines: float, seed: int) -> None
     modes = system(random, lines)
     line, values = estimate(random, modes, averages=60)
     for window in (Window.UNKNOWN, Window.HANN):
-        found = fit_modes(line, values, quantity="displacement", window=window)
-        assert len(found.frequency) == len(modes[0])
+        result = fit_modes(line, values, quantity="displacement", window=window)
+        assert len(result.frequency) == len(modes[0])
         # As benchmarks do, with their own deviations: four of some ten by chance in 1 of 1000.
-        np.testing.assert_array_less(np.abs(found.frequency - modes[0]), 4 * found.frequency_deviation)
-        np.testing.assert_array_less(np.abs(found.damping_ratio - modes[1]), 4 * found.damping_deviation)
+        np.testing.assert_array_less(np.abs(result.frequency - modes[0]), 4 * result.frequency_deviation)
+        np.testing.assert_array_less(np.abs(result.damping_ratio - modes[1]), 4 * result.damping_deviation)
         # Leakage alone doubles the damping of modes of one line and more of narrower ones.
-        np.testing.assert_allclose(found.damping_ratio, modes[1], rtol=0.4)
+        np.testing.assert_allclose(result.damping_ratio, modes[1], rtol=0.4)
 
 
 def test_narrow_modes_without_a_window_are_exact_and_said_to_be_narrow() -> None:
@@ -77,8 +77,8 @@ def test_narrow_modes_without_a_window_are_exact_and_said_to_be_narrow() -> None
     line = np.arange(15.0, 120.0, STEP)
     omega, own = 2 * np.pi * line[:, None], 2 * np.pi * frequency
     values = (shapes * shapes[0]) @ (1 / (own**2 - omega**2 + 2j * damping * own * omega)).T
-    found = fit_modes(line, values, quantity="displacement")
-    np.testing.assert_allclose(found.frequency, frequency, rtol=1e-9)
-    np.testing.assert_allclose(found.damping_ratio, damping, rtol=1e-6)
-    assert len(found.remarks) == len(frequency)
-    assert "half-power bandwidth" in found.remarks[0]
+    result = fit_modes(line, values, quantity="displacement")
+    np.testing.assert_allclose(result.frequency, frequency, rtol=1e-9)
+    np.testing.assert_allclose(result.damping_ratio, damping, rtol=1e-6)
+    assert len(result.remarks) == len(frequency)
+    assert "half-power bandwidth" in result.remarks[0]

@@ -96,8 +96,8 @@ def test_a_smooth_response_has_those_of_the_closed_form(n: float, cubic: float) 
         return NOMINAL + SLOPE * x + BENT * x**2 * (1 + cubic * x)
 
     assert modes_of(response, SLOPE, n=n).shape == (len(STATE), 0)
-    (found,) = remainders_of(response, SLOPE)
-    modes = make_curvature_modes([found.smooth], np.zeros(len(STATE), dtype=bool), n)
+    (result,) = remainders_of(response, SLOPE)
+    modes = make_curvature_modes([result.smooth], np.zeros(len(STATE), dtype=bool), n)
     for mode, x in zip(modes.T, (NODE * JITTER, -NODE * JITTER), strict=True):
         expected = sqrt(1 / (6 * n) + 1 / 36) * BENT * x**2 * (1 + cubic * x)
         # Round-off of sums of the size of the nominal response.

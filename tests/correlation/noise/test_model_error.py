@@ -49,9 +49,9 @@ def test_density_is_that_of_the_normal_distribution(
     dense = covariance(whitening, patterns, size)
     difference = np.random.default_rng(3).multivariate_normal(np.zeros(N), dense)
     exact = -2 * scipy.stats.multivariate_normal(np.zeros(N), dense).logpdf(difference) - N * np.log(2 * np.pi)
-    found = ErrorSizeDensity(whitening, patterns, USUAL, difference)(size)
+    result = ErrorSizeDensity(whitening, patterns, USUAL, difference)(size)
     # Round-off of a condition number of 1e5.
-    assert found - compute_prior(size, USUAL) == pytest.approx(exact, rel=1e-9)
+    assert result - compute_prior(size, USUAL) == pytest.approx(exact, rel=1e-9)
     wide = patterns.widen(whitening, size)
     assert wide.log_determinant == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-9)
     assert wide(difference) @ wide(difference) == pytest.approx(difference @ np.linalg.solve(dense, difference))
@@ -64,22 +64,22 @@ def test_density_is_that_of_the_normal_distribution(
 def test_an_error_is_found_in_its_size(whitening: Whitening, patterns: ErrorPatterns, size: ErrorSize) -> None:
     dense = covariance(whitening, patterns, size)
     random = np.random.default_rng(4)
-    found = [
+    result = [
         estimate_error_size(whitening, patterns, USUAL, random.multivariate_normal(np.zeros(N), dense))
         for _ in range(20)
     ]
     for name in ("frequency", "damping", "reading", "shape"):
         true = getattr(size, name)
         # Four columns tell a size to 35 %, twelve parts and 240 numbers far better: 20 draws to a tenth in the median.
-        assert np.median([getattr(item, name) for item in found]) == pytest.approx(true, rel=0.35, abs=2e-4)
+        assert np.median([getattr(item, name) for item in result]) == pytest.approx(true, rel=0.35, abs=2e-4)
 
 
 def test_noise_alone_is_no_error(whitening: Whitening, patterns: ErrorPatterns) -> None:
     dense = covariance(whitening, patterns, ErrorSize())
     random = np.random.default_rng(5)
-    found = [
+    result = [
         estimate_error_size(whitening, patterns, USUAL, random.multivariate_normal(np.zeros(N), dense))
         for _ in range(30)
     ]
     # Expected are 5 % or fewer of 30: more than 5 come once in 300 times at 5 %.
-    assert sum(item != ErrorSize() for item in found) <= 5
+    assert sum(item != ErrorSize() for item in result) <= 5

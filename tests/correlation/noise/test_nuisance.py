@@ -189,8 +189,8 @@ def test_few_errors_of_shapes_say_what_many_modes_do(amplitudes: list[list[compl
     modes = FreeModes(frequency=np.sqrt(squared), shapes=shapes.T, weighted=shapes.T, n_reached=3)
     carried = np.array(amplitudes, dtype=complex)
     motions = carried @ shapes[:, : carried.shape[1]].T
-    found = modes.shape_errors(motions, [np.eye(n)[places]])
-    assert len(found) <= MOST_MIXINGS
+    result = modes.shape_errors(motions, [np.eye(n)[places]])
+    assert len(result) <= MOST_MIXINGS
     with np.errstate(divide="ignore"):
         apart = np.where(np.eye(n) == 1, np.inf, squared[:, None] - squared)
 
@@ -206,7 +206,7 @@ def test_few_errors_of_shapes_say_what_many_modes_do(amplitudes: list[list[compl
         return np.asarray(mixed + mixed.T)
 
     taken = np.array(
-        [shift(item.free.matrices.stiffness) for item in found if item.free.matrices.stiffness is not None]
+        [shift(item.free.matrices.stiffness) for item in result if item.free.matrices.stiffness is not None]
     )
     exact = np.array([shift(pair(i, j)) for i in range(3) for j in range(i + 1, n)])
     covariance = exact.T @ exact

@@ -51,16 +51,16 @@ def relative_noise(of: Campaign) -> np.ndarray:
 
 @pytest.mark.parametrize("has_phase", [True, False])
 def test_the_curve_of_one_repeat_shows_its_noise(has_phase: bool) -> None:
-    found = relative_noise(campaign(has_phase=has_phase))
-    assert len(found) == (2 if has_phase else 1) * len(GRID)
+    result = relative_noise(campaign(has_phase=has_phase))
+    assert len(result) == (2 if has_phase else 1) * len(GRID)
     # Some 30 or 60 independent numbers tell a standard deviation to 13 or 9 %; three of them are allowed.
-    assert np.median(found) == pytest.approx(NOISE, rel=0.4)
+    assert np.median(result) == pytest.approx(NOISE, rel=0.4)
 
 
 @pytest.mark.parametrize("n_repeat", [1, 4])
 def test_stated_noise_is_taken(n_repeat: int) -> None:
-    found = relative_noise(campaign(n_repeat=n_repeat, noise=(0.01, 0.0)))
-    np.testing.assert_allclose(found, 0.01, rtol=1e-12 if n_repeat == 1 else 0.01)
+    result = relative_noise(campaign(n_repeat=n_repeat, noise=(0.01, 0.0)))
+    np.testing.assert_allclose(result, 0.01, rtol=1e-12 if n_repeat == 1 else 0.01)
 
 
 def test_a_short_curve_without_repeats_is_refused() -> None:

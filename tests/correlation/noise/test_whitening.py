@@ -47,10 +47,10 @@ def test_a_deviation_must_be_positive_and_finite(wrong: float) -> None:
 def test_what_the_modes_explain_is_their_share_of_the_covariance() -> None:
     """The mean of the modes' part, given the sum with the noise: M M^T S^-1 d."""
     differences = np.random.default_rng(8).standard_normal((M, 3)) * DEVIATION[:, None]
-    found = Whitening(deviation=DEVIATION, modes=MODES).explained(differences)
+    result = Whitening(deviation=DEVIATION, modes=MODES).explained(differences)
     exact = MODES @ MODES.T @ np.linalg.solve(S, differences)
     # Round-off grows with the condition number of S, some 1e5.
-    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    np.testing.assert_allclose(result, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
     assert not Whitening(deviation=DEVIATION).explained(differences).any()
 
 

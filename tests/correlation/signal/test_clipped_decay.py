@@ -38,8 +38,8 @@ def test_a_decay_that_is_read_behind_its_clipped_crests_says_so_and_one_that_is_
     signal = np.clip(decay(), -15, 15)
     for start, is_spoilt in ((None, False), (0.0, True)):
         modes = analyse_ring_down(TIME, signal, quantity="acceleration", start=start)
-        found = FreeDecay(
+        result = FreeDecay(
             name="blow", configuration="jointed", sensor="a", modes=modes, unit="m/s^2", time=TIME, signal=signal
         )
-        assert bool(found.suspicions) == is_spoilt
-        assert any("clipped" in sentence for sentence in found.remarks) != is_spoilt
+        assert bool(result.suspicions) == is_spoilt
+        assert any("clipped" in sentence for sentence in result.remarks) != is_spoilt

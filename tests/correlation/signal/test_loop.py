@@ -238,17 +238,17 @@ def test_a_stroke_of_twelve_deviations_of_the_noise_is_a_motion(seed: int) -> No
     # Ten deviations are asked for. Of white noise the second difference has six times the variance, the third twenty.
     turn = np.arange(8 * 100) / 100
     noise = np.random.default_rng(seed).standard_normal(len(turn))
-    found = find_periods(noise - 6 * np.cos(2 * np.pi * turn))
+    result = find_periods(noise - 6 * np.cos(2 * np.pi * turn))
     # Highest points lie amid each period; noise moves them along the flat top, by a tenth of a period or two.
-    assert len(found) == 8
-    assert found == pytest.approx(50 + 100 * np.arange(8), abs=20)
+    assert len(result) == 8
+    assert result == pytest.approx(50 + 100 * np.arange(8), abs=20)
 
 
 def test_periods_of_a_dying_motion_are_all_found() -> None:
     # Each is 0.69 of the one before: more than 0.4 of those two before it, less than 0.4 of the third.
     turn = np.arange(6 * 200 + 1) / 200
-    found = find_periods(-(0.69**turn) * np.cos(2 * np.pi * turn))
-    assert len(found) == 6
+    result = find_periods(-(0.69**turn) * np.cos(2 * np.pi * turn))
+    assert len(result) == 6
 
 
 def test_a_spring_does_no_work_on_a_motion_that_drifts() -> None:

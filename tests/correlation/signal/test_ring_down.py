@@ -145,9 +145,9 @@ def test_a_jenkins_oscillator_has_the_closed_form_of_one_harmonic(share: float) 
     backbone = 100.0 * np.sqrt(1 + secant)
     work = 4 * stiffness * slip * (places - slip)
     ratio = 0.002 * 100.0 / backbone + work / (2 * np.pi * (1 + secant) * places**2)
-    frequency, found = at(mode, places)
+    frequency, result = at(mode, places)
     np.testing.assert_allclose(frequency, backbone, rtol=1e-3)
-    np.testing.assert_allclose(found, ratio, rtol=0.05 if share == 0 else 0.1)
+    np.testing.assert_allclose(result, ratio, rtol=0.05 if share == 0 else 0.1)
 
 
 def test_the_decay_after_a_steady_state_is_found() -> None:

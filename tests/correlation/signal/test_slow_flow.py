@@ -13,7 +13,7 @@ def test_slopes_of_a_wave_are_those_of_differences(breaks: np.ndarray, degree: i
     rates = np.log(2.0) + 0.2 * random.standard_normal(count)
     coefficients = np.concatenate([[-0.1, 0.3], rates, 700 + 5 * random.standard_normal(count)])
     flow = SlowFlow(breaks=breaks, degree=degree, coefficients=coefficients, n_sample=4000, harmonics=())
-    found = flow.linearise(coefficients, step)[1]
+    result = flow.linearise(coefficients, step)[1]
     for number, unit in enumerate([1e-6, 1e-6, *[1e-6] * count, *[1e-3] * count]):
         moved = np.eye(len(coefficients))[number] * unit
         above, below = (flow.linearise(coefficients + way * moved, step)[0].real for way in (1, -1))
@@ -21,7 +21,7 @@ def test_slopes_of_a_wave_are_those_of_differences(breaks: np.ndarray, degree: i
         # A sample that passes a point of the flow within the step sees another straight line; all points move with the
         # start, by which the derivative is that of the curve and not of its chords.
         share = 2e-2 if number == 0 else 2e-3
-        np.testing.assert_allclose(found[:, number], difference, atol=share * np.abs(difference).max())
+        np.testing.assert_allclose(result[:, number], difference, atol=share * np.abs(difference).max())
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")

@@ -22,17 +22,17 @@ def offered(found: Catalogue) -> set[str]:
 
 
 def test_all_kinds_are_offered_and_all_names_are_unique(bench: Model) -> None:
-    found = list_effects(bench)
-    assert offered(found) == set(EFFECTS.names())
-    names = [*found.names, *(item.name for item in found.untestable)]
+    result = list_effects(bench)
+    assert offered(result) == set(EFFECTS.names())
+    names = [*result.names, *(item.name for item in result.untestable)]
     assert len(names) == len(set(names))
-    assert all(item.reason for item in found.untestable)
+    assert all(item.reason for item in result.untestable)
 
 
 def test_kinds_can_be_left_out(bench: Model) -> None:
-    found = list_effects(bench, without=["cubic", "gap"])
-    assert offered(found) == set(EFFECTS.names()) - {"cubic", "gap"}
-    assert not any(item.name.startswith(("cubic", "gap")) for item in found.untestable)
+    result = list_effects(bench, without=["cubic", "gap"])
+    assert offered(result) == set(EFFECTS.names()) - {"cubic", "gap"}
+    assert not any(item.name.startswith(("cubic", "gap")) for item in result.untestable)
     assert list_effects(bench, without="cubic").kinds == list_effects(bench, without=["cubic"]).kinds
 
 
@@ -43,8 +43,8 @@ def test_an_unknown_kind_to_leave_out_is_refused(bench: Model) -> None:
 
 def test_effects_of_ones_own_take_part(bench: Model) -> None:
     lighter = replace(Density(name="density of all", part="beam"), kind="lightness")
-    found = list_effects(bench, extra=[OWN, lighter])
-    assert found.kinds[-2:] == ("exciter distortion", "lightness")
+    result = list_effects(bench, extra=[OWN, lighter])
+    assert result.kinds[-2:] == ("exciter distortion", "lightness")
     assert list_effects(bench, extra=[OWN, lighter], without=["lightness"]).kinds[-1] == "exciter distortion"
     assert list_effects(bench, extra=[str(OWN)]).effect("third harmonic of the exciter").kind == "exciter distortion"
 
@@ -68,19 +68,19 @@ def test_what_a_source_cannot_test_is_listed(bench: Model) -> None:
 
 
 def test_an_effect_is_found_by_its_name(bench: Model) -> None:
-    found = list_effects(bench)
-    assert found.effect("mass at tip z").kind == "mass"
+    result = list_effects(bench)
+    assert result.effect("mass at tip z").kind == "mass"
     with pytest.raises(EffectError, match='there is no effect "mass at the moon": there are spring at tip z'):
-        found.effect("mass at the moon")
+        result.effect("mass at the moon")
     with pytest.raises(EffectError, match='"mass at tip x" cannot be tested: it is the mass at "tip z"'):
-        found.effect("mass at tip x")
+        result.effect("mass at tip x")
 
 
 def test_a_campaign_says_how_strong_effects_are(small: Model, paper: ModuleType) -> None:
     campaign = paper.make_campaign(small)
-    found = list_campaign_effects(campaign, small, without=["gain"])
+    result = list_campaign_effects(campaign, small, without=["gain"])
     # Both configurations are tested.
-    assert typical(found) == typical(list_effects(small, without=["gain"], level=max(paper.LEVELS)))
+    assert typical(result) == typical(list_effects(small, without=["gain"], level=max(paper.LEVELS)))
     jointed = replace(campaign, tests=tuple(replace(test, configuration="jointed") for test in campaign.tests))
     expected = list_effects(small, level=max(paper.LEVELS), configurations=["jointed"])
     assert typical(list_campaign_effects(jointed, small)) == typical(expected)

@@ -84,11 +84,11 @@ def test_typical_springs_and_masses_shift_the_first_frequency_that_is_tested_by_
 
 
 def test_a_place_of_no_consequence_is_not_tested(bench: Model) -> None:
-    found = list_effects(bench, configurations=["jointed"])
+    result = list_effects(bench, configurations=["jointed"])
     with pytest.raises(EffectError, match="no stiffness there can shift the first resonance"):
-        found.effect("spring at stand z")
+        result.effect("spring at stand z")
     with pytest.raises(EffectError, match="of the largest motion in the first mode"):
-        found.effect("dashpot at stand z")
+        result.effect("dashpot at stand z")
 
 
 def test_where_no_spring_is_stiff_enough_taking_stiffness_away_is_typical() -> None:
@@ -105,10 +105,10 @@ def test_where_no_spring_is_stiff_enough_taking_stiffness_away_is_typical() -> N
 
 
 def test_a_spring_joins_places_of_two_bodies_along_one_direction(bench: Model) -> None:
-    found = list_effects(bench)
-    joining = [name for name in found.names if "between" in name]
+    result = list_effects(bench)
+    joining = [name for name in result.names if "between" in name]
     assert joining == ["spring between tip z and stand z", "spring between root z and stand z"]
-    changed = found.effect("spring between root z and stand z").apply(bench, [1e5])
+    changed = result.effect("spring between root z and stand z").apply(bench, [1e5])
     # Its place points the other way: the spring is in the difference of the displacements all the same.
     rigid = along(7, {0: 1.0, 6: 1.0})
     assert rigid @ changed.system.stiffness @ rigid == pytest.approx(rigid @ bench.system.stiffness @ rigid)
@@ -121,8 +121,8 @@ def test_strengths_scale_with_the_level_as_their_exponents() -> None:
 
 
 def test_a_rotation_asks_for_moments() -> None:
-    found = list_effects(oscillator("rx"))
-    units = {item.kind: item.parameters[0].unit for item in found.candidates}
+    result = list_effects(oscillator("rx"))
+    units = {item.kind: item.parameters[0].unit for item in result.candidates}
     assert units["spring"] == units["cubic"] == "N m"
     assert (units["mass"], units["dashpot"], units["air damping"]) == ("kg m^2", "N m s", "N m s^2")
 

@@ -45,8 +45,8 @@ def calibrated(monkeypatch: pytest.MonkeyPatch, *chi2: float) -> tuple[Any, list
 
 
 def test_a_calibration_that_finds_the_way_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, asked = calibrated(monkeypatch, MAX_CALIBRATION_CHI2 * N)
-    assert found.chi2 == MAX_CALIBRATION_CHI2 * N
+    result, asked = calibrated(monkeypatch, MAX_CALIBRATION_CHI2 * N)
+    assert result.chi2 == MAX_CALIBRATION_CHI2 * N
     assert len(asked) == 1
 
 
@@ -54,8 +54,8 @@ def test_a_calibration_that_finds_the_way_is_made_once(monkeypatch: pytest.Monke
 def test_one_that_goes_astray_begins_where_the_lowest_level_leads(
     anew: float, best: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found, asked = calibrated(monkeypatch, 50.0 * N, 1.0, anew)
-    assert found.chi2 == best
+    result, asked = calibrated(monkeypatch, 50.0 * N, 1.0, anew)
+    assert result.chi2 == best
     assert [start for _, start in asked] == ["start", "start", "end of 2"]
     whole, lowest, again = (deviation for deviation, _ in asked)
     np.testing.assert_array_equal(lowest / whole, np.where(HIGHER, EXCLUDED_FACTOR, 1.0))

@@ -82,10 +82,10 @@ def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -
     falling = (points.frequency.min() / points.frequency) ** 20 * points.force
     beyond: Any = replace(observed, repeat=np.broadcast_to(falling[:, None], observed.repeat.shape).astype(complex))
     peak = observed.value * 1e3 * MIN_PEAK_OVER_MEASURED / np.abs(observed.value).max() * np.abs(beyond.value).max()
-    found = find_absent_peak(beyond, peak)
-    assert found is not None
-    assert points.frequency.min() < found.predicted < points.frequency.max()
-    assert f"{found.predicted:.4g} Hz" in found.sentence
+    result = find_absent_peak(beyond, peak)
+    assert result is not None
+    assert points.frequency.min() < result.predicted < points.frequency.max()
+    assert f"{result.predicted:.4g} Hz" in result.sentence
     # A peak that was measured, a small one and one of both are none.
     assert find_absent_peak(observed, observed.value) is None
     assert find_absent_peak(observed, peak) is None

@@ -454,13 +454,13 @@ def test_what_takes_mass_away_is_named_with_doubt(name: str, finding: Finding) -
 
 
 def test_what_needs_a_parameter_at_the_end_of_its_prior_is_named_with_doubt() -> None:
-    found = refit("density of all", 100, 80)
+    result = refit("density of all", 100, 80)
     modulus = EffectParameter(name="factor", unit="-", lower=0.95, upper=1.05, typical=1.01, vanishes=1.0)
     for value, finding in ((1.02, Finding.MISSING), (1.05, Finding.AMBIGUOUS)):
         effects = tuple(SimpleNamespace(name=name, parameters=(modulus,)) for name in ("E", "density"))
         unknowns = Unknowns(base=SimpleNamespace(), effects=effects, prior=np.array([0.01, np.inf]))
-        fit: Any = SimpleNamespace(**{**vars(found.fit), "unknowns": unknowns, "values": np.array([value, 0.96])})
-        assert decided(replace(found, fit=fit)).finding is finding
+        fit: Any = SimpleNamespace(**{**vars(result.fit), "unknowns": unknowns, "values": np.array([value, 0.96])})
+        assert decided(replace(result, fit=fit)).finding is finding
 
 
 def test_what_chance_leaves_makes_no_stand_in() -> None:

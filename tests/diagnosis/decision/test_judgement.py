@@ -88,15 +88,15 @@ def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
     campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], arrangement: Arrangement,
     finalists: list[Finalist],
 ) -> None:  # fmt: skip
-    found = next(item for item in finalists if item.name == TRUE)
-    assert found.refit.effect is not None
-    added = AddedEffect(effect=found.refit.effect, values=found.refit.fit.values[-1:])
+    result = next(item for item in finalists if item.name == TRUE)
+    assert result.refit.effect is not None
+    added = AddedEffect(effect=result.refit.effect, values=result.refit.fit.values[-1:])
     listed = partial(list_campaign_effects, campaign)
     other = arrange(campaign, small, free, BUDGET, added=[added], catalogue_of=listed)
     # One is weighed at the fit by the first covariance, the other at its own: a small part of what noise there is.
-    ratio = found.arrangement.train.whitening.deviation / other.train.whitening.deviation
+    ratio = result.arrangement.train.whitening.deviation / other.train.whitening.deviation
     assert np.median(abs(ratio - 1)) < 0.02
-    moved = found.arrangement.train.whitening.deviation / arrangement.train.whitening.deviation
+    moved = result.arrangement.train.whitening.deviation / arrangement.train.whitening.deviation
     assert np.median(abs(moved - 1)) > 2 * np.median(abs(ratio - 1))
 
 
@@ -147,10 +147,10 @@ def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     monkeypatch.setattr(finalist, "MAX_CHI2_RISE", 1e-9)
     refits = [refit(arrangement, scores[0])]
     before = baseline_fit(arrangement)
-    (found,) = weighed(campaign, arrangement, before, refits)
-    assert found.refit.gain > 10
-    assert found.refit.worsens
-    assert not passes(found.refit, Thresholds(gain=1.0, misfit=1.0))
+    (result,) = weighed(campaign, arrangement, before, refits)
+    assert result.refit.gain > 10
+    assert result.refit.worsens
+    assert not passes(result.refit, Thresholds(gain=1.0, misfit=1.0))
 
 
 @slow
@@ -161,20 +161,20 @@ def test_an_effect_leaves_less_model_error(
     without = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0, model=1e-3))
     true = next(score for score in scores if score.effect.name == TRUE)
     before, first = baseline_fit(without), refit(without, true)
-    (found,) = weighed(campaign, without, before, [first])
-    deviation_factor = [item.train.deviation_factor for item in (without, found.arrangement)]
+    (result,) = weighed(campaign, without, before, [first])
+    deviation_factor = [item.train.deviation_factor for item in (without, result.arrangement)]
     np.testing.assert_array_equal(*deviation_factor)
-    assert found.arrangement.model_error_size.frequency < 0.2 * without.model_error_size.frequency
-    assert found.arrangement.model_error_size.shape < 0.5 * without.model_error_size.shape
+    assert result.arrangement.model_error_size.frequency < 0.2 * without.model_error_size.frequency
+    assert result.arrangement.model_error_size.shape < 0.5 * without.model_error_size.shape
     # By the covariance with this error the mass seems to gain less than with a model error that suits it.
     (seen,) = screen(without, [true.effect])
     (suited,) = rank_by_best_covariance(without, [seen])
     assert suited.gain > 1.2 * seen.gain
-    assert without.cost_with_error_left(first.fit) < without.cost - found.refit.gain / 2
+    assert without.cost_with_error_left(first.fit) < without.cost - result.refit.gain / 2
     # Model error takes up what is missing: less is gained than by the covariance of noise alone, but as clearly.
     plain = leave_out_model_error(without.train)
     left = [float(np.sum(plain.residual(item.fit.prediction) ** 2)) for item in (before, first)]
-    assert 50 < found.refit.gain < left[0] - left[1]
+    assert 50 < result.refit.gain < left[0] - left[1]
 
 
 @pytest.mark.parametrize(
@@ -200,9 +200,9 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
 
 def test_the_density_of_held_out_data_has_their_jitter_integrated_out(finalists: list[Finalist]) -> None:
     """Laplace's approximation is exact where readings are linear in the jitter: the covariance has it then."""
-    found = next(item for item in finalists if item.name == TRUE)
-    whole, fit = found.arrangement.held_out, found.arrangement.fit
+    result = next(item for item in finalists if item.name == TRUE)
+    whole, fit = result.arrangement.held_out, result.arrangement.fit
     residual = whole.residual(whole.predictor.predict(fit.model, fit.prediction))
     exact = float(residual @ residual) + whole.whitening.log_determinant
     # The covariance has the slopes of the readings at the fit, where a fit of the jitter follows their curvature.
-    assert found.arrangement.tested(None, fit).held_out_cost == pytest.approx(exact, abs=1.0)
+    assert result.arrangement.tested(None, fit).held_out_cost == pytest.approx(exact, abs=1.0)

@@ -27,8 +27,8 @@ def along(angle: float) -> np.ndarray:
 ])  # fmt: skip
 def test_parallel_effects_that_gain_alike_are_the_same(angle: float, gains: tuple[float, float], same: bool) -> None:
     refits = [refit("a", gains[0]), refit("b", gains[1])]
-    found = find_same(refits, {"a": along(0.0), "b": along(angle)})
-    np.testing.assert_array_equal(found, [[True, same], [same, True]])
+    result = find_same(refits, {"a": along(0.0), "b": along(angle)})
+    np.testing.assert_array_equal(result, [[True, same], [same, True]])
 
 
 def test_an_effect_whose_direction_is_not_known_is_itself_alone() -> None:
@@ -39,5 +39,5 @@ def test_effects_that_are_the_same_are_equally_probable_whatever_their_densities
     refits = [refit("a", 600.0), refit("b", 600.0, cost=12.0), refit("c", 600.0, cost=4.0)]
     apart = compute_probabilities(refits)
     np.testing.assert_allclose(apart[1:] / apart[0], np.exp([-6.0, -2.0]), rtol=1e-12)
-    found = compute_probabilities(refits, find_same(refits, {"a": along(0.0), "b": along(0.0), "c": along(1.0)}))
-    np.testing.assert_allclose(found[1:] / found[0], [1.0, np.exp(-2.0)], rtol=1e-12)
+    result = compute_probabilities(refits, find_same(refits, {"a": along(0.0), "b": along(0.0), "c": along(1.0)}))
+    np.testing.assert_allclose(result[1:] / result[0], [1.0, np.exp(-2.0)], rtol=1e-12)

@@ -39,11 +39,11 @@ def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others:
     before, listed = baseline_fit(arrangement), partial(list_campaign_effects, campaign)
     scores = screen(arrangement, [listed(small).effect(name) for name in (first, *others)])
     by_own = partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
-    found = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
-    own = found[first]
+    result = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
+    own = result[first]
     rest = explain_residual(add_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
     assert rest.refit is not None
-    return fit_pair(own.arrangement, before, own.refit, rest.refit, [found[name].refit for name in others])
+    return fit_pair(own.arrangement, before, own.refit, rest.refit, [result[name].refit for name in others])
 
 
 @pytest.fixture(scope="module")

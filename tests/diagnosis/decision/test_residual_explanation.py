@@ -90,11 +90,11 @@ def test_gains_by_slope_are_those_of_screening_where_effects_are_weak(
     heavy: Arrangement, scores: dict[str, Score], listed: Catalogue
 ) -> None:
     gains = compute_slope_gains(heavy, listed.candidates)
-    for effect, found in zip(listed.candidates, gains, strict=True):
-        assert found >= 0
+    for effect, result in zip(listed.candidates, gains, strict=True):
+        assert result >= 0
         if effect.kind in {"gain", "density"}:
             # Linear, but for the curvature of the resonance; screening tries the strength itself.
-            assert found == pytest.approx(scores[effect.name].gain, rel=0.1, abs=1)
+            assert result == pytest.approx(scores[effect.name].gain, rel=0.1, abs=1)
 
 
 def test_without_candidates_no_effect_is_left(heavy: Arrangement, refits: dict[str, Refit]) -> None:
@@ -141,13 +141,13 @@ def test_what_is_left_is_confirmed_by_a_fit(
     heavy: Arrangement, refits: dict[str, Refit], left: dict[str, ResidualExplanation], listed: Catalogue
 ) -> None:
     accepting, right = add_effect(heavy, refits[WRONG]), listed.effect(RIGHT)
-    found = explain_residual(accepting, [right], threshold=1.0)
+    result = explain_residual(accepting, [right], threshold=1.0)
     (score,) = screen(accepting, [right])
     # The same fit again.
-    assert found.gain == pytest.approx(accepting.fit.chi2 - quick_fit(accepting, score).chi2, rel=1e-9)
+    assert result.gain == pytest.approx(accepting.fit.chi2 - quick_fit(accepting, score).chi2, rel=1e-9)
     # By a mass as weak as this one the derivative promises what the fit keeps, but for the curvature of the resonance.
-    assert found.gain == pytest.approx(explain_residual(accepting, [right], np.inf).gain, rel=0.1)
-    assert found.gain != explain_residual(accepting, [right], np.inf).gain
+    assert result.gain == pytest.approx(explain_residual(accepting, [right], np.inf).gain, rel=0.1)
+    assert result.gain != explain_residual(accepting, [right], np.inf).gain
 
 
 def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[float], threshold: float) -> Any:
@@ -191,7 +191,7 @@ def test_promises_that_matter_are_checked(
     monkeypatch: pytest.MonkeyPatch,
     promised: list[float], kept: list[float], threshold: float, asked: list[int], name: str, gain: float,
 ) -> None:  # fmt: skip
-    found, fits = checked(monkeypatch, promised, kept, threshold)
+    result, fits = checked(monkeypatch, promised, kept, threshold)
     assert MAX_FURTHER_FITS == 2
     assert fits == asked
-    assert (found.effect_name, found.gain) == (name, gain)
+    assert (result.effect_name, result.gain) == (name, gain)

@@ -137,10 +137,10 @@ def test_the_smallest_detectable_strength_gains_the_threshold() -> None:
         )
         for name, parameter, size in (("mass", MASS, 20.0), ("far", RATIO, 0.0), ("faint", MASS, 1e-9))
     )  # fmt: skip
-    found = compute_detectable_strengths([score, unseen, faint], 16.0)
-    assert found["mass"] == pytest.approx(4 * 0.01 / 20)
-    assert found["far"] == float("inf")
-    assert found["faint"] == float("inf")  # beyond the bounds of the mass
+    result = compute_detectable_strengths([score, unseen, faint], 16.0)
+    assert result["mass"] == pytest.approx(4 * 0.01 / 20)
+    assert result["far"] == float("inf")
+    assert result["faint"] == float("inf")  # beyond the bounds of the mass
 
 
 def test_a_number_has_the_digits_that_its_interval_leaves() -> None:

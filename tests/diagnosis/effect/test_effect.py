@@ -91,11 +91,11 @@ def planted_kind(request: pytest.FixtureRequest) -> EffectKind:
 
 def effects(kind: EffectKind, model: Model, level: float = 1.0) -> list[Effect]:
     """All of a kind on a model that can be tested."""
-    found = [
+    result = [
         item for item in kind.candidates(model, measure_scale(model, level=level)) if not isinstance(item, Untestable)
     ]
-    assert found
-    return found
+    assert result
+    return result
 
 
 def test_at_its_vanishing_value_an_effect_leaves_all_matrices_loads_gains_and_contacts(
@@ -119,9 +119,9 @@ def test_at_its_vanishing_value_an_effect_leaves_the_response(effect_kind: Effec
     shaken = bench.with_joints({name: {"friction_coefficient": 10.0} for name in bench.lines["left"]})
     assert abs(state(shaken, omega).coefficients - reference.coefficients).max() > 1e-3 * size
     for effect in effects(effect_kind, bench):
-        found = state(effect.apply(bench, vanishing(effect)), omega)
+        result = state(effect.apply(bench, vanishing(effect)), omega)
         # The same operations on the same numbers; a joint more reorders sums.
-        np.testing.assert_allclose(found.coefficients, reference.coefficients, rtol=0, atol=1e-12 * size)
+        np.testing.assert_allclose(result.coefficients, reference.coefficients, rtol=0, atol=1e-12 * size)
 
 
 def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(effect_kind: EffectKind, bench: Model) -> None:
@@ -191,14 +191,14 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
     free = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
     arrangement = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0))
     (score,) = screen(arrangement, [effect])
-    found = refit(arrangement, score)
+    result = refit(arrangement, score)
     before = baseline_fit(arrangement)
     # Five standard deviations, by the curvature of chi^2 alone: friction histories stray a little further.
-    assert found.strength == pytest.approx(strength, abs=5 * found.deviation)
-    assert found.deviation < 0.2 * abs(strength - parameter.vanishes)
+    assert result.strength == pytest.approx(strength, abs=5 * result.deviation)
+    assert result.deviation < 0.2 * abs(strength - parameter.vanishes)
     # A promise to first order, at the strength that the screening tried.
-    assert arrangement.fit.chi2 - found.fit.chi2 == pytest.approx(score.gain, rel=0.4)
-    assert found.held_out_reduced_chi2 < before.held_out_reduced_chi2
+    assert arrangement.fit.chi2 - result.fit.chi2 == pytest.approx(score.gain, rel=0.4)
+    assert result.held_out_reduced_chi2 < before.held_out_reduced_chi2
 
 
 @pytest.mark.parametrize("kind", ["cubic", "air damping"])

@@ -76,8 +76,8 @@ def test_only_what_is_further_behind_than_its_direction_allows_begins_again(
 
 def test_the_nearest_few_begin_again(problem: Any) -> None:
     best, others = score("best", 0.0), [score(f"{angle}", angle) for angle in (0.04, 0.01, 0.03, 0.02, 0.05)]
-    found = list_starts_alike(problem, [best, *others], [(best, fit(300.0))], best, fit(300.0))
-    assert [effect.name for effect, _ in found] == ["0.01", "0.02", "0.03"][: SELECTION.n_finalist]
+    result = list_starts_alike(problem, [best, *others], [(best, fit(300.0))], best, fit(300.0))
+    assert [effect.name for effect, _ in result] == ["0.01", "0.02", "0.03"][: SELECTION.n_finalist]
 
 
 def test_of_a_small_gain_other_effects_are_not_alike(problem: Any) -> None:
@@ -103,11 +103,11 @@ def test_what_becomes_the_best_is_followed_once_more(
 
     monkeypatch.setattr("diagnosis.fit.refit.fit_from", fit_from)
     a, b, c = (score(name, 0.0) for name in "abc")
-    found = {
+    result = {
         item.effect.name: one.chi2
         for item, one in fit_alike(problem, [a, b, c], [(a, fit(300.0)), (b, fit(320.0))], run_step)
     }
     # Both begin like a; b becomes the best, and then a and c begin like it.
     assert asked[:2] == ["b", "c"]
     assert asked[2:] == ["a", "c"]
-    assert found == {"a": 252.0, "b": 250.0, "c": 251.0}
+    assert result == {"a": 252.0, "b": 250.0, "c": 251.0}

@@ -64,9 +64,9 @@ def unknowns(upper: float = 5.0) -> Unknowns:
         parameter = EffectParameter(name=name, unit="-", lower=-5.0, upper=upper, typical=0.1)
         return Number(name=name, parameters=(parameter,))
 
-    found = Unknowns.from_effects((), [], [number("x", upper), number("y", 5.0)])  # type: ignore[arg-type, list-item]
+    result = Unknowns.from_effects((), [], [number("x", upper), number("y", 5.0)])  # type: ignore[arg-type, list-item]
     # Priors so wide that they say nothing.
-    return Unknowns(base=found.base, effects=found.effects, prior=np.array([1e6, 1e6]))
+    return Unknowns(base=result.base, effects=result.effects, prior=np.array([1e6, 1e6]))
 
 
 def jacobian(of: Valley, *values: float) -> np.ndarray:
@@ -84,11 +84,11 @@ def fit(of: Valley, *, start: np.ndarray = START, slopes: np.ndarray | None = No
 
 def test_updates_reach_the_minimum_that_exact_jacobians_reach(monkeypatch: pytest.MonkeyPatch) -> None:
     updated, newly = Valley(0.5), Valley(0.5)
-    found = fit(updated)
+    result = fit(updated)
     # Nothing is agreed with any more: each step makes its own Jacobian.
     monkeypatch.setattr(calibration, "MIN_AGREEMENT", np.inf)
     other = fit(newly)
-    for item in (found, other):
+    for item in (result, other):
         # Both end where a step is expected to gain less than `MIN_GAIN`.
         assert item.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
         np.testing.assert_allclose(item.values, [1.0, 0.5], atol=np.sqrt(MIN_GAIN) * 3 / SCALE)
@@ -103,18 +103,18 @@ def test_a_jacobian_that_sees_nothing_to_gain_does_not_end_a_fit() -> None:
     blind[2] = (40.0, 0.0)
     # Orthogonal to all but the number that cannot be fitted, which here has to be zero.
     of.residual = lambda at: Valley.residual(of, at) * np.array([1.0, 1.0, 0.0])  # type: ignore[method-assign]
-    found = fit(of, slopes=blind)
+    result = fit(of, slopes=blind)
     assert of.n_slope > 0
-    assert found.chi2 < MIN_GAIN
+    assert result.chi2 < MIN_GAIN
 
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (0.5, 0.3), (-1.0, 1.0), (2.0, 4.0)])
 def test_a_stale_jacobian_does_not_end_a_fit_in_a_curved_valley(at: tuple[float, float]) -> None:
     """That of another point of the valley leads across its bend, where chi^2 rises."""
     of = Valley()
-    found = fit(of, slopes=jacobian(of, *at))
-    assert found.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
-    np.testing.assert_allclose(found.values, [1.0, 1.0], atol=np.sqrt(MIN_GAIN) * 3 / SCALE)
+    result = fit(of, slopes=jacobian(of, *at))
+    assert result.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
+    np.testing.assert_allclose(result.values, [1.0, 1.0], atol=np.sqrt(MIN_GAIN) * 3 / SCALE)
 
 
 def test_a_jacobian_of_the_wrong_sign_does_not_end_a_fit() -> None:
@@ -128,19 +128,19 @@ def test_a_jacobian_of_the_wrong_sign_does_not_end_a_fit() -> None:
 def test_a_fit_that_is_asked_to_be_exact_tells_the_jacobian_of_its_end(most: int) -> None:
     of = Valley(0.1)
     of.search = Search(steps=most)
-    found = fit(of, ending=Ending.EXACT)
-    np.testing.assert_array_equal(found.jacobian, jacobian(of, *found.values))
-    np.testing.assert_allclose(found.covariance, np.linalg.inv(found.jacobian.T @ found.jacobian), rtol=1e-9)
+    result = fit(of, ending=Ending.EXACT)
+    np.testing.assert_array_equal(result.jacobian, jacobian(of, *result.values))
+    np.testing.assert_allclose(result.covariance, np.linalg.inv(result.jacobian.T @ result.jacobian), rtol=1e-9)
 
 
 def test_a_linear_comparison_needs_no_second_jacobian() -> None:
     """Nothing bends: the first Jacobian is exact, one step is enough, and the update changes nothing."""
     of = Valley(0.0)
-    found = fit(of, slopes=jacobian(of, 0.3, 0.2))
+    result = fit(of, slopes=jacobian(of, 0.3, 0.2))
     # The step is shortened by Marquardt's first factor of 1e-3; one Jacobian confirms the end.
     assert of.n_slope <= 1
-    assert found.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
-    np.testing.assert_allclose(found.jacobian, jacobian(of, 1.0, 0.0), atol=1e-6 * SCALE)
+    assert result.chi2 == pytest.approx(LEAST, abs=MIN_GAIN)
+    np.testing.assert_allclose(result.jacobian, jacobian(of, 1.0, 0.0), atol=1e-6 * SCALE)
 
 
 def test_the_update_is_the_least_change_that_explains_the_step() -> None:
@@ -163,10 +163,10 @@ def test_the_update_is_the_least_change_that_explains_the_step() -> None:
 @pytest.mark.parametrize("upper", [0.4, 0.9])
 def test_a_bound_holds_with_updates(upper: float) -> None:
     of = Valley()
-    found = calibrate(of, unknowns(upper), START)  # type: ignore[arg-type]
-    assert found.values[0] == upper
+    result = calibrate(of, unknowns(upper), START)  # type: ignore[arg-type]
+    assert result.values[0] == upper
     # The best within the bound: y = x^2 there.
-    assert found.chi2 == pytest.approx(LEAST + (SCALE * (1 - upper)) ** 2, abs=MIN_GAIN)
+    assert result.chi2 == pytest.approx(LEAST + (SCALE * (1 - upper)) ** 2, abs=MIN_GAIN)
 
 
 def test_every_step_that_is_told_is_a_fall() -> None:

@@ -77,11 +77,11 @@ def test_a_fit_goes_on_from_its_own_prediction(arranged: Arrangement, monkeypatc
     monkeypatch.setattr(Comparison, "predict", count)
     anew = calibrate(arranged.train, begun.unknowns, begun.values, begun.prediction)
     n_anew = len(made)
-    found = recalibrate(arranged.train, begun)
+    result = recalibrate(arranged.train, begun)
     assert len(made) - n_anew == n_anew - 1
     # Newton's method ends at 1e-9 of the linear motion, and the fit at a gain of `MIN_GAIN`.
-    assert found.chi2 == pytest.approx(anew.chi2, abs=MIN_GAIN)
-    np.testing.assert_allclose(found.values, anew.values, atol=1e-3 * found.deviation.max())
+    assert result.chi2 == pytest.approx(anew.chi2, abs=MIN_GAIN)
+    np.testing.assert_allclose(result.values, anew.values, atol=1e-3 * result.deviation.max())
 
 
 def test_a_trial_that_nothing_holds_turns_a_fit_back(small: Model, arranged: Arrangement) -> None:
@@ -137,9 +137,9 @@ def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:
             values[number] += side * step
             ends.append(arranged.train.residual(arranged.train.predict(fit.unknowns.compose(values), fit.prediction)))
         exact = -(ends[1] - ends[0]) / (2 * step)
-        found = fit.jacobian[: len(exact), number]
+        result = fit.jacobian[: len(exact), number]
         # Newton's 1e-9 over the step, and curvature.
-        np.testing.assert_allclose(found, exact, rtol=0, atol=1e-4 * np.abs(exact).max())
+        np.testing.assert_allclose(result, exact, rtol=0, atol=1e-4 * np.abs(exact).max())
     np.testing.assert_array_equal(fit.jacobian[-len(fit.values) :], np.diag(1 / fit.unknowns.prior))
 
 

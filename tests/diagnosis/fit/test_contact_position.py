@@ -89,12 +89,12 @@ def test_rows_and_gaps_are_those_of_the_places_between(beam: Model) -> None:
         closer.system.joints, contacts(own, BeamParameters()), beam.system.joints, strict=True
     ):
         for name in ("normal", "tangents"):
-            found, wanted, was = (
+            result, wanted, was = (
                 float(np.squeeze(getattr(joint, name) @ shape))
                 for joint, shape in ((contact, drawn), (bench, exact), (line, drawn))
             )
             # Under a tip force w is a cubic; the left station moves by 0.4 % of w, the parabola leaves a thousandth.
-            assert found == pytest.approx(wanted, rel=1e-5)
+            assert result == pytest.approx(wanted, rel=1e-5)
             if not line.name.endswith(".2"):
                 assert was != pytest.approx(wanted, rel=3e-3)
         # Linear along the line.
@@ -150,10 +150,10 @@ def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: Model) 
 
 
 def given(model: Model) -> CalibrationParameter:
-    (found,) = (
+    (result,) = (
         item for item in list_calibration_parameters(model, deviation={"bearing": 0.05}) if item.name == "bearing"
     )
-    return found
+    return result
 
 
 def test_it_is_accepted_where_a_line_has_three_contacts_and_a_prior(beam: Model, small: Model) -> None:

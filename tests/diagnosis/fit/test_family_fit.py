@@ -162,8 +162,8 @@ MEASURING = Measuring(groups=[FamilyGroup([MEAN], np.ones(1))], errors=RepeatErr
 
 def test_a_prior_is_about_the_value_that_changes_nothing() -> None:
     length: Any = CalibratedEffect.from_effect(Length(), 1e-3)
-    found: Any = lambda values: values  # noqa: E731 - the values are the model
-    fit = fit_families(found, [length], np.zeros(1), MEASURING, most=100)
+    result: Any = lambda values: values  # noqa: E731 - the values are the model
+    fit = fit_families(result, [length], np.zeros(1), MEASURING, most=100)
     assert fit.before == 2.0
     # Half way between two that weigh the same; the least of linear limits is told to a hundredth of the trust region.
     assert fit.values[0] == pytest.approx(1e-3, abs=2e-5)
@@ -305,15 +305,15 @@ def measure_up_to(most: float) -> ComputeLimits:
 
 
 def test_a_fit_that_begins_beside_no_model_takes_slopes_to_the_other_side() -> None:
-    found = fit_limits(measure_up_to(4.0), MEASURING, 100.0, np.array([3.9]), most=60)
+    result = fit_limits(measure_up_to(4.0), MEASURING, 100.0, np.array([3.9]), most=60)
     # Two millimetres, to the fall of the score that ends the fit.
-    assert found.values[0] == pytest.approx(2.0, abs=np.sqrt(2 * LEAST_FALL))
+    assert result.values[0] == pytest.approx(2.0, abs=np.sqrt(2 * LEAST_FALL))
 
 
 def test_a_fit_that_begins_at_a_bound_leaves_it() -> None:
     bounds = scipy.optimize.Bounds(np.zeros(1), np.full(1, 4.0))
-    found = fit_limits(measure_up_to(9.0), MEASURING, 100.0, np.array([4.0]), most=60, bounds=bounds)
-    assert found.values[0] == pytest.approx(2.0, abs=np.sqrt(2 * LEAST_FALL))
+    result = fit_limits(measure_up_to(9.0), MEASURING, 100.0, np.array([4.0]), most=60, bounds=bounds)
+    assert result.values[0] == pytest.approx(2.0, abs=np.sqrt(2 * LEAST_FALL))
 
 
 def test_a_start_without_a_model_is_refused() -> None:

@@ -62,32 +62,34 @@ def left(of: Arrangement) -> NDArray[np.float64]:
 def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
     beside_stiffer: Arrangement, campaign: Campaign, listed: Catalogue
 ) -> None:
-    found = beside_stiffer
-    names = [item.name for item in found.calibration]
+    result = beside_stiffer
+    names = [item.name for item in result.calibration]
     young = names.index("E")
-    shift = found.finer[0].shift
+    shift = result.finer[0].shift
     assert shift is not None
     # The model's E is near 1, and the finer one's is by so much less.
-    assert shift[young] == pytest.approx(-STIFFER * found.fit.values[young], rel=FOUND)
-    plain = replace(found.finer[0], shift=None)
-    assert np.linalg.norm(left(found)) < FOUND * np.linalg.norm(left(replace(found, finer=(plain,))))
+    assert shift[young] == pytest.approx(-STIFFER * result.fit.values[young], rel=FOUND)
+    plain = replace(result.finer[0], shift=None)
+    assert np.linalg.norm(left(result)) < FOUND * np.linalg.norm(left(replace(result, finer=(plain,))))
     # E is not known better than two meshes that differ in nothing else say, with an effect or without.
     effect = listed.effect("mass at tip z")
-    with_mass = calibrate(found.train, found.unknowns([effect]), np.append(found.fit.values, 0.0), found.fit.prediction)
-    for fit in (found.fit, with_mass):
+    with_mass = calibrate(
+        result.train, result.unknowns([effect]), np.append(result.fit.values, 0.0), result.fit.prediction
+    )
+    for fit in (result.fit, with_mass):
         assert fit.deviation[young] < STIFFER / 3
-        assert widen_by_finer_models(fit, found.finer).deviation[young] >= STIFFER * (1 - FOUND)
-    before, (refitted,) = baseline_fit(found), [refit(found, score, with_mass) for score in screen(found, [effect])]
-    fits = [Finalist(refit=item, arrangement=found) for item in (before, refitted)]
+        assert widen_by_finer_models(fit, result.finer).deviation[young] >= STIFFER * (1 - FOUND)
+    before, (refitted,) = baseline_fit(result), [refit(result, score, with_mass) for score in screen(result, [effect])]
+    fits = [Finalist(refit=item, arrangement=result) for item in (before, refitted)]
     for item in widen_intervals(campaign, fits[0], fits):
         assert item.fit.deviation[young] >= STIFFER * (1 - FOUND)
 
 
 def test_what_no_calibration_makes_good_stays(small: Model, campaign: Campaign, listed: Catalogue) -> None:
     heavier = listed.effect("mass at tip z").apply(small, [5e-3])
-    found = beside(campaign, small, heavier)
-    plain = replace(found.finer[0], shift=None)
-    apart, before = (np.linalg.norm(left(item)) for item in (found, replace(found, finer=(plain,))))
+    result = beside(campaign, small, heavier)
+    plain = replace(result.finer[0], shift=None)
+    apart, before = (np.linalg.norm(left(item)) for item in (result, replace(result, finer=(plain,))))
     assert 3 < apart < before
 
 
@@ -95,22 +97,22 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
     small: Model, heavy_campaign: Campaign, listed: Catalogue
 ) -> None:
     mass = listed.effect("mass at tip z")
-    found = beside(heavy_campaign, small, stiffer(small), (AddedEffect(effect=mass, values=np.array([5e-3])),))
-    shift = found.finer[0].shift
+    result = beside(heavy_campaign, small, stiffer(small), (AddedEffect(effect=mass, values=np.array([5e-3])),))
+    shift = result.finer[0].shift
     assert shift is not None
-    assert len(shift) == len(found.calibration) == len(found.fit.values) - 1
-    composed = found.finer[0].compose(found.fit.values)
-    by_hand = Unknowns(base=stiffer(small), effects=found.fit.unknowns.effects, prior=found.fit.unknowns.prior)
-    expected = by_hand.compose(found.fit.values + np.append(shift, 0.0))
+    assert len(shift) == len(result.calibration) == len(result.fit.values) - 1
+    composed = result.finer[0].compose(result.fit.values)
+    by_hand = Unknowns(base=stiffer(small), effects=result.fit.unknowns.effects, prior=result.fit.unknowns.prior)
+    expected = by_hand.compose(result.fit.values + np.append(shift, 0.0))
     np.testing.assert_allclose(composed.system.mass, expected.system.mass, rtol=1e-12)
     np.testing.assert_allclose(composed.system.stiffness, expected.system.stiffness, rtol=1e-12)
 
 
 def test_other_measurements_do_not_move_it(beside_stiffer: Arrangement, small: Model, paper: ModuleType) -> None:
-    found = beside_stiffer
-    anew = arrange_anew(found, paper.make_campaign(small, jitter=3e-5, seed=7))
-    assert anew.finer[0].shift is found.finer[0].shift
-    assert (anew.fit.values != found.fit.values).any()
+    result = beside_stiffer
+    anew = arrange_anew(result, paper.make_campaign(small, jitter=3e-5, seed=7))
+    assert anew.finer[0].shift is result.finer[0].shift
+    assert (anew.fit.values != result.fit.values).any()
 
 
 @pytest.mark.parametrize("effect", ["dashpot at root z", pytest.param("mass at tip z", marks=slow)])
@@ -123,18 +125,18 @@ def test_a_finer_model_that_is_the_model_needs_no_shift(
     (zeta,) = (item for item in list_calibration_parameters(small) if item.name == "zeta")
     truth = added.apply(zeta.apply(small, [1.5]), [strength])
     of = paper.make_campaign(truth, jitter=3e-5, seed=8)
-    found = beside(of, small, small, (AddedEffect(effect=added, values=np.array([strength])),))
-    assert found.fit.values[[item.name for item in found.calibration].index("zeta")] > 1.3
-    np.testing.assert_allclose(found.finer[0].shift, 0, atol=1e-6)
+    result = beside(of, small, small, (AddedEffect(effect=added, values=np.array([strength])),))
+    assert result.fit.values[[item.name for item in result.calibration].index("zeta")] > 1.3
+    np.testing.assert_allclose(result.finer[0].shift, 0, atol=1e-6)
 
 
 def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign: Campaign) -> None:
-    found = beside(campaign, small, small)
-    value = found.fit.prediction.value.copy()
-    value[found.train.observed.points.level == found.train.observed.points.level.min()] = np.nan
-    unfound = replace(found.fit, prediction=replace(found.fit.prediction, value=value))
-    elsewhere = replace(found.train, measured=1.05 * found.train.measured)
-    shift = found.finer[0].calibrated(elsewhere, unfound).shift
+    result = beside(campaign, small, small)
+    value = result.fit.prediction.value.copy()
+    value[result.train.observed.points.level == result.train.observed.points.level.min()] = np.nan
+    unfound = replace(result.fit, prediction=replace(result.fit.prediction, value=value))
+    elsewhere = replace(result.train, measured=1.05 * result.train.measured)
+    shift = result.finer[0].calibrated(elsewhere, unfound).shift
     assert shift is not None
     # A thousandth of the weight, squared, of what was measured 5 % off.
     np.testing.assert_allclose(shift, 0, atol=1e-5)
@@ -143,9 +145,9 @@ def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign:
 @slow
 def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -> None:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
-    found = arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget)
-    young = [item.name for item in found.calibration].index("E")
-    assert widen_by_finer_models(found.fit, found.finer).deviation[young] == pytest.approx(
+    result = arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget)
+    young = [item.name for item in result.calibration].index("E")
+    assert widen_by_finer_models(result.fit, result.finer).deviation[young] == pytest.approx(
         np.sqrt(2) * STIFFER, rel=FOUND
     )
 
@@ -155,10 +157,10 @@ def test_without_accepted_parameters_the_difference_is_what_it_is(
 ) -> None:
     mass = AddedEffect(effect=listed.effect("mass at tip z"), values=np.array([5e-3]))
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small),))
-    found = arrange(heavy_campaign, small, (), budget, added=(mass,))
-    assert found.finer[0].shift is not None
-    assert len(found.finer[0].shift) == 0
-    assert found.fit.values == pytest.approx([5e-3], rel=0.1)
+    result = arrange(heavy_campaign, small, (), budget, added=(mass,))
+    assert result.finer[0].shift is not None
+    assert len(result.finer[0].shift) == 0
+    assert result.fit.values == pytest.approx([5e-3], rel=0.1)
 
 
 def test_an_effect_that_is_tried_is_no_numerical_error(

@@ -35,8 +35,8 @@ def test_a_preload_pattern_scales_each_line_by_its_share(small: Model) -> None:
 
 def test_priors_are_the_covariance(small: Model) -> None:
     lines = np.array([[4e-4, 1e-4], [1e-4, 2e-4]])
-    found = list_jitter(small, [*(np.array([[size]]) for size in (9e-8, 4e-8, 1e-4, 4e-6)), lines])
-    common, patterns = found[:4], found[4:]
+    result = list_jitter(small, [*(np.array([[size]]) for size in (9e-8, 4e-8, 1e-4, 4e-6)), lines])
+    common, patterns = result[:4], result[4:]
     assert [effect.name for effect, _ in common] == [
         f"{what} of the {test} test" for what in ("frequency", "force") for test in ("jointed", "free")
     ]
@@ -49,7 +49,7 @@ def test_priors_are_the_covariance(small: Model) -> None:
         covariance += deviation**2 * np.outer(share, share)
     # An eigenvalue decomposition put together again.
     np.testing.assert_allclose(covariance, lines, rtol=1e-12)
-    assert len({effect.name for effect, _ in found}) == 6
+    assert len({effect.name for effect, _ in result}) == 6
 
 
 def test_what_does_not_jitter_is_no_number_to_set(small: Model) -> None:
@@ -65,9 +65,9 @@ def test_preload_patterns_are_independent(small: Model) -> None:
     model = replace(small, lines={**small.lines, "middle": ("left 1",)})
     patterns = np.array([[1, 1, 1], [1, -1, 0], [1, 1, -2]]) / np.sqrt([[3], [2], [6]])
     sizes = np.array([0.03, 0.02, 0.01])
-    found = list_preload_jitter(model, patterns.T * sizes**2 @ patterns)
-    assert len({effect.name for effect, _ in found}) == 3
-    best_first = sorted(found, key=lambda item: -item[1])
+    result = list_preload_jitter(model, patterns.T * sizes**2 @ patterns)
+    assert len({effect.name for effect, _ in result}) == 3
+    best_first = sorted(result, key=lambda item: -item[1])
     for (effect, deviation), size, pattern in zip(best_first, sizes, patterns, strict=True):
         # An eigenvalue decomposition: round-off, over the ratio of the eigenvalues and their differences.
         assert deviation == pytest.approx(size, rel=1e-12)

@@ -67,8 +67,8 @@ def test_without_it_the_fit_is_bad(arranged: Arrangement, long: Model, paper: Mo
 
 def test_its_slope_is_the_difference_of_predictions(arranged: Arrangement) -> None:
     fit, unknowns = arranged.fit, arranged.fit.unknowns
-    found = differentiate(unknowns.compose, fit.values, unknowns.size, unknowns.bounds)
-    assert [item is None for item in found] == [False, False, False, True]
+    result = differentiate(unknowns.compose, fit.values, unknowns.size, unknowns.bounds)
+    assert [item is None for item in result] == [False, False, False, True]
     exact = central(arranged, fit.values, fit.prediction)
     # A one-sided difference of short step: what Newton's method leaves is some 2 % of it, see `fit.comparison`.
     slope = fit.jacobian[: len(exact), 3]

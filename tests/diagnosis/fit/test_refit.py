@@ -84,8 +84,8 @@ def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int 
 
 def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     promised = score(100.0)
-    found, asked = fit(promised, CHI2 - 100 * MIN_GAIN_KEPT - 1, monkeypatch=monkeypatch)
-    assert found.chi2 == CHI2 - 100 * MIN_GAIN_KEPT - 1
+    result, asked = fit(promised, CHI2 - 100 * MIN_GAIN_KEPT - 1, monkeypatch=monkeypatch)
+    assert result.chi2 == CHI2 - 100 * MIN_GAIN_KEPT - 1
     (start,), (slopes,) = asked.starts, asked.slopes
     np.testing.assert_array_equal(start, promised.start)
     # The Jacobian that the screening knows, beside that of the calibration parameters; the effect has no prior.
@@ -100,8 +100,8 @@ def test_one_that_does_not_begins_again_from_typical_strength(
 ) -> None:
     """On the side that the screening found."""
     promised = score(100.0, strength=strength, typical=typical)
-    found, asked = fit(promised, CHI2 - 10, CHI2 - 20, CHI2 - 120, monkeypatch=monkeypatch)
-    assert found.chi2 == CHI2 - 120
+    result, asked = fit(promised, CHI2 - 10, CHI2 - 20, CHI2 - 120, monkeypatch=monkeypatch)
+    assert result.chi2 == CHI2 - 120
     np.testing.assert_array_equal(asked.starts[1], promised.start)
     np.testing.assert_array_equal(asked.starts[2], [*ACCEPTED, second])
     # Far from where the slope was taken.
@@ -111,16 +111,16 @@ def test_one_that_does_not_begins_again_from_typical_strength(
 def test_slopes_that_lead_astray_are_taken_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the readings turn within the step to the strength of the screening."""
     promised = score(100.0)
-    found, asked = fit(promised, CHI2 + 20000, CHI2 - 100 * MIN_GAIN_KEPT - 1, monkeypatch=monkeypatch)
-    assert found.chi2 == CHI2 - 100 * MIN_GAIN_KEPT - 1
+    result, asked = fit(promised, CHI2 + 20000, CHI2 - 100 * MIN_GAIN_KEPT - 1, monkeypatch=monkeypatch)
+    assert result.chi2 == CHI2 - 100 * MIN_GAIN_KEPT - 1
     np.testing.assert_array_equal(asked.starts, [promised.start, promised.start])
     assert asked.slopes[1] is None
 
 
 def test_the_best_of_all_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, asked = fit(score(100.0), CHI2 - 60, CHI2 - 30, CHI2 - 20, monkeypatch=monkeypatch)
+    result, asked = fit(score(100.0), CHI2 - 60, CHI2 - 30, CHI2 - 20, monkeypatch=monkeypatch)
     assert len(asked.starts) == 3
-    assert found.chi2 == CHI2 - 60
+    assert result.chi2 == CHI2 - 60
 
 
 def test_a_second_start_stays_within_the_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,26 +144,26 @@ def test_of_two_starts_of_one_effect_the_better_fit_counts(monkeypatch: pytest.M
     a, b, c, _ = (item.effect for item in scores)
     fits: Any = [(scores[0], SimpleNamespace(chi2=100.0)), (scores[1], SimpleNamespace(chi2=200.0))]
     starts = [(a, np.ones(3)), (b, np.ones(3)), (c, np.array([1.0, 2.0, 3.0]))]
-    found = {of.effect.name: item.chi2 for of, item in fit_from_starts(problem, scores, fits, starts)}
+    result = {of.effect.name: item.chi2 for of, item in fit_from_starts(problem, scores, fits, starts)}
     # An effect that was not on the shortlist takes part; one without another start stays as it is.
-    assert found == {"a": 90.0, "b": 200.0, "c": 70.0}
+    assert result == {"a": 90.0, "b": 200.0, "c": 70.0}
     assert calibrations.ceilings == [2 * 110.0] * 3
     np.testing.assert_array_equal(calibrations.starts[2], [1.0, 2.0, 3.0])
 
 
 def ranked(*gains: float, alike: bool = True) -> list[Score]:
     """Best first; directions are all the same, or all across each other."""
-    found = []
+    result = []
     for number, gain in enumerate(gains):
         direction = np.eye(len(gains))[0 if alike else number]
         plain = score(gain, name=f"p {number}")
-        found.append(
+        result.append(
             Score(
                 effect=plain.effect, strength=plain.strength, gain=gain, size=1.0, absorbed=0.0, direction=direction,
                 start=plain.start, slope=plain.slope,
             )
         )  # fmt: skip
-    return found
+    return result
 
 
 def test_the_best_few_are_refitted_whatever_they_look_like() -> None:
@@ -206,8 +206,8 @@ def test_those_that_fit_best_are_fitted_thoroughly() -> None:
 def test_a_third_that_is_far_behind_the_best_is_not_worth_it(behind: float, kept: int) -> None:
     """Behind the best, not behind the one before it."""
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (100 + behind, 100.0, 100 + behind / 2)]
-    found = choose_finalists(fits, costs(fits), SELECTION)
-    assert [fit.chi2 for _, fit in found] == [100.0, 100 + behind / 2, 100 + behind][:kept]
+    result = choose_finalists(fits, costs(fits), SELECTION)
+    assert [fit.chi2 for _, fit in result] == [100.0, 100 + behind / 2, 100 + behind][:kept]
 
 
 def test_the_best_two_are_fitted_thoroughly_however_far_apart() -> None:

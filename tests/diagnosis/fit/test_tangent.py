@@ -26,7 +26,7 @@ def at(compose, *values: float, bounds: tuple[float, float] = WIDE):
 
 def test_accepted_parameters_scale_what_they_name(small: Model) -> None:
     unknowns = Unknowns.from_effects(small, [(item, item.deviation) for item in list_calibration_parameters(small)], ())
-    found = dict(
+    result = dict(
         zip(
             unknowns.names,
             differentiate(unknowns.compose, unknowns.vanishing, unknowns.size, unknowns.bounds),
@@ -34,19 +34,19 @@ def test_accepted_parameters_scale_what_they_name(small: Model) -> None:
         )
     )
     system = small.system
-    assert set(found) == {"kt", "kn", "mu", "zeta", "E"}
-    np.testing.assert_allclose(found["zeta"].jointed.matrices.damping, system.damping, rtol=EXACT)
-    np.testing.assert_allclose(found["zeta"].free.matrices.damping, system.damping, rtol=EXACT)
-    np.testing.assert_allclose(found["E"].free.matrices.stiffness, system.stiffness, rtol=EXACT)
+    assert set(result) == {"kt", "kn", "mu", "zeta", "E"}
+    np.testing.assert_allclose(result["zeta"].jointed.matrices.damping, system.damping, rtol=EXACT)
+    np.testing.assert_allclose(result["zeta"].free.matrices.damping, system.damping, rtol=EXACT)
+    np.testing.assert_allclose(result["E"].free.matrices.stiffness, system.stiffness, rtol=EXACT)
     for name, field, value in (
         ("kt", "tangential_stiffness", 5e3),
         ("kn", "normal_stiffness", 1e4),
         ("mu", "friction_coefficient", 0.4),
     ):
-        rates = found[name].jointed.joints
+        rates = result[name].jointed.joints
         assert rates == {(joint.name, field): pytest.approx(value, rel=EXACT) for joint in system.joints}
-        assert not found[name].free.joints
-        assert found[name].free.matrices.mass is None
+        assert not result[name].free.joints
+        assert result[name].free.matrices.mass is None
 
 
 def test_loads_and_gains(small: Model) -> None:
@@ -69,21 +69,21 @@ def test_more_harmonics_with_a_parameter_are_rates_too(small: Model) -> None:
         force[2, 0] = values[0]
         return small.with_system(harmonic_force=force)
 
-    (found,) = at(compose, 0.0)
-    assert found.jointed.harmonic_force[2, 0] == pytest.approx(1.0, rel=EXACT)
-    assert found.jointed.harmonic_force[1, 2] == 0
+    (result,) = at(compose, 0.0)
+    assert result.jointed.harmonic_force[2, 0] == pytest.approx(1.0, rel=EXACT)
+    assert result.jointed.harmonic_force[1, 2] == 0
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05])
 def test_a_shift_of_one_test_acts_there_alone(small: Model, offset: float) -> None:
-    (found,) = at(lambda v: FrequencyShift(configuration="free").apply(small, v), offset)
+    (result,) = at(lambda v: FrequencyShift(configuration="free").apply(small, v), offset)
     # Omega (1 + e): a relative rate of 1 / (1 + e), squared with the mass; central differences of it.
     rate = 1 / (1 + offset)
-    np.testing.assert_allclose(found.free.matrices.mass, 2 * rate * small.system.mass, rtol=1e-7)
-    np.testing.assert_allclose(found.free.matrices.damping, rate * small.system.damping, rtol=1e-7)
-    assert found.free.matrices.stiffness is None
-    assert found.jointed.matrices.mass is None
-    assert found.frequency_shift == {"free": pytest.approx(rate, rel=1e-7)}
+    np.testing.assert_allclose(result.free.matrices.mass, 2 * rate * small.system.mass, rtol=1e-7)
+    np.testing.assert_allclose(result.free.matrices.damping, rate * small.system.damping, rtol=1e-7)
+    assert result.free.matrices.stiffness is None
+    assert result.jointed.matrices.mass is None
+    assert result.frequency_shift == {"free": pytest.approx(rate, rel=1e-7)}
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0])
@@ -94,10 +94,10 @@ def test_a_bound_is_never_passed(small: Model, value: float) -> None:
         seen.append(float(values[0]))
         return small.with_system(mass=small.system.mass * (1 + values[0]))
 
-    (found,) = at(compose, value, bounds=(0.0, 1.0))
+    (result,) = at(compose, value, bounds=(0.0, 1.0))
     assert min(seen) >= 0
     assert max(seen) <= 1
-    np.testing.assert_allclose(found.jointed.matrices.mass, small.system.mass, rtol=EXACT)
+    np.testing.assert_allclose(result.jointed.matrices.mass, small.system.mass, rtol=EXACT)
 
 
 def test_a_value_that_the_model_does_not_take_makes_a_difference_one_sided(small: Model) -> None:
@@ -106,8 +106,8 @@ def test_a_value_that_the_model_does_not_take_makes_a_difference_one_sided(small
             raise ModelError("a joint takes no more")
         return small.with_system(mass=small.system.mass * (1 + values[0]))
 
-    (found,) = at(compose, 0.5)
-    np.testing.assert_allclose(found.jointed.matrices.mass, small.system.mass, rtol=EXACT)
+    (result,) = at(compose, 0.5)
+    np.testing.assert_allclose(result.jointed.matrices.mass, small.system.mass, rtol=EXACT)
     with pytest.raises(ModelError, match="no neighbouring value"):
         at(lambda values: compose(values) if values[0] == 0.5 else compose([1.0]), 0.5)
 
@@ -118,9 +118,9 @@ def test_the_first_parameter_wanted(small: Model) -> None:
             mass=(1 + values[0]) * small.system.mass, damping=(1 + values[1]) * small.system.damping
         )
 
-    found = differentiate(compose, np.zeros(2), np.ones(2), [WIDE] * 2, first=1)
-    assert len(found) == 1
-    assert found[0].jointed.matrices.mass is None
+    result = differentiate(compose, np.zeros(2), np.ones(2), [WIDE] * 2, first=1)
+    assert len(result) == 1
+    assert result[0].jointed.matrices.mass is None
 
 
 def test_a_joint_that_appears_is_refused(small: Model) -> None:

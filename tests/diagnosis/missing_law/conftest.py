@@ -10,9 +10,9 @@ from tests.diagnosis.missing_law.chain import CLEARANCE, PLACES, SECOND, STIFF, 
 
 
 def _recover(arrangement: Arrangement) -> MissingLaw:
-    found = recover_law(arrangement, {"m1": SECOND})
-    assert found is not None
-    return found
+    result = recover_law(arrangement, {"m1": SECOND})
+    assert result is not None
+    return result
 
 
 @pytest.fixture(scope="session")
@@ -23,9 +23,9 @@ def chain_with_play() -> Arrangement:
 @pytest.fixture(scope="session")
 def recovered_play(chain_with_play: Arrangement) -> MissingLaw:
     # Of two of the three places: each takes seconds.
-    found = recover_law(chain_with_play, {name: PLACES[name] for name in ("m0", "m1")})
-    assert found is not None
-    return found
+    result = recover_law(chain_with_play, {name: PLACES[name] for name in ("m0", "m1")})
+    assert result is not None
+    return result
 
 
 @pytest.fixture(scope="session")

@@ -63,10 +63,10 @@ def test_the_joints_have_the_force_of_the_functions() -> None:
     balance = HarmonicBalance(system=system, n_harmonic=12, n_sample=512)
     state = steady_state(balance, OMEGA)
     u, v = follow(state.coefficients.T[:, :12], np.array([OMEGA]))
-    found = find_harmonics(BASIS.forces(u, v) @ values[:, None], 4)[0, :, 0]
+    result = find_harmonics(BASIS.forces(u, v) @ values[:, None], 4)[0, :, 0]
     # What the mass lacks for its balance is the force of the joints.
     k = np.arange(4)
     linear = 6e4 - 0.5 * (k * OMEGA) ** 2 + 20j * k * OMEGA
     needed = np.r_[0, 40.0, 0, 0] - linear * state.coefficients[:4, 0]
     # Kinks between instants.
-    np.testing.assert_allclose(found, needed, atol=0.02 * np.abs(needed).max())
+    np.testing.assert_allclose(result, needed, atol=0.02 * np.abs(needed).max())

@@ -25,8 +25,8 @@ CLOSE = 0.1
 
 def odd_error(curves: LawCurves, true: NDArray[np.float64]) -> float:
     """Largest error of the odd part of the spring force over the largest true one."""
-    found = (curves.spring.mean - curves.spring.mean[::-1]) / 2
-    return float(np.abs(found - true).max() / np.abs(true).max())
+    result = (curves.spring.mean - curves.spring.mean[::-1]) / 2
+    return float(np.abs(result - true).max() / np.abs(true).max())
 
 
 def test_the_place_of_a_play_is_the_only_credible_one(recovered_play: MissingLaw) -> None:
@@ -75,8 +75,8 @@ def test_a_law_along_a_row_that_does_not_move_is_none(chain_with_play: Arrangeme
 
 
 def test_the_law_of_an_angle_is_told_in_moments(recovered_play: MissingLaw, recovered_stop: MissingLaw) -> None:
-    for found in (recovered_play, recovered_stop):
-        law = replace(found.best, units=ANGULAR)
+    for result in (recovered_play, recovered_stop):
+        law = replace(result.best, units=ANGULAR)
         said = describe(curves := compute_curves(law))
         text = "; ".join(said.sentences)
         assert " rad" in text
@@ -87,9 +87,9 @@ def test_the_law_of_an_angle_is_told_in_moments(recovered_play: MissingLaw, reco
 def test_a_place_that_turns_is_recovered_as_one(chain_with_play: Arrangement) -> None:
     fit = chain_with_play.fit
     turning = replace(fit.model, dofs=tuple(Dof(direction="rz") for _ in fit.model.dofs))
-    found = recover_law(replace(chain_with_play, fit=replace(fit, model=turning)), {"m1": SECOND})
-    assert found is not None
-    assert found.best.units is ANGULAR
+    result = recover_law(replace(chain_with_play, fit=replace(fit, model=turning)), {"m1": SECOND})
+    assert result is not None
+    assert result.best.units is ANGULAR
 
 
 def test_the_effect_file_runs_and_lowers_the_misfit(

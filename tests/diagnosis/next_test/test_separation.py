@@ -32,12 +32,12 @@ def draw_log_densities(means: list[Matrix], whole: Matrix, true: int) -> Matrix:
 
 def test_log_odds_of_draws_have_mean_half_of_d_squared_and_variance_d_squared() -> None:
     means, spreads, errors, whole = make_system(1.0)
-    found = compute_separation(means, spreads, errors)
+    result = compute_separation(means, spreads, errors)
     density = draw_log_densities(means, whole, true=0)
     odds = density[0] - density[1]
     # Standard errors of mean and variance of normal draws, four of them.
-    assert odds.mean() == pytest.approx(found[0, 1] / 2, abs=4 * np.sqrt(found[0, 1] / DRAWS))
-    assert odds.var() == pytest.approx(found[0, 1], rel=4 * np.sqrt(2 / DRAWS))
+    assert odds.mean() == pytest.approx(result[0, 1] / 2, abs=4 * np.sqrt(result[0, 1] / DRAWS))
+    assert odds.var() == pytest.approx(result[0, 1], rel=4 * np.sqrt(2 / DRAWS))
 
 
 @pytest.mark.parametrize("scale", [0.6, 1.0, 1.6])
@@ -78,9 +78,9 @@ def test_numbers_that_one_model_lacks_separate_nothing() -> None:
     means, spreads, errors, _ = make_system(1.0)
     lacking = np.where(np.arange(M) < 5, np.nan, means[1])
     alone = compute_separation([means[0], np.where(np.arange(M) < 5, means[0], means[1])], spreads[:2], errors)
-    found = compute_separation([means[0], lacking], spreads[:2], errors)[0, 1]
+    result = compute_separation([means[0], lacking], spreads[:2], errors)[0, 1]
     # Numbers that both models predict alike still tell their parameters; without them less is separated.
-    assert 0 < found < alone[0, 1]
+    assert 0 < result < alone[0, 1]
 
 
 def test_models_that_predict_the_same_are_not_decided_and_known_ones_are() -> None:

@@ -41,19 +41,19 @@ def make_candidates() -> list[CandidateModel]:
     model = make_model()
     calibration = list_calibration_parameters(model, deviation={"E": 0.005})
     names = [item.name for item in calibration]
-    found = []
+    result = []
     for name, mass in MASSES.items():
         effect = list_effects(model).effect(name)
         unknowns = Unknowns.from_effects(model, [(item, item.deviation) for item in calibration], [effect])
         values = np.array([*unknowns.vanishing[:-1], mass])
         deviation = np.array([*(DEVIATION[item] for item in names), DEVIATION["mass"] * mass])
-        found.append(
+        result.append(
             CandidateModel(
                 name=name, probability=0.5, unknowns=unknowns, fit_values=values, covariance=np.diag(deviation**2),
                 model=unknowns.compose(values),
             )
         )  # fmt: skip
-    return found
+    return result
 
 
 def test_decisions_on_a_chain_are_as_probable_as_among_draws_of_its_measurements() -> None:
@@ -96,8 +96,8 @@ def test_predictions_that_bend_within_what_is_known_separate_less() -> None:
         along = np.array([*np.zeros(len(item.fit_values) - 1), 0.5 * item.fit_values[-1]])
         ends = (item.unknowns.compose(item.fit_values + along), item.unknowns.compose(item.fit_values - along))
         bent.append(replace(item, curvature_pair=ends))
-    found = [SetUpSignatures.predict(item, [TEST], SOURCES).separate(TEST)[0, 1] for item in (straight, bent)]
-    assert 0 < found[1] < found[0]
+    result = [SetUpSignatures.predict(item, [TEST], SOURCES).separate(TEST)[0, 1] for item in (straight, bent)]
+    assert 0 < result[1] < result[0]
 
 
 def test_the_test_that_takes_least_is_advised_among_those_that_decide_alike() -> None:

@@ -36,12 +36,12 @@ def scores(directions: np.ndarray) -> list[Score]:
 @pytest.mark.parametrize("n", [1, 30])
 @pytest.mark.parametrize("false_alarms", [0.01, 0.1])
 def test_the_gain_is_the_quantile_of_the_largest_of_independent_chi_squares(n: int, false_alarms: float) -> None:
-    found = compute_linear_thresholds(scores(np.eye(n)), false_alarms)
+    result = compute_linear_thresholds(scores(np.eye(n)), false_alarms)
     exact = chi2.ppf((1 - false_alarms) ** (1 / n), 1)
     # A quantile of 20 000 draws: a standard deviation of some 2 % at 1 %.
-    assert found.gain == pytest.approx(LINEAR_MARGIN * exact, rel=0.08)
-    assert found.misfit == pytest.approx(max(UNKNOWN_FORCE_RATIO * found.gain, LEAST_UNKNOWN_FORCE_GAIN))
-    assert (found.false_alarms, found.n_trial) == (false_alarms, 0)
+    assert result.gain == pytest.approx(LINEAR_MARGIN * exact, rel=0.08)
+    assert result.misfit == pytest.approx(max(UNKNOWN_FORCE_RATIO * result.gain, LEAST_UNKNOWN_FORCE_GAIN))
+    assert (result.false_alarms, result.n_trial) == (false_alarms, 0)
     assert LINEAR_MARGIN >= 1
 
 
@@ -56,10 +56,10 @@ def test_limits_rise_with_what_is_tried_and_with_caution() -> None:
 
 def test_without_candidates_an_unknown_force_still_gains_by_chance() -> None:
     """Eight numbers at one of ten places, once in a hundred campaigns, beyond what eight numbers gain anyway."""
-    found = compute_linear_thresholds([])
+    result = compute_linear_thresholds([])
     # Model error may hide all effects at first: one alone then gains what a single parameter does.
-    assert found.gain == pytest.approx(LINEAR_MARGIN * chi2.ppf(0.99, 1))
-    assert found.misfit == UNKNOWN_FORCE_RATIO * found.gain
+    assert result.gain == pytest.approx(LINEAR_MARGIN * chi2.ppf(0.99, 1))
+    assert result.misfit == UNKNOWN_FORCE_RATIO * result.gain
     assert pytest.approx(chi2.ppf(0.99 ** (1 / 10), 8) - 8, rel=0.05) == LEAST_UNKNOWN_FORCE_GAIN
 
 

@@ -125,7 +125,7 @@ def test_the_rule_of_the_tetrahedron_integrates_the_stiffness_of_a_straight_cell
     # Products of two derivatives of quadratics; the ten points of a rule of degree 4 are not needed to know them.
     points, weights = TET10.rule
     gradient = TET10.gradient(points)
-    found = np.einsum("qai,qbj,q->aibj", gradient, gradient, weights)
+    result = np.einsum("qai,qbj,q->aibj", gradient, gradient, weights)
     # The same by monomials: derivatives are linear, so their values at origin and unit points hold them.
     at = TET10.gradient(np.vstack([np.zeros(3), np.eye(3)]))
     terms = np.stack([at[0], *(at[k] - at[0] for k in (1, 2, 3))])
@@ -134,7 +134,7 @@ def test_the_rule_of_the_tetrahedron_integrates_the_stiffness_of_a_straight_cell
         [[tetrahedron_integral(tuple(np.add(first, second).tolist())) for second in exponents] for first in exponents]
     )
     expected = np.einsum("pai,qbj,pq->aibj", terms, terms, moments)
-    np.testing.assert_allclose(found, expected, atol=100 * ROUND_OFF)
+    np.testing.assert_allclose(result, expected, atol=100 * ROUND_OFF)
 
 
 @pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)

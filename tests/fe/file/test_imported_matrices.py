@@ -182,13 +182,13 @@ def test_the_matrices_of_calculix_have_the_frequencies_of_calculix(tmp_path: Pat
     read = read_matrices(mass, stiffness, dofs=tmp_path / "d.dof", units=Units.MILLIMETRE)
     assert read.dofs.n_dof == 3 * 12 - 7
     nothing = np.zeros(0, dtype=np.int64)
-    found = modes(read.system(nothing).linear, 5).frequency
+    result = modes(read.system(nothing).linear, 5).frequency
     (tmp_path / "f.inp").write_text(DECK.replace(",SOLVER=MATRIXSTORAGE", ""))
     subprocess.run(["ccx", "f"], **run)
     lines = (tmp_path / "f.dat").read_text().splitlines()
     table = [line.split() for line in lines if len(line.split()) == 5 and line.split()[0].isdigit()]
     # Mode, eigenvalue, rad/s, Hz and an imaginary part, with seven digits.
-    np.testing.assert_allclose(found, [float(row[3]) for row in table[:5]], rtol=1e-6)
+    np.testing.assert_allclose(result, [float(row[3]) for row in table[:5]], rtol=1e-6)
 
 
 def test_matrices_that_are_not_symmetric_are_refused_by_their_worst_entry(tmp_path: Path) -> None:
@@ -337,11 +337,11 @@ def test_matrices_of_abaqus_have_the_frequencies_of_those_that_were_written(tmp_
     for name, entries in (("STIF", triangle), ("MASS", {(k, k): 1.0 + k for k in range(6)})):
         lines = [f"{','.join(map(str, labels[a] + labels[b]))}, {value:.15e}" for (a, b), value in entries.items()]
         (tmp_path / f"JOB_{name}1.mtx").write_text("** a comment\n" + "\n".join(lines) + "\n")
-    found = read_matrices(*(MatrixSource(file=tmp_path / f"JOB_{name}1.mtx") for name in ("MASS", "STIF")))
-    assert found.dofs.rows([1, 7], [5]).tolist() == [1, 5]
+    result = read_matrices(*(MatrixSource(file=tmp_path / f"JOB_{name}1.mtx") for name in ("MASS", "STIF")))
+    assert result.dofs.rows([1, 7], [5]).tolist() == [1, 5]
     by_hand = np.zeros((6, 6))
     for (a, b), value in triangle.items():
         by_hand[a, b] = by_hand[b, a] = value
     expected = scipy.linalg.eigvalsh(by_hand, np.diag(1.0 + np.arange(6)))
-    squared = scipy.linalg.eigvalsh(found.stiffness.toarray(), found.mass.toarray())
+    squared = scipy.linalg.eigvalsh(result.stiffness.toarray(), result.mass.toarray())
     np.testing.assert_allclose(squared, expected, rtol=1e-9)  # 15 digits in the files; round-off

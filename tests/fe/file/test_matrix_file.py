@@ -198,11 +198,11 @@ DMIG,KAAX,7,3,,12,3,-1.D4,
 @pytest.mark.parametrize("text", [WIDE, NARROW, TABS, COMMAS])
 def test_dmig_cards_name_their_degrees_of_freedom(tmp_path: Path, text: str) -> None:
     (tmp_path / "k.pch").write_text(text)
-    found = read(tmp_path / "k.pch")
-    assert found.dofs is not None
+    result = read(tmp_path / "k.pch")
+    assert result.dofs is not None
     # Ascending by grid point: 7, 11, 12.
-    assert [found.dofs.name(row) for row in range(3)] == ["node 7 z", "node 11 z", "node 12 z"]
-    np.testing.assert_array_equal(found.matrix.toarray(), CHAIN[np.ix_([2, 0, 1], [2, 0, 1])])
+    assert [result.dofs.name(row) for row in range(3)] == ["node 7 z", "node 11 z", "node 12 z"]
+    np.testing.assert_array_equal(result.matrix.toarray(), CHAIN[np.ix_([2, 0, 1], [2, 0, 1])])
 
 
 def test_the_dmig_cards_of_pyyeti_are_read_to_the_digits_written(tmp_path: Path) -> None:
@@ -211,12 +211,12 @@ def test_the_dmig_cards_of_pyyeti_are_read_to_the_digits_written(tmp_path: Path)
     grids = [(grid, component) for grid in (4, 2, 9) for component in (1, 2, 5)]
     index = pandas.MultiIndex.from_tuples(grids, names=["id", "dof"])
     bulk.wtdmig(str(tmp_path / "k.pch"), {"KAAX": pandas.DataFrame(FULL, index=index, columns=index)})
-    found = read(tmp_path / "k.pch")
-    assert found.dofs is not None
-    place = [grids.index((n, d + 1)) for n, d in zip(found.dofs.node, found.dofs.direction, strict=True)]
+    result = read(tmp_path / "k.pch")
+    assert result.dofs is not None
+    place = [grids.index((n, d + 1)) for n, d in zip(result.dofs.node, result.dofs.direction, strict=True)]
     assert sorted(place) == list(np.flatnonzero(FULL.any(axis=0)))  # cards leave out a row of zeros
     # Ten digits fit into a field of 16 beside sign and exponent.
-    np.testing.assert_allclose(found.matrix.toarray(), FULL[np.ix_(place, place)], rtol=1e-9)
+    np.testing.assert_allclose(result.matrix.toarray(), FULL[np.ix_(place, place)], rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -241,13 +241,13 @@ ABAQUS = """\
 
 def test_a_matrix_of_abaqus_names_its_degrees_of_freedom(tmp_path: Path) -> None:
     (tmp_path / "k.mtx").write_text(ABAQUS)
-    found = read(tmp_path / "k.mtx")
-    assert found.dofs is not None
-    assert list(zip(found.dofs.node.tolist(), found.dofs.direction.tolist(), strict=True)) == [
+    result = read(tmp_path / "k.mtx")
+    assert result.dofs is not None
+    assert list(zip(result.dofs.node.tolist(), result.dofs.direction.tolist(), strict=True)) == [
         (1, 0), (2, 0), (2, 5), (7, 0)
     ]  # fmt: skip
     expected = [[2e4, -1e4, 0, -1e4], [-1e4, 1e4, 0, 0], [0, 0, 5, 0], [-1e4, 0, 0, 2e4]]
-    np.testing.assert_array_equal(found.matrix.toarray(), expected)
+    np.testing.assert_array_equal(result.matrix.toarray(), expected)
     # Some versions write both halves.
     (tmp_path / "k.mtx").write_text(ABAQUS + "7,1, 1,1, -1e4\n1,1, 2,1, -1e4\n")
     np.testing.assert_array_equal(read(tmp_path / "k.mtx").matrix.toarray(), expected)

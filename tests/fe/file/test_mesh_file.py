@@ -269,13 +269,13 @@ def test_a_file_in_millimetres_is_scaled(tmp_path: Path) -> None:
 
 def test_named_surfaces_curves_and_points_of_gmsh_become_sets(tmp_path: Path) -> None:
     points = np.vstack([HEX8.nodes, [[5.0, 5, 5]]])
-    found = meshio.Mesh(
+    result = meshio.Mesh(
         points,
         [("quad", [[0, 1, 2, 3]]), ("triangle", [[0, 1, 5]]), ("line", [[6, 7]]), ("hexahedron", [list(range(8))])],
         cell_data={"gmsh:physical": [[1], [2], [3], [4]], "gmsh:geometrical": [[1], [2], [1], [1]]},
         field_data={"foot": np.array([1, 2]), "corner": np.array([2, 2]), "edge": np.array([3, 1])},
     )
-    meshio.write(tmp_path / "old.msh", found, file_format="gmsh22", binary=False)
+    meshio.write(tmp_path / "old.msh", result, file_format="gmsh22", binary=False)
     with pytest.warns(InputWarning, match='"corner" lie on no face'):
         mesh = read_mesh(tmp_path / "old.msh")
     assert mesh.n_node == 8
@@ -302,8 +302,8 @@ def test_a_cell_that_version_2_repeats_for_each_group_is_one_cell(tmp_path: Path
     cells = [("hexahedron", [list(range(8))]), ("hexahedron", [list(range(8))])]
     tags = {"gmsh:physical": [[1], [2]], "gmsh:geometrical": [[1], [1]]}
     names = {"part": np.array([1, 3]), "whole": np.array([2, 3])}
-    found = meshio.Mesh(HEX8.nodes, cells, cell_data=tags, field_data=names)
-    meshio.write(tmp_path / "old.msh", found, file_format="gmsh22")
+    result = meshio.Mesh(HEX8.nodes, cells, cell_data=tags, field_data=names)
+    meshio.write(tmp_path / "old.msh", result, file_format="gmsh22")
     mesh = read_mesh(tmp_path / "old.msh")
     assert mesh.n_cell == 1
     assert {name: members.tolist() for name, members in mesh.cell_sets.items()} == {"part": [0], "whole": [0]}
@@ -336,9 +336,9 @@ def test_fields_at_nodes_reach_vtk_and_gmsh_files(tmp_path: Path) -> None:
     fields = {"temperature": mesh.points @ [1, 2, 3], "displacement": mesh.points**2}
     for name, file_format in (("bar.vtu", "vtu"), ("bar.msh", "gmsh")):
         write_mesh(mesh, tmp_path / name, fields)
-        found = meshio.read(tmp_path / name, file_format=file_format).point_data
+        result = meshio.read(tmp_path / name, file_format=file_format).point_data
         for field, values in fields.items():
-            np.testing.assert_allclose(found[field], values, rtol=1e-15)
+            np.testing.assert_allclose(result[field], values, rtol=1e-15)
 
 
 # Bad input: one sentence with file, value and remedy.
@@ -393,8 +393,8 @@ def test_other_solid_cells_are_refused_with_type_and_count(cell_type: str, n_nod
 @pytest.mark.parametrize("suffix", [".vtu", ".msh"])
 def test_tetrahedra_of_four_nodes_are_refused_with_the_remedy(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"linear{suffix}"
-    found = meshio.Mesh(HEX8.nodes, [("tetra", [[0, 1, 3, 4], [1, 2, 3, 6]]), ("wedge", [[0, 1, 3, 4, 5, 7]])])
-    meshio.write(path, found, file_format="gmsh22" if suffix == ".msh" else "vtu")
+    result = meshio.Mesh(HEX8.nodes, [("tetra", [[0, 1, 3, 4], [1, 2, 3, 6]]), ("wedge", [[0, 1, 3, 4, 5, 7]])])
+    meshio.write(path, result, file_format="gmsh22" if suffix == ".msh" else "vtu")
     with pytest.raises(MeshError, match=r"linear.* 2 tetra cells of 4 nodes.*stiff in bending: convert them to 10"):
         read_mesh(path)
 
@@ -426,9 +426,9 @@ def test_face_labels_of_tetrahedra_are_those_of_the_calculix_manual(label: str, 
     write_mesh(Mesh(points=TET10.nodes, cells={"tetra10": np.arange(10)[None]}), tmp_path / "one.inp")
     text = (tmp_path / "one.inp").read_text()
     mesh = read_mesh(write_deck(tmp_path / "named.inp", f"{text}*surface, name=one\n 1, {label}\n"))
-    found = mesh.nodes("one")
-    np.testing.assert_array_equal(found[found < 4], np.sort([int(corner) - 1 for corner in corners]))
-    assert len(found) == 6
+    result = mesh.nodes("one")
+    np.testing.assert_array_equal(result[result < 4], np.sort([int(corner) - 1 for corner in corners]))
+    assert len(result) == 6
 
 
 def test_a_face_that_tetrahedra_have_not_is_refused(tmp_path: Path) -> None:
@@ -440,13 +440,13 @@ def test_a_face_that_tetrahedra_have_not_is_refused(tmp_path: Path) -> None:
 
 def test_triangles_name_the_faces_of_tetrahedra_under_them(tmp_path: Path) -> None:
     face = list(TET10.faces[2])
-    found = meshio.Mesh(
+    result = meshio.Mesh(
         TET10.nodes,
         [("triangle6", [face]), ("tetra10", [list(range(10))])],
         cell_data={"gmsh:physical": [np.array([7]), np.array([8])], "gmsh:geometrical": [np.array([1]), np.array([1])]},
         field_data={"slope": np.array([7, 2]), "body": np.array([8, 3])},
     )
-    meshio.write(tmp_path / "named.msh", found, file_format="gmsh22")
+    meshio.write(tmp_path / "named.msh", result, file_format="gmsh22")
     mesh = read_mesh(tmp_path / "named.msh")
     np.testing.assert_array_equal(mesh.face_sets["slope"], [[0, 2]])
 

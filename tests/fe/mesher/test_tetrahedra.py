@@ -187,11 +187,11 @@ def test_a_node_goes_back_where_its_way_would_fold_a_cell() -> None:
     labels = {node: frozenset() for node in range(8)} | labels_of(skin, points, cells)
     # Two corners that both claim the faces of one corner would meet there.
     twice = {**labels, 1: labels[0]}
-    found = snap_corners(points, cells, {node: faces for node, faces in twice.items() if faces}, skin, 0.02)
-    edges = found[cells[:, 1:]] - found[cells[:, :1]]
+    result = snap_corners(points, cells, {node: faces for node, faces in twice.items() if faces}, skin, 0.02)
+    edges = result[cells[:, 1:]] - result[cells[:, :1]]
     # A tenth of the six volumes of the cells at first, 1e-6 m^3; on the corner node 1 would leave nothing.
     assert np.linalg.det(edges).min() > 0.1 * 1e-6
-    np.testing.assert_allclose(found[[0, 2, 3, 4, 5, 6, 7]], points[[0, 2, 3, 4, 5, 6, 7]], atol=1e-12)
+    np.testing.assert_allclose(result[[0, 2, 3, 4, 5, 6, 7]], points[[0, 2, 3, 4, 5, 6, 7]], atol=1e-12)
 
 
 def test_a_midside_node_goes_back_where_its_way_would_fold_a_cell() -> None:

@@ -45,9 +45,9 @@ def test_all_give_the_same_displacements_to_nine_digits(
     # With rows missing, degrees of freedom no longer come by threes: other storage, the same answer.
     matrix = without(bar.stiffness, missing)
     b = np.random.default_rng(0).standard_normal((matrix.shape[0], 13))
-    found, exact = factorise(matrix, backend=backend).solve(b), reference(matrix, b)
+    result, exact = factorise(matrix, backend=backend).solve(b), reference(matrix, b)
     # Round-off times a condition of about 1e5.
-    np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max(), rtol=0)
+    np.testing.assert_allclose(result, exact, atol=1e-9 * np.abs(exact).max(), rtol=0)
 
 
 @pytest.mark.parametrize("missing", [[], [1000]], ids=["by nodes", "one row missing"])
@@ -56,9 +56,9 @@ def test_all_give_the_same_forced_response_above_resonances(
 ) -> None:
     matrix = without(sp.csr_array(bar.stiffness - 3e9 * bar.mass), missing)
     b = np.random.default_rng(0).standard_normal((matrix.shape[0], 3))
-    found, exact = factorise(matrix, Definiteness.INDEFINITE, backend).solve(b), reference(matrix, b)
+    result, exact = factorise(matrix, Definiteness.INDEFINITE, backend).solve(b), reference(matrix, b)
     # Pivots near zero take three more digits.
-    np.testing.assert_allclose(found, exact, atol=1e-8 * np.abs(exact).max(), rtol=0)
+    np.testing.assert_allclose(result, exact, atol=1e-8 * np.abs(exact).max(), rtol=0)
 
 
 @pytest.mark.skipif(not is_available(Backend.PARDISO), reason="PARDISO's wheel exists for x86-64 only")
@@ -147,10 +147,10 @@ def test_pivots_from_beside_the_diagonal_count_nothing() -> None:
 def test_an_array_that_cannot_hold_the_solution_is_left_alone(backend: Backend, out: NDArray[np.float64]) -> None:
     matrix = sp.csr_array(sp.diags_array(np.arange(1.0, 61.0)))
     b = np.ones((60, 5), order="F")
-    found = factorise(matrix, backend=backend).solve(b, out)
-    np.testing.assert_allclose(found, b / np.arange(1.0, 61.0)[:, None], rtol=1e-15)
+    result = factorise(matrix, backend=backend).solve(b, out)
+    np.testing.assert_allclose(result, b / np.arange(1.0, 61.0)[:, None], rtol=1e-15)
     assert not out.any()
-    assert not np.may_share_memory(found, out)
+    assert not np.may_share_memory(result, out)
 
 
 def test_an_array_that_can_hold_the_solution_does(backend: Backend) -> None:

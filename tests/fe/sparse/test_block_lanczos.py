@@ -77,28 +77,28 @@ def solve(
 
 
 def test_a_cube_has_all_its_sixfold_frequencies(backend: Backend) -> None:
-    found, _ = solve(grid(11), 90, backend=backend)
-    np.testing.assert_allclose(found, grid_lambda(11)[:90], rtol=ROUND_OFF)
+    result, _ = solve(grid(11), 90, backend=backend)
+    np.testing.assert_allclose(result, grid_lambda(11)[:90], rtol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("n_mode", [1, 7, 24, 25, 60])
 @pytest.mark.parametrize("block", [1, 4, 8])
 def test_24_identical_structures_have_every_frequency_24_times(block: int, n_mode: int) -> None:
-    found, _ = solve(identical_chains(24, 40), n_mode, block=block)
-    np.testing.assert_allclose(found, np.repeat(chain_lambda(40), 24)[:n_mode], rtol=ROUND_OFF)
+    result, _ = solve(identical_chains(24, 40), n_mode, block=block)
+    np.testing.assert_allclose(result, np.repeat(chain_lambda(40), 24)[:n_mode], rtol=ROUND_OFF)
 
 
 def test_a_hundred_identical_structures_have_the_first_frequency_a_hundred_times() -> None:
-    found, _ = solve(identical_chains(100, 10), 120)
-    np.testing.assert_allclose(found, np.repeat(chain_lambda(10), 100)[:120], rtol=ROUND_OFF)
+    result, _ = solve(identical_chains(100, 10), 120)
+    np.testing.assert_allclose(result, np.repeat(chain_lambda(10), 100)[:120], rtol=ROUND_OFF)
 
 
 def test_nearly_identical_structures_keep_their_own_frequencies() -> None:
     # 24 chains whose stiffnesses differ by 1e-7 from one to the next, as blades of a disk do, only closer.
     spread = 1 + 1e-7 * np.arange(24)
     stiffness = sp.csr_array(sp.kron(sp.diags_array(spread), chain(40)))
-    found, _ = solve(stiffness, 60)
-    np.testing.assert_allclose(found, np.sort(np.outer(chain_lambda(40), spread).ravel())[:60], rtol=ROUND_OFF)
+    result, _ = solve(stiffness, 60)
+    np.testing.assert_allclose(result, np.sort(np.outer(chain_lambda(40), spread).ravel())[:60], rtol=ROUND_OFF)
 
 
 @given(n=st.integers(1, 40), block=st.integers(1, 12), seed=st.integers(0, 2**32 - 1), data=st.data())
@@ -110,14 +110,14 @@ def test_small_systems_give_all_the_modes_that_are_asked_for(
     generator = np.random.default_rng(seed)
     spring, inertia = generator.standard_normal((2, n, n))
     stiffness, mass = spring @ spring.T + np.eye(n), 0.1 * inertia @ inertia.T + np.eye(n)
-    found, _ = solve(sp.csr_array(stiffness), n_mode, sp.csr_array(mass), block=block)
-    np.testing.assert_allclose(found, scipy.linalg.eigh(stiffness, mass, eigvals_only=True)[:n_mode], rtol=1e-9)
+    result, _ = solve(sp.csr_array(stiffness), n_mode, sp.csr_array(mass), block=block)
+    np.testing.assert_allclose(result, scipy.linalg.eigh(stiffness, mass, eigvals_only=True)[:n_mode], rtol=1e-9)
 
 
 @pytest.mark.parametrize("n_mode", [1, 24, 240])
 def test_a_single_frequency_is_found_as_often_as_asked(n_mode: int) -> None:
-    found, _ = solve(sp.csr_array(3 * sp.eye_array(240)), n_mode)
-    np.testing.assert_allclose(found, 3, rtol=1e-14)
+    result, _ = solve(sp.csr_array(3 * sp.eye_array(240)), n_mode)
+    np.testing.assert_allclose(result, 3, rtol=1e-14)
 
 
 @pytest.mark.parametrize("n_mode", [5, pytest.param(80, marks=slow)])
@@ -142,23 +142,23 @@ def bar(box: BoxMesher, counts: tuple[int, int, int], size: tuple[float, float, 
 
 def test_a_bar_of_square_section_has_its_bending_modes_in_pairs(box: BoxMesher) -> None:
     system = bar(box, (8, 2, 2), (0.2, 0.02, 0.02))
-    found, _ = solve(system.stiffness, 40, system.mass)
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    result, _ = solve(system.stiffness, 40, system.mass)
+    np.testing.assert_allclose(result[0], result[1], rtol=1e-9)
     dense = scipy.linalg.eigh(system.stiffness.toarray(), system.mass.toarray(), eigvals_only=True)
     # The dense solver errs by round-off times the highest lambda, some 1e7 times the first.
-    np.testing.assert_allclose(found, dense[:40], atol=1e-14 * dense[-1], rtol=1e-9)
+    np.testing.assert_allclose(result, dense[:40], atol=1e-14 * dense[-1], rtol=1e-9)
 
 
 @pytest.mark.parametrize("n_mode", [1, 10, 100])
 def test_a_slender_bar_agrees_with_arpack(box: BoxMesher, n_mode: int) -> None:
     system = bar(box, (40, 4, 1), (0.3, 0.03, 0.003))
-    found, _ = solve(system.stiffness, n_mode, system.mass)
+    result, _ = solve(system.stiffness, n_mode, system.mass)
     n, factor = system.n_dof, factorise(system.stiffness)
     inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
     theirs = eigsh(
         system.stiffness, k=n_mode, M=system.mass, sigma=0.0, OPinv=inverse, tol=1e-13, return_eigenvectors=False
     )
-    np.testing.assert_allclose(found, np.sort(theirs), rtol=1e-11)  # the same factor: its own error is in both
+    np.testing.assert_allclose(result, np.sort(theirs), rtol=1e-11)  # the same factor: its own error is in both
 
 
 class NotANumber:

@@ -124,9 +124,9 @@ def test_only_the_ordered_columns_stand_beside_a_factor_while_it_is_made(
         factor = Cholmod(PartView(matrix=held, rows=np.arange(held.shape[0])))
     finally:
         tracemalloc.stop()
-    (found, expected) = taken[0]
+    (result, expected) = taken[0]
     # The part by itself is two thirds of its columns.
-    assert expected <= found < 1.2 * expected
+    assert expected <= result < 1.2 * expected
     b = np.ones(held.shape[0])
     np.testing.assert_array_equal(factor.solve(b), Cholmod(held).solve(b))
 
@@ -232,9 +232,9 @@ def test_the_choice_is_the_factor_that_is_made(held: Symmetric, monkeypatch: pyt
 def test_columns_of_blocks_are_those_of_the_matrix(block: int) -> None:
     upper = random_upper(block)
     whole = sp.bsr_array((upper.values, upper.column, upper.row_start)).toarray()
-    start, row, found = lower_columns(upper)
-    np.testing.assert_array_equal(sp.csc_array((found, row, start), shape=whole.shape).toarray(), whole.T)
-    assert sp.csc_array((found, row, start), shape=whole.shape).has_sorted_indices
+    start, row, result = lower_columns(upper)
+    np.testing.assert_array_equal(sp.csc_array((result, row, start), shape=whole.shape).toarray(), whole.T)
+    assert sp.csc_array((result, row, start), shape=whole.shape).has_sorted_indices
     pattern = lower_columns(upper, is_pattern=True)
     assert not pattern.values.size
     np.testing.assert_array_equal(pattern.row, row)
@@ -247,6 +247,6 @@ def test_columns_in_another_order_are_those_of_the_ordered_matrix(block: int) ->
     symmetric = np.triu(whole) + np.triu(whole, 1).T
     n = len(whole)
     order = np.random.default_rng(7).permutation(n).astype(np.int32)
-    start, row, found = ordered_columns(upper, order)
-    ordered = sp.csc_array((found, row, start), shape=whole.shape).toarray()
+    start, row, result = ordered_columns(upper, order)
+    ordered = sp.csc_array((result, row, start), shape=whole.shape).toarray()
     np.testing.assert_array_equal(ordered, np.tril(symmetric[np.ix_(order, order)]))

@@ -57,14 +57,14 @@ def test_they_solve_as_a_dense_matrix_does(widths: list[int], n_column: int, n_l
     order = random.permutation(len(L)).astype(np.int32)
     b = np.asfortranarray(random.standard_normal((len(L), n_column)))
     b[random.permutation(len(L))[n_loaded:]] = 0  # what is zero before a supernode is left alone
-    before, found = b.copy(), np.full_like(b, np.nan)
-    supernodes(L, widths, rows, order).solve_into(found, b)
+    before, result = b.copy(), np.full_like(b, np.nan)
+    supernodes(L, widths, rows, order).solve_into(result, b)
     half = scipy.linalg.solve_triangular(L, b[order], lower=True)
     exact = np.empty_like(b)
     exact[order] = scipy.linalg.solve_triangular(L, half, lower=True, trans="T")
     # Round-off times the condition of both triangles, whose diagonals are 1 to 2 and whose rows are short.
     condition = np.linalg.cond(L) ** 2
-    np.testing.assert_allclose(found, exact, atol=1e-15 * len(L) * condition * np.abs(exact).max(), rtol=0)
+    np.testing.assert_allclose(result, exact, atol=1e-15 * len(L) * condition * np.abs(exact).max(), rtol=0)
     np.testing.assert_array_equal(b, before)
 
 

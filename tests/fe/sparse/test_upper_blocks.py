@@ -80,16 +80,16 @@ def test_the_part_of_whole_nodes_is_stored_as_the_matrix_is(compact_and_whole) -
     compact, whole = compact_and_whole
     nodes = np.array([2, 3, 11, 39])
     rows = (3 * nodes[:, None] + np.arange(3)).ravel()
-    found = part(compact, rows)
-    assert isinstance(found, UpperBlocks)
-    np.testing.assert_array_equal(found.toarray(), whole[np.ix_(rows, rows)])
+    result = part(compact, rows)
+    assert isinstance(result, UpperBlocks)
+    np.testing.assert_array_equal(result.toarray(), whole[np.ix_(rows, rows)])
 
 
 @pytest.mark.parametrize("rows", [[0, 1, 2, 4], [1, 2, 3], [0, 1, 3], [5], [], [6, 7, 8, 3, 4, 5]])
 def test_other_parts_are_cut_out_of_both_triangles(compact_and_whole, rows: list[int]) -> None:
     compact, whole = compact_and_whole
-    found = part(compact, np.array(rows, dtype=np.int64))
-    np.testing.assert_array_equal(found.toarray(), whole[np.ix_(rows, rows)])
+    result = part(compact, np.array(rows, dtype=np.int64))
+    np.testing.assert_array_equal(result.toarray(), whole[np.ix_(rows, rows)])
 
 
 def test_springs_on_the_diagonal_leave_the_matrix_as_it_was(compact_and_whole, random: Random) -> None:
@@ -131,11 +131,11 @@ def test_a_node_without_cells_has_zeros_and_takes_springs(box, place: int | None
     points = np.insert(mesh.points, unused, [9.0, 9.0, 9.0], axis=0)
     widened = Mesh(points=points, cells={"hexahedron20": number[mesh.cells["hexahedron20"]]})
     rows = np.setdiff1d(np.arange(3 * widened.n_node), 3 * unused + np.arange(3))
-    for found, expected in zip(assemble_compact(widened, STEEL), assemble(mesh, STEEL), strict=True):
-        whole = np.zeros(found.shape)
+    for result, expected in zip(assemble_compact(widened, STEEL), assemble(mesh, STEEL), strict=True):
+        whole = np.zeros(result.shape)
         whole[np.ix_(rows, rows)] = expected.toarray()
-        np.testing.assert_array_equal(found.toarray(), whole)
-        np.testing.assert_array_equal(found.diagonal(), np.diag(whole))
+        np.testing.assert_array_equal(result.toarray(), whole)
+        np.testing.assert_array_equal(result.diagonal(), np.diag(whole))
     springs = np.zeros(3 * widened.n_node)
     springs[3 * unused + 1] = 1e6
     stiffness = assemble_compact(widened, STEEL)[1]

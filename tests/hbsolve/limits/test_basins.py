@@ -30,8 +30,8 @@ def optimum(value: float, **followed: float) -> Optimum:
 def test_lines_are_turned_about_their_nominal_place_in_all_combinations() -> None:
     nominal, random = np.arange(6.0), np.random.default_rng(0)
     w = nominal + np.array([1, 2, 3, 10, 20, 30])
-    found = reverse_lines(table([0, 0, 0, 1, 1, 1]), nominal, w, random)
-    moved = sorted((item - nominal).tolist() for item in found)
+    result = reverse_lines(table([0, 0, 0, 1, 1, 1]), nominal, w, random)
+    moved = sorted((item - nominal).tolist() for item in result)
     assert moved == [[1, 2, 3, 30, 20, 10], [3, 2, 1, 10, 20, 30], [3, 2, 1, 30, 20, 10]]
     assert len(reverse_lines(table(list(range(20))), np.zeros(20), np.zeros(20), random)) == MOST_TURNS
 
@@ -53,11 +53,11 @@ def test_a_perturbation_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSys
         )
     }
     curve = LimitCurve(problem=problem, level=level, angular_frequency=np.array([omega]))
-    found, gained = perturb(curve, best, sorted(best), (0,))
+    result, gained = perturb(curve, best, sorted(best), (0,))
     assert gained == {(0, LimitSide.UPPER)}
     # 6.0 um where the search alone ends at 5.1 um. From half of the corners of the box it ends there by itself; from
     # the others it ends somewhere from 4.9 to 5.2 um, where round-off decides, and perturbing may have to be repeated.
-    assert found[0, LimitSide.UPPER].value > 1.15 * end.value
+    assert result[0, LimitSide.UPPER].value > 1.15 * end.value
 
 
 def test_a_gap_lies_between_limits_of_which_one_does_not_become_the_other() -> None:

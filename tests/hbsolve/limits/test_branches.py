@@ -27,10 +27,10 @@ def test_a_stable_state_of_integration_in_time_lies_inside_limits_that_were_sear
     objectives = {sensor.name: objective_of(model, sensor, 1) for sensor in model.sensors}
     problem = limit_problem(balance, objectives["near"])
     settings = LimitSettings(population=8, sample=16, perturbations=1)
-    found = several_limits(problem, objectives, omega, [LEVEL], settings=settings)
+    result = several_limits(problem, objectives, omega, [LEVEL], settings=settings)
     measured = {"near": swept.motion[:, 0, 0], "a_t": swept.force[:, 0, 1], "a_n": swept.force[:, 1, 1]}
     assert swept.periodic[-1]
-    for name, limits in found.items():
+    for name, limits in result.items():
         value = abs(measured[name][-1])
         # Seven harmonics leave 2.4 %; without the branch the tangential force has a lower limit six times as large.
         assert 0.95 * limits.lower[0, -1] <= value <= 1.05 * limits.upper[0, -1]

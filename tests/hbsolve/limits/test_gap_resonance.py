@@ -52,8 +52,8 @@ def between_gaps(friction_limit: float) -> HarmonicBalance:
 def tops(friction_limit: float) -> tuple[np.ndarray, np.ndarray]:
     """Angular frequency and height of the upper limit's highest point at each level."""
     problem = limit_problem(between_gaps(friction_limit), OutputHarmonic(row=0))
-    found = response_limits(problem, OMEGA, LEVELS, settings=LimitSettings(population=2, sample=0))
-    return found.angular_frequency[found.upper.argmax(axis=1)], found.upper.max(axis=1)
+    result = response_limits(problem, OMEGA, LEVELS, settings=LimitSettings(population=2, sample=0))
+    return result.angular_frequency[result.upper.argmax(axis=1)], result.upper.max(axis=1)
 
 
 def backbone(level: float) -> tuple[float, float]:

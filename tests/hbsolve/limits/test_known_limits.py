@@ -24,7 +24,7 @@ LEVELS = [SMALL / 2, SMALL]
 
 def patterns(system: JointedSystem) -> dict[str, np.ndarray]:
     """|H| at the four frequencies for each pattern of open contacts with a static equilibrium in Coulomb's cone."""
-    found = {}
+    result = {}
     contacts, n = system.joints, system.n_dof
     for number in range(2 ** len(contacts)):
         pattern = f"{number:04b}"
@@ -56,13 +56,13 @@ def patterns(system: JointedSystem) -> dict[str, np.ndarray]:
             for item in closed
         )
         omega = 2 * np.pi * STUCK * SHARES
-        found[pattern] = np.array(
+        result[pattern] = np.array(
             [
                 abs(np.linalg.solve(stiffness - w**2 * system.mass + 1j * w * system.damping, np.eye(n)[0])[0])
                 for w in omega
             ]
         )
-    return found
+    return result
 
 
 @pytest.fixture(scope="module")

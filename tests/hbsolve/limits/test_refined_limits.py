@@ -42,11 +42,11 @@ def exact_state(
     """Three times as many harmonics as a refinement takes at most."""
     finest = problem.balance.at_level(0.4).with_harmonics(97, 8192)
     state = limits.state(problem.balance, list(LimitSide)[side], 0, at)
-    found = newton_from(
+    result = newton_from(
         finest, finest.at(state.angular_frequency), in_harmonics_of(finest, state.motion), state.sliders
     )
-    assert found is not None
-    return finest, found
+    assert result is not None
+    return finest, result
 
 
 def test_a_refined_amplitude_is_right_to_the_tolerance(amplitude: LimitProblem, limits: ResponseLimits) -> None:

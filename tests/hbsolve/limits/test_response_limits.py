@@ -69,11 +69,11 @@ def test_histories_that_had_no_part_in_the_search_stay_inside(balance: HarmonicB
 def test_a_larger_box_is_never_narrower(balance: HarmonicBalance) -> None:
     upper, lower = [], []
     for reach in (1e-6, 3e-6, 1e-5):
-        found = response_limits(
+        result = response_limits(
             limit_problem(balance, OutputHarmonic(row=0), reach=reach), OMEGA[:3], [0.4], settings=QUICK
         )
-        upper.append(found.upper[0])
-        lower.append(found.lower[0])
+        upper.append(result.upper[0])
+        lower.append(result.lower[0])
     # Searches end where a step gains less than 1e-4.
     assert (np.diff(upper, axis=0) >= -1e-3 * np.array(upper[:-1])).all()
     assert (np.diff(lower, axis=0) <= 1e-3 * np.array(lower[:-1])).all()
@@ -104,8 +104,8 @@ def test_stopped_search_goes_on_where_it_stopped(balance: HarmonicBalance, limit
     store = Store()
     with pytest.raises(Stopped):
         response_limits(problem, CURVE, LEVELS, settings=QUICK, store=store)
-    found = response_limits(problem, CURVE, LEVELS, settings=QUICK, store=store)
-    same(found, limits)
+    result = response_limits(problem, CURVE, LEVELS, settings=QUICK, store=store)
+    same(result, limits)
     # No task was run twice.
     assert len(calls) == len(set(calls)) == len(store)
 
@@ -114,11 +114,11 @@ def test_stopped_search_goes_on_where_it_stopped(balance: HarmonicBalance, limit
 def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: ResponseLimits) -> None:
     stages = []
     with ProcessPoolExecutor(1) as executor:
-        found = response_limits(
+        result = response_limits(
             limit_problem(balance, OutputHarmonic(row=0)), CURVE, LEVELS, settings=QUICK, executor=executor,
             progress=stages.append,
         )  # fmt: skip
-    same(found, limits)
+    same(result, limits)
     assert {item.stage for item in stages} >= {
         "population",
         "neighbours",
@@ -145,14 +145,14 @@ def test_limits_of_a_line_force_are_reached_by_its_state(
 ) -> None:
     names = ["blade 1", "blade 2"]
     force = ContactForceHarmonic(joints=names, direction=direction, harmonic=harmonic)
-    found = response_limits(limit_problem(balance, force), OMEGA[4:5], [0.4], settings=ALONE)
-    assert (found.lower <= found.upper).all()
+    result = response_limits(limit_problem(balance, force), OMEGA[4:5], [0.4], settings=ALONE)
+    assert (result.lower <= result.upper).all()
     for row, side in enumerate(LimitSide):
-        motions = contact_motion(balance.at_level(0.4), found.state(balance, side, 0, 0))
+        motions = contact_motion(balance.at_level(0.4), result.state(balance, side, 0, 0))
         total = sum(motion.force[direction] for motion in motions if motion.name in names)
         wave = np.fft.rfft(total) / len(total)
         value = wave[0].real if harmonic == 0 else 2 * abs(wave[harmonic])
-        assert value == pytest.approx(found.value[row, 0, 0], rel=1e-6, abs=1e-6)
+        assert value == pytest.approx(result.value[row, 0, 0], rel=1e-6, abs=1e-6)
 
 
 @slow
@@ -170,24 +170,24 @@ def test_a_gap_field_that_a_rigid_motion_of_the_damper_absorbs_changes_no_limit(
         static_load=wedge.static + wedge.stiffness @ motion,
         harmonic_force=wedge.dynamic,
     )
-    found = []
+    result = []
     for system, nominal in ((wedge, np.zeros(4)), (shifted, np.array([item.tangents[0] @ motion for item in gaps]))):
         balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
         problem = limit_problem(balance, OutputHarmonic(row=0), nominal=nominal)
-        found.append(response_limits(problem, OMEGA[2:5], [0.4], settings=QUICK))
+        result.append(response_limits(problem, OMEGA[2:5], [0.4], settings=QUICK))
     # Both searches make the same steps, up to round-off that Newton's tolerance of 1e-9 bounds and kinks enlarge.
-    np.testing.assert_allclose(found[1].value, found[0].value, rtol=1e-3)
-    assert found[1].reach == pytest.approx(found[0].reach, rel=1e-6)
+    np.testing.assert_allclose(result[1].value, result[0].value, rtol=1e-3)
+    assert result[1].reach == pytest.approx(result[0].reach, rel=1e-6)
 
 
 def test_the_loss_factor_is_that_of_the_energies(balance: HarmonicBalance) -> None:
     problem = limit_problem(balance, LossFactor())
-    found = response_limits(problem, OMEGA[2:4], [0.4], settings=ALONE)
+    result = response_limits(problem, OMEGA[2:4], [0.4], settings=ALONE)
     for row, side in enumerate(LimitSide):
-        state = found.state(balance, side, 0, 1)
+        state = result.state(balance, side, 0, 1)
         eta = energy_balance(balance.at_level(0.4), state).loss_factor
         # The springs' energy counts here in the harmonics that are kept.
-        assert eta == pytest.approx(found.value[row, 0, 1], rel=0.02)
+        assert eta == pytest.approx(result.value[row, 0, 1], rel=0.02)
 
 
 @slow

@@ -36,14 +36,14 @@ def assembly() -> ReducedAssembly:
 
 def test_nothing_is_lost(assembly: ReducedAssembly, tmp_path: Path) -> None:
     save_assembly(assembly, tmp_path / "rig.h5")
-    found = load_assembly(tmp_path / "rig.h5")
-    assert list(found.bodies) == list(assembly.bodies)
+    result = load_assembly(tmp_path / "rig.h5")
+    assert list(result.bodies) == list(assembly.bodies)
     for name in ("mass", "damping", "stiffness"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(assembly, name))
+        np.testing.assert_array_equal(getattr(result, name), getattr(assembly, name))
     for name, rom in assembly.bodies.items():
-        np.testing.assert_array_equal(found.bodies[name].recovery, rom.recovery)
-        assert found.bodies[name].provenance == rom.provenance
-    np.testing.assert_array_equal(found.rows("left/damper", "contact"), [7])
+        np.testing.assert_array_equal(result.bodies[name].recovery, rom.recovery)
+        assert result.bodies[name].provenance == rom.provenance
+    np.testing.assert_array_equal(result.rows("left/damper", "contact"), [7])
 
 
 def test_a_single_model_is_no_assembly_and_the_other_way_round(assembly: ReducedAssembly, tmp_path: Path) -> None:

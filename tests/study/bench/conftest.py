@@ -101,7 +101,7 @@ def bench(served: tuple[RunningBench, str]) -> RunningBench:
 
 def children(pid: int) -> list[int]:
     """Processes of a process that compute: Python's own helper for shared resources is none."""
-    found = []
+    result = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             parent = int(stat.read_text().rpartition(")")[2].split()[1])
@@ -109,8 +109,8 @@ def children(pid: int) -> list[int]:
         except OSError:
             continue
         if parent == pid and b"spawn_main" in words:
-            found.append(int(stat.parent.name))
-    return found
+            result.append(int(stat.parent.name))
+    return result
 
 
 def await_end(processes: list[int]) -> None:
@@ -145,10 +145,10 @@ def axe() -> str:
 def find_faults(page: Any, axe: str) -> list[str]:
     """Serious and critical faults of a page as it is now, each with its places."""
     page.evaluate(f"window.axe || (() => {{ {axe} }})()")
-    found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")["violations"]
+    result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")["violations"]
     return [
         f"{fault['id']}: {[node['target'] for node in fault['nodes']]}"
-        for fault in found
+        for fault in result
         if fault["impact"] in {"serious", "critical"}
     ]
 

@@ -129,9 +129,9 @@ def test_the_level_is_the_one_that_a_word_calls_so() -> None:
 
 def test_the_width_of_a_peak_is_that_of_half_power() -> None:
     frequency = np.linspace(90, 110, 2001)
-    (found,) = read_peaks(frequency[::-1], np.abs(receptance(frequency, 100.0, 0.01))[::-1])
+    (result,) = read_peaks(frequency[::-1], np.abs(receptance(frequency, 100.0, 0.01))[::-1])
     # Three steps: the peak and both ends lie on points.
-    np.testing.assert_allclose([found.peak.frequency, found.width], [100.0, 2.0], atol=0.03)
+    np.testing.assert_allclose([result.peak.frequency, result.width], [100.0, 2.0], atol=0.03)
     assert read_peaks(frequency, frequency) == ()
 
 

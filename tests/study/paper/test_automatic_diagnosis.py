@@ -39,17 +39,17 @@ def ended(finding: Finding) -> Any:
 
 def test_factors_scale_the_start_and_shifts_are_added_to_it() -> None:
     values, others = read_values(ended(Finding.MISSING), START)
-    found = {item.name: item for item in values}
-    assert found["kt"].value == pytest.approx(1.1 * START.kt)
-    assert found["damping"].value == pytest.approx(0.9 * START.damping)
-    assert found["shift_right"].value == pytest.approx(2e-4)
-    assert found["shift_left"].value == pytest.approx(1e-3 - 3e-3)
+    result = {item.name: item for item in values}
+    assert result["kt"].value == pytest.approx(1.1 * START.kt)
+    assert result["damping"].value == pytest.approx(0.9 * START.damping)
+    assert result["shift_right"].value == pytest.approx(2e-4)
+    assert result["shift_left"].value == pytest.approx(1e-3 - 3e-3)
     # 95 % of a normal distribution.
-    assert found["shift_left"].upper - found["shift_left"].value == pytest.approx(1.96 * 5e-4, rel=1e-3)
+    assert result["shift_left"].upper - result["shift_left"].value == pytest.approx(1.96 * 5e-4, rel=1e-3)
     assert others == ()
 
 
 def test_an_effect_that_is_not_named_is_no_part_of_the_answer() -> None:
-    found = {item.name: item for item in read_values(ended(Finding.NOTHING), START)[0]}
-    assert found["kt"].value == pytest.approx(1.2 * START.kt)
-    assert "shift_left" not in found
+    result = {item.name: item for item in read_values(ended(Finding.NOTHING), START)[0]}
+    assert result["kt"].value == pytest.approx(1.2 * START.kt)
+    assert "shift_left" not in result

@@ -33,17 +33,17 @@ def make_model(parameters: RigParameters) -> Model:
 
 
 def test_kt_makes_up_for_numerical_error_and_the_root_as_the_closed_form_does() -> None:
-    found = find_frequency_error.compute(CASE, PARAMETERS, NUMERICAL, True, make_model)
+    result = find_frequency_error.compute(CASE, PARAMETERS, NUMERICAL, True, make_model)
     share = 2e4 / (2e4 + 6e4)
     # f^2 is (kt + root) / density; the density keeps the free root / density, so that only kt / density is left.
-    assert found.density == pytest.approx(np.log(1 + ROOT_DEVIATION), rel=1e-6)
+    assert result.density == pytest.approx(np.log(1 + ROOT_DEVIATION), rel=1e-6)
     ratio = (2e4 + 6e4 * (1 + ROOT_DEVIATION)) / (2e4 + 6e4) / (1 + ROOT_DEVIATION)
     # The slope is a difference over 2 %, which is half of that off.
-    assert found.kt == pytest.approx(np.hypot(NUMERICAL, np.log(ratio) / 2) / (share / 2), rel=0.01)
+    assert result.kt == pytest.approx(np.hypot(NUMERICAL, np.log(ratio) / 2) / (share / 2), rel=0.01)
 
 
 def test_without_a_free_resonance_all_of_the_root_is_in_kt() -> None:
-    found = find_frequency_error.compute(CASE, PARAMETERS, NUMERICAL, False, make_model)
-    assert found.density == 0.0
+    result = find_frequency_error.compute(CASE, PARAMETERS, NUMERICAL, False, make_model)
+    assert result.density == 0.0
     ratio = (2e4 + 6e4 * (1 + ROOT_DEVIATION)) / (2e4 + 6e4)
-    assert found.kt == pytest.approx(np.hypot(NUMERICAL, np.log(ratio) / 2) / (0.25 / 2), rel=0.01)
+    assert result.kt == pytest.approx(np.hypot(NUMERICAL, np.log(ratio) / 2) / (0.25 / 2), rel=0.01)

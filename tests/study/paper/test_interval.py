@@ -67,8 +67,8 @@ def test_the_damping_ratio_has_the_interval_of_the_stuck_resonance() -> None:
     stuck = MeasuredResonance(
         free=False, frequency=250.0, frequency_deviation=0.1, damping=2e-3, damping_deviation=1e-5, source="a test"
     )
-    found = find_damping_interval(2e-3, stuck)
-    assert (found.lower, found.upper) == pytest.approx((2e-3 - TWO_SIDED_95 * 1e-5, 2e-3 + TWO_SIDED_95 * 1e-5))
+    result = find_damping_interval(2e-3, stuck)
+    assert (result.lower, result.upper) == pytest.approx((2e-3 - TWO_SIDED_95 * 1e-5, 2e-3 + TWO_SIDED_95 * 1e-5))
 
 
 def test_what_the_score_does_not_tell_is_as_wide_as_the_prior() -> None:
@@ -81,8 +81,8 @@ def test_an_error_of_the_density_by_the_model_adds_by_squares() -> None:
         free=True, frequency=120.0, frequency_deviation=0.12, damping=2e-3, damping_deviation=1e-4, source="a test"
     )
     parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)
-    (found,) = find_density_interval(parameters, free, 1.5e-3)
-    assert found.upper - found.value == pytest.approx(TWO_SIDED_95 * 2.5e-3 * 7800.0, rel=1e-9)
+    (result,) = find_density_interval(parameters, free, 1.5e-3)
+    assert result.upper - result.value == pytest.approx(TWO_SIDED_95 * 2.5e-3 * 7800.0, rel=1e-9)
 
 
 def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> None:
@@ -90,7 +90,7 @@ def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> 
         free=True, frequency=120.0, frequency_deviation=0.12, damping=2e-3, damping_deviation=1e-4, source="a test"
     )
     parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)
-    (found,) = find_density_interval(parameters, free, 0.0)
-    assert found.source == LEAST_SQUARES
-    assert found.upper - found.value == pytest.approx(TWO_SIDED_95 * 2 * 1e-3 * 7800.0, rel=1e-9)
+    (result,) = find_density_interval(parameters, free, 0.0)
+    assert result.source == LEAST_SQUARES
+    assert result.upper - result.value == pytest.approx(TWO_SIDED_95 * 2 * 1e-3 * 7800.0, rel=1e-9)
     assert list(find_density_interval(parameters, None, 0.0)) == []

@@ -31,8 +31,8 @@ def test_free_frequencies_equal_the_clamped_beam() -> None:
     inertia, line_mass = WIDTH * THICKNESS**3 / 12, DENSITY * WIDTH * THICKNESS
     exact = (roots / LENGTH) ** 2 * np.sqrt(YOUNGS_MODULUS * inertia / line_mass)
     beam = full_beam()
-    found = 2 * np.pi * compute_dense_modes(beam.mass, beam.stiffness).frequency[:3]
-    np.testing.assert_allclose(found, exact, rtol=1e-6)
+    result = 2 * np.pi * compute_dense_modes(beam.mass, beam.stiffness).frequency[:3]
+    np.testing.assert_allclose(result, exact, rtol=1e-6)
 
 
 def test_a_tip_force_bends_the_reduced_beam_as_the_exact_cantilever() -> None:

@@ -30,8 +30,8 @@ def rows(path: Path) -> list[dict[str, str]]:
 
 
 def values(table: list[dict[str, str]], **wanted: str) -> np.ndarray:
-    found = [row for row in table if all(row[name] == value for name, value in wanted.items())]
-    return np.array([complex(float(row["real"]), float(row["imag"])) for row in found])
+    result = [row for row in table if all(row[name] == value for name, value in wanted.items())]
+    return np.array([complex(float(row["real"]), float(row["imag"])) for row in result])
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_others(tmp_path: Path) -> None:
