@@ -67,7 +67,7 @@ class LinearStructure:
     _read: dict[tuple[bytes, tuple[float, ...]], UnitReadings] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, balance: HarmonicBalance, shift: float, near: "LinearStructure | None") -> "LinearStructure":
+    def from_balance(cls, balance: HarmonicBalance, shift: float, near: "LinearStructure | None") -> "LinearStructure":
         """Structure of a balance that `balance_of` gave, with the results of the structure that is near."""
         if near is not None and near.frequency_shift == shift:
             return (

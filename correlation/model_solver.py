@@ -123,7 +123,7 @@ class ModelSolver:
             balance = HarmonicBalance(system=configured.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
             near = None
         shift = model.frequency_shift.get(name_configuration(free), 0.0)
-        linear = LinearStructure.of(balance, shift, None if near is None else near.linear)
+        linear = LinearStructure.from_balance(balance, shift, None if near is None else near.linear)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
         return cls(free=free, model=configured, balance=balance, linear=linear, levels={}, slider=start)
 
@@ -387,7 +387,7 @@ class ModelSolver:
         gain = [[item.gain.get(sensor.name, 0.0) / (sensor.gain or 1.0) for item in tangents] for sensor in sensors]
         delay = [[item.delay.get(sensor.name, 0.0) for item in tangents] for sensor in sensors]
         return Rates(
-            ModelRates.of(self.balance, [item.free if self.free else item.jointed for item in tangents]),
+            ModelRates.from_parameters(self.balance, [item.free if self.free else item.jointed for item in tangents]),
             np.array(gain).reshape(-1, len(tangents)),
             np.array(delay).reshape(-1, len(tangents)),
             np.array([item.frequency_shift.get(self.configuration, 0.0) for item in tangents]),

@@ -64,7 +64,7 @@ class SweepPath:
     def follow(
         self,
         frequencies: Sequence[float],
-        found: Sequence[SteadyState | None],
+        newton_states: Sequence[SteadyState | None],
         wide: Bool[NDArray[np.bool_], " s"],
     ) -> tuple[list[SteadyState | None], list[JumpPoint]]:
         """Steady states along one sweep, in its order, and the points where it jumps.
@@ -73,7 +73,7 @@ class SweepPath:
         ----------
         frequencies
             Frequencies of the sweep, the same in all sweeps [Hz].
-        found
+        newton_states
             States by one Newton solution per step, each from the one before; they are taken where the path leads
             through them.
         wide
@@ -86,7 +86,7 @@ class SweepPath:
             first = self._first_sweep.get(frequency)
             before = None if last is None else frequencies[last]
             here = None if last is None else states[last]
-            known, at = found[number], None if number == 0 else found[number - 1]
+            known, at = newton_states[number], None if number == 0 else newton_states[number - 1]
             if first is not None and self._follows_first_sweep(here, before, frequency, first):
                 state: SteadyState | None = first
             else:
@@ -111,10 +111,14 @@ class SweepPath:
                 self._first_sweep.setdefault(frequency, state)
         return states, jumps
 
-    def _passes_through(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
+    def _passes_through(
+        self, here: SteadyState | None, last: SteadyState | None, newton_state: SteadyState | None
+    ) -> bool:
         """Whether the path leads through a state that was found: at the one found before, with the same sliders."""
         return (
-            found is not None and (here is None or here is last) and np.array_equal(found.initial_slider, self._sliders)
+            newton_state is not None
+            and (here is None or here is last)
+            and np.array_equal(newton_state.initial_slider, self._sliders)
         )
 
     def _follows_first_sweep(
@@ -128,10 +132,10 @@ class SweepPath:
         return here is self._first_sweep.get(before) and frozenset((frequency, before)) not in self._jumps
 
     def _next(
-        self, here: SteadyState | None, before: float | None, target: float, found: SteadyState | None
+        self, here: SteadyState | None, before: float | None, target: float, newton_state: SteadyState | None
     ) -> tuple[SteadyState | None, JumpPoint | None]:
-        """State after the last one and the jump to it, if any; `found` is that by one Newton solution, if known."""
-        state = self.solver.solve(self.level, target, self._sliders, [here]) if found is None else found
+        """State after the last one and the jump to it, if any; `newton_state` is that by one Newton solution."""
+        state = self.solver.solve(self.level, target, self._sliders, [here]) if newton_state is None else newton_state
         if here is None or before is None or state is None:
             return state, None
         if not self._may_jump(here.displacement, before, state.displacement, target):

@@ -297,12 +297,12 @@ def _fit_force(
     )
 
 
-def _combine_exponents(found: Sequence[UnknownForcePlace]) -> UnknownForcePlace:
+def _combine_exponents(places: Sequence[UnknownForcePlace]) -> UnknownForcePlace:
     """Place with the exponent of the largest gain, combined with the exponent of the growth from level to level."""
-    gains = np.array([place.gain for place in found])
+    gains = np.array([place.gain for place in places])
     number = int(np.argmax(gains))
-    best = found[number]
-    if not 0 < number < len(found) - 1:
+    best = places[number]
+    if not 0 < number < len(places) - 1:
         return best
     # chi^2 rises by 1 at one standard deviation: a parabola through the best and its neighbours.
     bend = 2 * gains[number] - gains[number - 1] - gains[number + 1]

@@ -121,9 +121,11 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovaria
     return [replace(item, alike=_list_alike(item, result)) for item in sorted(result, key=lambda item: -item.gain)]
 
 
-def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[Resonator, ...]:
+def _list_alike(resonator: Resonator, resonators: Sequence[Resonator]) -> tuple[Resonator, ...]:
     """Those at other places of the same configuration that gain as much, but for odds of one in twenty."""
-    near = sorted((item for item in found if abs(item.gain - resonator.gain) < SAME_GAIN), key=lambda item: -item.gain)
+    near = sorted(
+        (item for item in resonators if abs(item.gain - resonator.gain) < SAME_GAIN), key=lambda item: -item.gain
+    )
     return tuple(item for item in near if item.configuration == resonator.configuration and item.name != resonator.name)
 
 

@@ -31,29 +31,29 @@ class Placement:
     mirrored: bool = False
     shift: Point = field(default_factory=_origin)
 
-    def directions(self, of: Points) -> Points:
+    def directions(self, vectors: Points) -> Points:
         """Vectors in the rig's axes, shape (..., 3)."""
-        return of * np.array([1.0, -1.0, 1.0]) if self.mirrored else of
+        return vectors * np.array([1.0, -1.0, 1.0]) if self.mirrored else vectors
 
-    def points(self, of: Points) -> Points:
+    def points(self, places: Points) -> Points:
         """Places in the rig's axes, shape (..., 3) [m]."""
-        return self.directions(of) + self.shift
+        return self.directions(places) + self.shift
 
-    def line(self, of: ContactLine) -> ContactLine:
+    def line(self, line: ContactLine) -> ContactLine:
         """A contact line in the rig's axes."""
         return ContactLine(
-            name=of.name,
-            stations=self.points(of.stations),
-            normal=self.directions(of.normal),
-            tangents=self.directions(of.tangents),
-            tributary_length=of.tributary_length,
+            name=line.name,
+            stations=self.points(line.stations),
+            normal=self.directions(line.normal),
+            tangents=self.directions(line.tangents),
+            tributary_length=line.tributary_length,
         )
 
-    def part(self, of: Part, name: str) -> Part:
+    def part(self, part: Part, name: str) -> Part:
         """A part in the rig's axes, under a name of its own."""
-        solid = self._moved(of.solid)
+        solid = self._moved(part.solid)
         # Moved with the solid and found again by their number: faces moved by themselves would not belong to it.
-        number = {face: i for i, face in enumerate(of.solid.Faces())}
+        number = {face: i for i, face in enumerate(part.solid.Faces())}
         moved = solid.Faces()
         return Part(
             name=name,
@@ -64,10 +64,10 @@ class Placement:
                     area=region.area,
                     centre=self.points(region.centre),
                 )
-                for name, region in of.faces.items()
+                for name, region in part.faces.items()
             },
-            points={name: self.points(point) for name, point in of.points.items()},
-            contact_lines={name: self.line(line) for name, line in of.contact_lines.items()},
+            points={name: self.points(point) for name, point in part.points.items()},
+            contact_lines={name: self.line(line) for name, line in part.contact_lines.items()},
         )
 
     def _moved(self, shape: Shape) -> Shape:

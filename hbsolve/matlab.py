@@ -44,8 +44,8 @@ def make_matlab_file(data: "xarray.Dataset") -> bytes:
         axes[key] = " ".join(map(str, array.dims))
         if "units" in array.attrs:
             units[key] = str(array.attrs["units"])
-    told = {str(key): str(value) for key, value in data.attrs.items()}
-    structs = {"units": units, "dimensions": axes, "attributes": told}
+    attributes = {str(key): str(value) for key, value in data.attrs.items()}
+    structs = {"units": units, "dimensions": axes, "attributes": attributes}
     content |= {name: struct for name, struct in structs.items() if struct}
     stream: Any = BytesIO()  # SciPy's annotation has file names alone
     savemat(stream, content, appendmat=False, long_field_names=True, oned_as="column", do_compression=True)

@@ -71,7 +71,7 @@ class ModelRates:
     joints: Float[Real, "p parameter"]
 
     @classmethod
-    def of(cls, balance: HarmonicBalance, parameters: Sequence[ModelParameter]) -> "ModelRates":
+    def from_parameters(cls, balance: HarmonicBalance, parameters: Sequence[ModelParameter]) -> "ModelRates":
         """Check and arrange parameters of a balance.
 
         Raises

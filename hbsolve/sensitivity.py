@@ -274,9 +274,9 @@ def _change(
         row = entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
         load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
     elif isinstance(parameter, MatrixParameter):
-        load = ModelRates.of(balance, [ModelParameter(matrices=parameter)]).loads(state)[0]
+        load = ModelRates.from_parameters(balance, [ModelParameter(matrices=parameter)]).loads(state)[0]
     elif isinstance(parameter, ModelParameter):
-        rates = ModelRates.of(balance, [parameter])
+        rates = ModelRates.from_parameters(balance, [parameter])
         load, g = rates.loads(state)[0], rates.forces(balance, forces.by_parameter)[0]
     elif isinstance(parameter, FrequencyParameter):
         load, g = _frequency_load(balance, state), forces.by_frequency

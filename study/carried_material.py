@@ -33,9 +33,9 @@ def check_carried_material(file: str, carried: CarriedMaterial, length_unit: flo
     values = ((material.young, YOUNGS_MODULUS), (material.density, MATERIAL_DENSITY))
     refusals = [words for value, check in values if (words := check.refusal(value, None))]
     if refusals:
-        told = describe_material(material, length_unit)
+        content = describe_material(material, length_unit)
         raise MeshError(
-            f"the material {carried.name} of {file} is {told}: {refusals[0]}; if the file has other units, {remedy}"
+            f"the material {carried.name} of {file} is {content}: {refusals[0]}; if the file has other units, {remedy}"
         )
     return material
 

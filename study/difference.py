@@ -25,10 +25,10 @@ def find_differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dic
     }
 
 
-def describe_differences(found: Mapping[str, Any]) -> list[str]:
+def describe_differences(document: Mapping[str, Any]) -> list[str]:
     """Lines about what `find_differences` found."""
-    different = found["different"]
-    lines = [f"{len(different)} of {found['compared']} values differ"]
+    different = document["different"]
+    lines = [f"{len(different)} of {document['compared']} values differ"]
     for item in different[:MAX_DIFFERENCES]:
         change = _change(item["first"], item["second"])
         share = "" if change == float("inf") else f"  ({100 * change:.3g} %)"

@@ -29,9 +29,8 @@ def run(seed: int) -> dict[str, Any]:
     begin = time.process_time()
     result = recover_law(arrangement)
     record: dict[str, Any] = {
-        "seed": seed, "kind": trial.hidden.kind, "contacts": trial.n_contact, "sensors": len(trial.model.sensors),
-        "harmonics": trial.harmonics, "chi2": arrangement.fit.chi2 / arrangement.fit.n_number, "law": result is not None,
-        "seconds": time.process_time() - begin,
+        "harmonics": trial.harmonics, "chi2": arrangement.fit.chi2 / arrangement.fit.n_number,
+        "law": result is not None, "seconds": time.process_time() - begin,
     }  # fmt: skip
     if result is None:
         return record

@@ -80,8 +80,8 @@ class SignalEntry:
 
     def or_unit(self, file: MeasuredFile, unit: str) -> "SignalEntry":
         """The same, in a unit where neither the manifest nor the file says one."""
-        said = self.unit or any(file.column(name).unit for name in self.columns.values())
-        return self if said else replace(self, unit=unit)
+        has_unit = self.unit or any(file.column(name).unit for name in self.columns.values())
+        return self if has_unit else replace(self, unit=unit)
 
     def complex_values(self, file: MeasuredFile, si: str) -> Complex[NDArray[np.complex128], " n"]:
         """Values in SI, shape (n,), as peaks if it has a convention; real and not negative where there is no phase.

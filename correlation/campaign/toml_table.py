@@ -42,7 +42,7 @@ class TomlTable:
 
     def problem(self, key: str, text: str, *, show: bool = True) -> CampaignError:
         """Error about a key, with its value if that helps."""
-        shown = f" = {_shown(self.values[key])}" if show and key in self.values else ""
+        shown = f" = {_shorten(self.values[key])}" if show and key in self.values else ""
         return CampaignError(f"{self.where(key)}{shown}: {text}")
 
     def where(self, key: str = "") -> str:
@@ -148,7 +148,7 @@ class TomlTable:
                 raise self.problem(key, f"unknown key; {hint}")
 
 
-def _shown(value: object) -> str:
+def _shorten(value: object) -> str:
     text = f'"{value}"' if isinstance(value, str) else str(value)
     return text if len(text) <= 60 else text[:57] + "..."
 

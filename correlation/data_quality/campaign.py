@@ -66,8 +66,8 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     drifts = [item for item in find_drift_suspicions(campaign) if not any(item.lies_in(where) for where in spoiled)]
     channels = find_channel_suspicions(campaign)
     # Nor does a test change as a whole whose runs differ by a mistake, a gain or the settling of its first repeats.
-    told = [item.where for item in (*others, *channels, *drifts)]
-    trends = [item for item in find_trend_suspicions(campaign) if not any(item.where in where for where in told)]
+    places = [item.where for item in (*others, *channels, *drifts)]
+    trends = [item for item in find_trend_suspicions(campaign) if not any(item.where in where for where in places)]
     return (*result, *channels, *find_drive_suspicions(campaign), *levels, *drifts, *trends)
 
 

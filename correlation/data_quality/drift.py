@@ -94,7 +94,7 @@ def _find_factors(share: Shares, n_sensor: int = 1) -> _Factors | None:
     return _Factors(factor, apart) if clear else None
 
 
-def _describe_change(found: _Factors, repeats: list[int]) -> str:
+def _describe_change(factors: _Factors, repeats: list[int]) -> str:
     """The largest difference of two repeats in words."""
-    least, most = (repeats[int(end(found.factor))] for end in (np.argmin, np.argmax))
-    return f"{np.expm1(found.apart):.0%} larger in repeat {most} than in repeat {least}"
+    least, most = (repeats[int(end(factors.factor))] for end in (np.argmin, np.argmax))
+    return f"{np.expm1(factors.apart):.0%} larger in repeat {most} than in repeat {least}"

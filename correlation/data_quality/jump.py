@@ -22,21 +22,21 @@ def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     )
 
 
-def _where(campaign: Campaign, of: Branches, frequency: float) -> str:
-    level = f"{of.curves.level:g} {campaign.drive.unit}"
-    return f"{name_configuration(of.curves.free)} test, {level}, {frequency:g} Hz"
+def _where(campaign: Campaign, branches: Branches, frequency: float) -> str:
+    level = f"{branches.curves.level:g} {campaign.drive.unit}"
+    return f"{name_configuration(branches.curves.free)} test, {level}, {frequency:g} Hz"
 
 
-def _sentence(of: Branches, state: int) -> str:
-    if of.is_empty[state]:
+def _sentence(branches: Branches, state: int) -> str:
+    if branches.is_empty[state]:
         return (
             f"repeats scatter far more than at the frequencies beside it: {CAUSES}; the point is left out of every fit"
         )
-    curves, there = of.curves, np.isfinite(of.curves.value[:, state])
+    curves, there = branches.curves, np.isfinite(branches.curves.value[:, state])
     ways_of: dict[tuple[tuple[int, ...], bool], list[str]] = {}
     for way in np.unique(curves.sweep[there]).tolist():
         own = there & (curves.sweep == way)
-        excluded = own & of.excluded[:, state]
+        excluded = own & branches.excluded[:, state]
         key = (tuple(np.unique(curves.repeat[excluded]).tolist()), bool((excluded == own).all()))
         ways_of.setdefault(key, []).append(SWEEPS[way])
     clauses = []

@@ -81,13 +81,19 @@ def find_swapped_sensors(
         if campaign.sensors[i].quantity == campaign.sensors[j].quantity:
             measured[i, j], model[i, j] = _ratios(campaign, table, predicted, i, j)
     with np.errstate(divide="ignore", invalid="ignore"):
-        seen, said = np.log(measured), np.log(model)
+        measured_logarithm, predicted_logarithm = np.log(measured), np.log(model)
     result: list[tuple[float, int, int, str]] = []
     for j, i in combinations(range(n), 2):
-        if not np.isfinite(seen[i, j] + said[i, j]):
+        if not np.isfinite(measured_logarithm[i, j] + predicted_logarithm[i, j]):
             continue
-        own, swapped = abs(wrap_phases(seen[i, j] - said[i, j])), abs(wrap_phases(seen[i, j] + said[i, j]))
-        if own > (SMALL if _others_confirm(seen, said, i, j) else SWAPPED) and swapped < AFTER_SWAPPING * own:
+        own, swapped = (
+            abs(wrap_phases(measured_logarithm[i, j] - predicted_logarithm[i, j])),
+            abs(wrap_phases(measured_logarithm[i, j] + predicted_logarithm[i, j])),
+        )
+        if (
+            own > (SMALL if _others_confirm(measured_logarithm, predicted_logarithm, i, j) else SWAPPED)
+            and swapped < AFTER_SWAPPING * own
+        ):
             first, second = campaign.sensors[i].name, campaign.sensors[j].name
             sentence = (
                 f'"{first}" reads {_polar(measured[i, j])} of "{second}", the model says {_polar(model[i, j])}; '
@@ -129,8 +135,8 @@ def _others_confirm(measured: Logarithms, predicted: Logarithms, i: int, j: int)
     if not rest:
         return False
 
-    def distance(row: int, k: int, of: int) -> float:
-        return float(abs(wrap_phases(measured[row, k] - predicted[of, k])))
+    def distance(row: int, k: int, other: int) -> float:
+        return float(abs(wrap_phases(measured[row, k] - predicted[other, k])))
 
     apart = np.array(
         [[distance(one, k, one), distance(one, k, other)] for k in rest for one, other in ((i, j), (j, i))]

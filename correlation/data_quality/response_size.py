@@ -52,7 +52,7 @@ class _Ratios(NamedTuple):
     omega: Float[NDArray[np.float64], " k"]
     logarithm: Complex[NDArray[np.complex128], " k"]
 
-    def of(self, sensor: int) -> "_Ratios":
+    def select_sensor(self, sensor: int) -> "_Ratios":
         return _Ratios(*(item[self.sensor == sensor] for item in self))
 
 
@@ -80,7 +80,7 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
         yield _suspect_size(response.name, "its responses are", ratios, quantities)
     else:
         for row, name in enumerate(response.sensors):
-            own = ratios.of(row)
+            own = ratios.select_sensor(row)
             if len(own.sensor) and abs(np.median(own.logarithm.real)) > np.log(CLEAR_FACTORS[-1].least):
                 yield _suspect_size(f'{response.name}, "{name}"', "its response is", own, quantities[row : row + 1])
 

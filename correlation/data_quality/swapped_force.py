@@ -147,9 +147,9 @@ def _find_clearest_harmonic(evidence: list[tuple[int, float, float]]) -> tuple[i
     return min(result, key=lambda item: item[2])
 
 
-def _describe(found: tuple[int, float, float]) -> str:
-    quantity = "their means are" if found[0] == 0 else f"their harmonics {found[0]} are"
-    return f"{quantity} off by {found[1]:.0%} of the distance"
+def _describe(swap: tuple[int, float, float]) -> str:
+    quantity = "their means are" if swap[0] == 0 else f"their harmonics {swap[0]} are"
+    return f"{quantity} off by {swap[1]:.0%} of the distance"
 
 
 def _scatter(measurement: Measurement, table: FeatureTable) -> Float[NDArray[np.float64], " k"]:

@@ -271,7 +271,9 @@ def list_ring_down_indications(
             at = float(np.median(mode.frequency[rows]))
             known = next((key for key in trends if key[0] == place and abs(at / key[1] - 1) < SAME_MODE), (place, at))
             both = [
-                _Trend.of(mode.amplitude[rows], value[rows], np.hypot(deviation[rows], least * value[rows]), of_model)
+                _Trend.from_points(
+                    mode.amplitude[rows], value[rows], np.hypot(deviation[rows], least * value[rows]), of_model
+                )
                 for value, deviation, least, of_model in (
                     (mode.frequency, mode.frequency_deviation, LEAST_FREQUENCY, of_mode[:, 0]),
                     (mode.damping_ratio, mode.damping_deviation, LEAST_DAMPING, of_mode[:, 1]),
@@ -311,7 +313,7 @@ class _Trend(NamedTuple):
     """Variance of the measured change."""
 
     @classmethod
-    def of(cls, amplitude: Numbers, value: Numbers, deviation: Numbers, predicted: Numbers) -> "_Trend":
+    def from_points(cls, amplitude: Numbers, value: Numbers, deviation: Numbers, predicted: Numbers) -> "_Trend":
         at, weight = np.log(amplitude), 1 / deviation**2
         from_centre = at - float(weight @ at / weight.sum())
         moment, span = float(weight @ from_centre**2), float(np.ptp(at))

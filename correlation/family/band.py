@@ -104,7 +104,7 @@ class PredictedBand:
     @cached_property
     def _curves(self) -> tuple["_Curve", "_Curve"]:
         """Both limits through their known points: bands are asked hundreds of times for the offsets of set-ups."""
-        return _Curve.of(self.frequency, self.value[0], self.jump[0]), _Curve.of(
+        return _Curve.from_points(self.frequency, self.value[0], self.jump[0]), _Curve.from_points(
             self.frequency, self.value[1], self.jump[1]
         )
 
@@ -162,7 +162,7 @@ class _Curve(NamedTuple):
     """Slopes at both ends, shape (2,); NaN with one point or none."""
 
     @classmethod
-    def of(cls, frequency: Values, value: Values, jump: Bool[NDArray[np.bool_], " f"]) -> "_Curve":
+    def from_points(cls, frequency: Values, value: Values, jump: Bool[NDArray[np.bool_], " f"]) -> "_Curve":
         """The curve through the points that are known."""
         known = np.isfinite(value)
         f, y = frequency[known], value[known]

@@ -228,8 +228,8 @@ def _carried(family: Family, target: Values) -> Values:
 
 def _noise(tables: Sequence[_Table]) -> ReadingNoise:
     """From the roughness of curves, else from the scatter at each frequency."""
-    for source, told in (("curves", _roughness(tables)), ("scatter", _scatter(tables))):
-        squared, scatter, dof, effective = told
+    for source, estimate in (("curves", _roughness(tables)), ("scatter", _scatter(tables))):
+        squared, scatter, dof, effective = estimate
         if not scatter.any():
             continue
         # Readings of few digits may agree exactly.

@@ -35,12 +35,12 @@ def read_decibels(column: Column) -> Column:
     result = DECIBEL.search(label)
     if result is None or POWER.search(label) or column.words or np.iscomplexobj(column.values):
         return column
-    attached, said = (result["attached"] or "").lower(), result["unit"].strip()
+    attached, label_unit = (result["attached"] or "").lower(), result["unit"].strip()
     if attached and attached not in ATTACHED:
         return replace(column, unit="", unit_label=f"dB{result['attached']}")
-    unit = ATTACHED.get(attached) or unit_text(said)
+    unit = ATTACHED.get(attached) or unit_text(label_unit)
     reference = float(result["reference"] or 1.0)
     with np.errstate(over="ignore"):
         values = reference * 10 ** (column.values / 20)
-    unknown = said if result["reference"] and not unit and not names_no_unit(said) else ""
+    unknown = label_unit if result["reference"] and not unit and not names_no_unit(label_unit) else ""
     return replace(column, values=values, unit=unit, unit_label=unknown, facts={**column.facts, SCALE: label.strip()})

@@ -233,10 +233,10 @@ def amplitude_of_unit(label: str) -> str:
 
 def amplitude_in_words(text: str) -> str:
     """Kind of amplitude by a word such as "RMS" in a text; empty without such a word or with several."""
-    said = {meant for meant, pattern in IN_WORDS.items() if pattern.search(text)}
-    if "peak to peak" in said:
-        said -= {"peak"}
-    return said.pop() if len(said) == 1 else ""
+    kinds = {meant for meant, pattern in IN_WORDS.items() if pattern.search(text)}
+    if "peak to peak" in kinds:
+        kinds -= {"peak"}
+    return kinds.pop() if len(kinds) == 1 else ""
 
 
 def _bare(label: str) -> str:
@@ -254,13 +254,13 @@ def _parse(text: str) -> tuple[str, str]:
     match = WITH_AMPLITUDE.match(text)
     if match is None or not match["unit"]:
         return "", ""
-    said = next(word for word, pattern in OF_AMPLITUDE.items() if pattern.fullmatch(match["word"]))
+    kind = next(word for word, pattern in OF_AMPLITUDE.items() if pattern.fullmatch(match["word"]))
     above, stroke, below = match["unit"].rpartition("/")
     if stroke and (both := WITH_AMPLITUDE.match(above.strip("( "))) and both["word"].lower() == match["word"].lower():
         unit = _product(f"({both['unit'].strip()})/{below.strip('( ')}")
         return unit, ""  # of a ratio of such amplitudes nothing is left
     unit = "" if stroke and _product(below) in {"N", "mN", "kN", "lbf", "V"} else _product(match["unit"].strip())
-    return (unit, said) if unit else ("", "")
+    return (unit, kind) if unit else ("", "")
 
 
 def _symbol(text: str) -> str:

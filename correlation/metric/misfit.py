@@ -188,29 +188,29 @@ def compute_misfit(
     )
 
 
-def split_misfit(of: Misfit, axis: str, level_unit: str = "N") -> tuple[MisfitSummary, ...]:
+def split_misfit(misfit: Misfit, axis: str, level_unit: str = "N") -> tuple[MisfitSummary, ...]:
     """Split along an axis of `AXES`, in its order."""
-    code, labels = _codes(of, axis, level_unit)
-    return tuple(summarise_misfit(of.where(code == number), label) for number, label in enumerate(labels))
+    code, labels = _codes(misfit, axis, level_unit)
+    return tuple(summarise_misfit(misfit.where(code == number), label) for number, label in enumerate(labels))
 
 
-def summarise_misfit(of: Misfit, label: str = "all") -> MisfitSummary:
+def summarise_misfit(misfit: Misfit, label: str = "all") -> MisfitSummary:
     """Misfit of all rows together."""
-    clear = of.clear
-    measured, predicted = of.measured[clear], of.predicted[clear]
+    clear = misfit.clear
+    measured, predicted = misfit.measured[clear], misfit.predicted[clear]
     any_clear = bool(clear.any())
-    dynamic = of.phased[clear]
+    dynamic = misfit.phased[clear]
     # Rows of one part differ in unit and size: each counts by its own modulus.
     scaled = predicted / np.abs(measured)
     return MisfitSummary(
         label=label,
-        deviations=of.root_mean_square,
-        whitened=float(np.sqrt(np.nanmean(of.whitened**2))),
+        deviations=misfit.root_mean_square,
+        whitened=float(np.sqrt(np.nanmean(misfit.whitened**2))),
         amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
         phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,
         signed_amplitude_error=float(np.sqrt(np.mean(np.abs(scaled) ** 2)) - 1) if any_clear else np.nan,
         signed_phase_error=_mean_lead(measured[dynamic], scaled[dynamic]),
-        n_number=int(np.isfinite(of.whitened).sum()),
+        n_number=int(np.isfinite(misfit.whitened).sum()),
     )
 
 
@@ -219,17 +219,17 @@ def find_worst(split: Sequence[MisfitSummary]) -> MisfitSummary:
     return max(split, key=lambda summary: summary.deviations)
 
 
-def find_worst_cell(of: Misfit, level_unit: str = "N") -> tuple[MisfitSummary, Points]:
+def find_worst_cell(misfit: Misfit, level_unit: str = "N") -> tuple[MisfitSummary, Points]:
     """The worst of all cells level x band x sensor x harmonic, and its points."""
-    coded = [_codes(of, axis, level_unit) for axis in ("level", "band", "sensor", "harmonic")]
+    coded = [_codes(misfit, axis, level_unit) for axis in ("level", "band", "sensor", "harmonic")]
     first, number = group_rows([code for code, _ in coded])
-    squares = np.nansum(of.standardised**2, axis=1)
-    counts = np.isfinite(of.standardised).sum(axis=1)
+    squares = np.nansum(misfit.standardised**2, axis=1)
+    counts = np.isfinite(misfit.standardised).sum(axis=1)
     mean = np.bincount(number, squares) / np.maximum(np.bincount(number, counts), 1)
     at = int(np.argmax(mean))
     level, band, sensor, harmonic = (labels[code[first[at]]] for code, labels in coded)
     rows = number == at
-    return summarise_misfit(of.where(rows), f"{sensor}, {harmonic}, {level}, {band}"), of.points.where(rows)
+    return summarise_misfit(misfit.where(rows), f"{sensor}, {harmonic}, {level}, {band}"), misfit.points.where(rows)
 
 
 def split_into_bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
@@ -245,8 +245,8 @@ def split_into_bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list
     return code, labels
 
 
-def _codes(of: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
-    points = of.points
+def _codes(misfit: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
+    points = misfit.points
     if axis == "band":
         return split_into_bands(points)
     if axis == "sensor":

@@ -188,10 +188,10 @@ class _Level:
             own = choose_upper_branch(self.points, value, own)
             read = value[own] if phased else np.abs(value[own])
             motion[number] = np.interp(grid, self.points.frequency[own], read / size, left=np.nan, right=np.nan)
-            told = own[self.source.features.inverse[own]]
-            if value is self.measured and len(told):
-                deviation = measure_noise(value[told], told, self.source.features, self.source.whitening)
-                noise[number] = np.interp(grid, self.points.frequency[told], deviation / size)
+            known = own[self.source.features.inverse[own]]
+            if value is self.measured and len(known):
+                deviation = measure_noise(value[known], known, self.source.features, self.source.whitening)
+                noise[number] = np.interp(grid, self.points.frequency[known], deviation / size)
         return find_curve_peaks(grid, motion, noise)
 
     def read(self, measured: CurvePeak, predicted: CurvePeak | None, mode: int, level_unit: str) -> PeakError | str:

@@ -159,22 +159,22 @@ def _linear_rates(propagator: Propagator, x: Array, w: Array, w_new: Array, new:
 
 
 @compiled
-def _newton(propagator: Propagator, joints: JointState, found: Array) -> bool:
+def _newton(propagator: Propagator, joints: JointState, forces: Array) -> bool:
     """Solve for the joints' forces; motions and slopes are those of the solution."""
     for _ in range(MOST_STEPS):
         for i in range(len(joints.free_motion)):
             joints.motion[i] = joints.free_motion[i]
-            for j in range(len(found)):
-                joints.motion[i] += joints.flexibility[i, j] * found[j]
+            for j in range(len(forces)):
+                joints.motion[i] += joints.flexibility[i, j] * forces[j]
         _joint_forces(propagator, joints, joints.force)
         largest, change = 0.0, 0.0
-        for j in range(len(found)):
-            joints.right_side[j, 0] = joints.force[j] - found[j]
+        for j in range(len(forces)):
+            joints.right_side[j, 0] = joints.force[j] - forces[j]
         _joint_matrix(joints)
         _solve(joints, 1)
-        for j in range(len(found)):
-            found[j] += joints.right_side[j, 0]
-            largest, change = max(largest, abs(found[j])), max(change, abs(joints.right_side[j, 0]))
+        for j in range(len(forces)):
+            forces[j] += joints.right_side[j, 0]
+            largest, change = max(largest, abs(forces[j])), max(change, abs(joints.right_side[j, 0]))
         if not np.isfinite(change):
             return False
         if change <= CONVERGED * largest:

@@ -73,14 +73,14 @@ def fit_pair(
         """The further effect beside others."""
         return arrangement.with_refit_from([*effects, second], np.append(start, own), nearby, by)
 
-    def test(found: Arrangement) -> Finalist:
+    def test(arrangement: Arrangement) -> Finalist:
         """A fit as one of the further effect, with the density of all data."""
-        tested = found.tested(second, found.fit)
-        return Finalist(refit=replace(tested, cost=found.cost + tested.held_out_cost), arrangement=found)
+        tested = arrangement.tested(second, arrangement.fit)
+        return Finalist(refit=replace(tested, cost=arrangement.cost + tested.held_out_cost), arrangement=arrangement)
 
-    def beside(effect: Effect, found: Finalist) -> Finalist:
+    def beside(effect: Effect, finalist: Finalist) -> Finalist:
         """The fit with both as one of an effect beside the further one."""
-        return _compare(replace(found, refit=replace(found.refit, effect=effect, beside=second)), alone)
+        return _compare(replace(finalist, refit=replace(finalist.refit, effect=effect, beside=second)), alone)
 
     both = test(fit([one], values_of_both))
     # What the first effect has moved the calibration parameters to may be far from the minimum without it. Where it is

@@ -132,12 +132,12 @@ def arrange_features(
     fitted, tested = split_data(data)
     if not fitted:
         raise CampaignError("all data are held out: leave some to fit")
-    train = FeatureComparison.of(fitted)
+    train = FeatureComparison.from_data(fitted)
     unknowns = make_unknowns(base, calibration, [item.effect for item in added])
     fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), ending=Ending.EXACT)
     return FeatureArrangement(
         base=base, calibration=tuple(calibration), added=tuple(added), train=train,
-        held_out=FeatureComparison.of(tested), fit=fit,
+        held_out=FeatureComparison.from_data(tested), fit=fit,
     )  # fmt: skip
 
 

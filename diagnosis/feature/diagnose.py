@@ -222,6 +222,6 @@ def _reason(
 def _most_clear(clear: Sequence[Indication]) -> str:
     """The clearest indication of each kind, and further ones up to the number that a paragraph takes, in words."""
     first = list({item.kind: item for item in reversed(clear)}.values())
-    told = [*first, *(item for item in clear if item not in first)][: max(MIN_INDICATIONS, len(first))]
-    more = len(clear) - len(told)
-    return "; ".join(item.sentence for item in clear if item in told) + (f"; and {more} more signs" if more else "")
+    listed = [*first, *(item for item in clear if item not in first)][: max(MIN_INDICATIONS, len(first))]
+    more = len(clear) - len(listed)
+    return "; ".join(item.sentence for item in clear if item in listed) + (f"; and {more} more signs" if more else "")

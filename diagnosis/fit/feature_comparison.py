@@ -38,7 +38,7 @@ class FeatureComparison:
     search: ClassVar[Search] = Search(steps=12)
 
     @classmethod
-    def of(cls, data: Sequence[Datum]) -> "FeatureComparison":
+    def from_data(cls, data: Sequence[Datum]) -> "FeatureComparison":
         """Features of some data."""
         return cls(data=tuple(data), features=tuple(DATA_TYPES[datum.type].features(datum) for datum in data))
 
@@ -165,7 +165,7 @@ def fit_together(first: Data, fit: Fit, data: Sequence[Datum]) -> Fit:
     """
     if not data:
         return fit
-    second = FeatureComparison.of(data)
+    second = FeatureComparison.from_data(data)
     joined = JoinedComparison(first=first, second=second)
     begin = fit.prediction, second.predict(fit.model)
     result = calibrate(joined, fit.unknowns, fit.values, begin, ending=Ending.EXACT)

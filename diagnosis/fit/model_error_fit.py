@@ -57,9 +57,9 @@ def fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Compar
     return _finish_most_probable(result)
 
 
-def _finish_most_probable(found: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:
+def _finish_most_probable(fits: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:
     """The fit of the least -2 ln p by its own covariance, brought to its minimum."""
-    comparison, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
+    comparison, fit = min(fits, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
     if get_error_size(comparison) == NO_ERROR:
         return comparison, _calibrated(comparison, fit.unknowns, fit.values, fit.prediction)
     return comparison, recalibrate(comparison, fit, slopes=fit.jacobian, ending=Ending.EXACT)

@@ -120,9 +120,9 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
     search = _Search(model=model, observed=_thinned(observed), sweeps=sweeps, unknown=unknown)
     if campaign.drive.calibrated:
         return SensorGains(parameters=_parameters(search.fit(1.0)[1]))
-    gain, told = search.best()
+    gain, is_determined = search.best()
     result = search.fit(gain)[1]
-    if told:
+    if is_determined:
         return SensorGains(parameters=_parameters({"": gain} | result))
     unit = campaign.drive.unit
     fixed = (
@@ -199,8 +199,8 @@ class _Search:
         cost = np.array([self.cost(float(item)) for item in tried])
         at = int(np.argmin(cost))
         gain = float(np.exp(self._golden(float(tried[max(at - 1, 0)]), float(tried[min(at + 1, len(tried) - 1)]))))
-        told = float(np.median(cost)) > MIN_COST_RATIO * self.cost(np.log(gain)) + ROUNDING
-        return (gain, True) if told else (1.0, False)
+        is_determined = float(np.median(cost)) > MIN_COST_RATIO * self.cost(np.log(gain)) + ROUNDING
+        return (gain, True) if is_determined else (1.0, False)
 
     def _golden(self, low: float, high: float) -> float:
         ends = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]

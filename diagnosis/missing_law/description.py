@@ -65,14 +65,14 @@ class LawDescription:
 def describe(curves: LawCurves) -> LawDescription:
     """Words for the curves of a law."""
     words, sentences = list[str](), list[str]()
-    for told, said in (
+    for feature_words, feature_sentences in (
         _describe_stiffness(curves),
         _describe_gap(curves),
         _describe_sides(curves),
         _describe_work(curves),
     ):
-        words += told
-        sentences += said
+        words += feature_words
+        sentences += feature_sentences
     return LawDescription(words=tuple(words), sentences=tuple(sentences))
 
 
@@ -100,18 +100,18 @@ def _describe_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
         if not curves.sees_even:
             force = (curves.spring_draws[:, at] * sign - curves.spring_draws[:, ::-1][:, at] * sign) / 2
         sides.append(_find_clearance(np.abs(x[at]) / reach, force))
-    told = [clearance for clearance in sides if clearance is not None]
-    if not told:
+    clearances = [clearance for clearance in sides if clearance is not None]
+    if not clearances:
         return [], []
     if not curves.sees_even:
-        where = f"abs(u) = {told[0] * reach:.3g} {curves.units.motion}"
+        where = f"abs(u) = {clearances[0] * reach:.3g} {curves.units.motion}"
         return ["gap"], [f"a clearance, on one side or on both: hardly any force up to {where}, and a spring beyond"]
     where = " and ".join(
         f"u = {sign * clearance * reach:.3g} {curves.units.motion}"
         for sign, clearance in zip((1, -1), sides, strict=True)
         if clearance is not None
     )
-    word = "gap" if len(told) == 2 else "stop"
+    word = "gap" if len(clearances) == 2 else "stop"
     what = "a clearance on both sides" if word == "gap" else "a stop on one side"
     return [word], [f"{what}: hardly any force up to {where}, and a spring beyond"]
 
@@ -158,12 +158,15 @@ def _describe_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     ends = np.maximum(draws[:, [lower, -1]], np.finfo(float).tiny)
     exponent = np.log(ends[:, 1] / ends[:, 0]) / np.log(grid[-1] / grid[lower])
     low, high = np.quantile(exponent, BAND)
-    words, told = ["dissipative"], f"its work per cycle grows with the amplitude to the power {np.median(exponent):.2g}"
+    words, sentence = (
+        ["dissipative"],
+        f"its work per cycle grows with the amplitude to the power {np.median(exponent):.2g}",
+    )
     has_memory = bool(np.quantile(curves.memory_share, BAND[0]) > MOSTLY)
     has_none = bool(np.quantile(curves.memory_share, BAND[1]) < MOSTLY)
     if has_memory:
         words.append("memory")
-        told += "; it depends on the history (hysteresis)"
+        sentence += "; it depends on the history (hysteresis)"
     kind = None
     if high < COULOMB:
         kind = "Coulomb"
@@ -175,5 +178,5 @@ def _describe_work(curves: LawCurves) -> tuple[list[str], list[str]]:
         kind = "micro-slip"
     if kind:
         words.append(kind)
-        told += f": {kind}"
-    return words, [f"{told} ({low:.2g} to {high:.2g})"]
+        sentence += f": {kind}"
+    return words, [f"{sentence} ({low:.2g} to {high:.2g})"]

@@ -84,9 +84,9 @@ def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawDescription) -
     stiffness, limit = law.basis.cells(law.posterior.mean)
     least = SMALL_CELL * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
     cells = [(_round(k), _round(f)) for k, f in zip(stiffness, limit, strict=True) if f > least]
-    said = words.sentences[0] if words.sentences else "a force"
+    sentence = words.sentences[0] if words.sentences else "a force"
     return TEMPLATE.format(
-        place=law.name, words=", ".join(words.words) or "no clear features", physics=f"A force: {said}.",
+        place=law.name, words=", ".join(words.words) or "no clear features", physics=f"A force: {sentence}.",
         units=law.units, width=_round(law.basis.width), speed=_round(law.basis.width_of_speed), cells=cells,
         ahead=[_round(item) for item in ahead], back=[_round(item) for item in back],
         damping=[_round(item) for item in damping],

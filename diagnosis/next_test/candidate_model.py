@@ -99,9 +99,9 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
     return result
 
 
-def _weigh(found: list[CandidateModel]) -> list[CandidateModel]:
-    whole = sum(item.probability for item in found)
-    ranked = sorted((replace(item, probability=item.probability / whole) for item in found), key=_improbable)
+def _weigh(models: list[CandidateModel]) -> list[CandidateModel]:
+    whole = sum(item.probability for item in models)
+    ranked = sorted((replace(item, probability=item.probability / whole) for item in models), key=_improbable)
     kept = [item for item in ranked if item.probability >= MIN_PROBABILITY][:MAX_MODELS]
     whole = sum(item.probability for item in kept)
     return [replace(item, probability=item.probability / whole) for item in kept]

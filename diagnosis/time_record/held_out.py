@@ -146,11 +146,11 @@ def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str
         best = f"the best candidate, {refits[0].name}, leaves {format_number(100 * refits[0].held_out_error)} %"
     error = f"the held-out error is {format_number(100 * test.baseline.held_out_error)} %, and {best}"
     noise = 100 * np.sqrt(test.noise)
-    said = f"{format_number(noise)} %"
+    noise_text = f"{format_number(noise)} %"
     if finding is Finding.UNKNOWN:
-        return f"Something is missing, and it is none of the known effects: the noise is {said}, {error}."
+        return f"Something is missing, and it is none of the known effects: the noise is {noise_text}, {error}."
     if noise:
-        return f"Nothing is missing beyond the noise of {said}: {error}."
+        return f"Nothing is missing beyond the noise of {noise_text}: {error}."
     return f"No effect lowers the held-out error enough: {error}; how much of this is noise is not known."
 
 

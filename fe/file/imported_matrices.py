@@ -169,20 +169,20 @@ def _read(name: str, source: MatrixSource) -> FileMatrix:
 
 
 def _on_one_table(
-    sources: dict[str, MatrixSource], found: dict[str, FileMatrix], dofs: Path | None
+    sources: dict[str, MatrixSource], matrices: dict[str, FileMatrix], dofs: Path | None
 ) -> tuple[dict[str, sp.csr_array], DofLabels]:
-    named = {name: item.dofs for name, item in found.items() if item.dofs is not None}
-    if named and (len(named) < len(found) or dofs is not None):
+    named = {name: item.dofs for name, item in matrices.items() if item.dofs is not None}
+    if named and (len(named) < len(matrices) or dofs is not None):
         raise MatrixFileError(
             f'"{sources[next(iter(named))].file}" names its degrees of freedom itself: give all matrices as DMIG '
             "cards or files of Abaqus, and no table of them"
         )
     if named:
-        return _united(found, list(named.values()))
-    size = {name: item.matrix.shape[0] for name, item in found.items()}
+        return _united(matrices, list(named.values()))
+    size = {name: item.matrix.shape[0] for name, item in matrices.items()}
     table = numbered(size["stiffness"]) if dofs is None else read_dof_table(dofs)
-    other = [name for name in found if size[name] != table.n_dof]
-    if len(other) == len(found) and len(set(size.values())) == 1:
+    other = [name for name in matrices if size[name] != table.n_dof]
+    if len(other) == len(matrices) and len(set(size.values())) == 1:
         raise MatrixFileError(
             f'"{dofs}" lists {table.n_dof} degrees of freedom, but the matrices have {size["stiffness"]} rows: write '
             "one line for each row, all from the same model"
@@ -195,15 +195,15 @@ def _on_one_table(
             f'"{sources[other[0]].file}": the {other[0]} has {size[other[0]]} rows, but {reference} has {table.n_dof} '
             f"{kind}: write both from the same model"
         )
-    return {name: item.matrix for name, item in found.items()}, table
+    return {name: item.matrix for name, item in matrices.items()}, table
 
 
-def _united(found: dict[str, FileMatrix], tables: Sequence[DofLabels]) -> tuple[dict[str, sp.csr_array], DofLabels]:
+def _united(imported: dict[str, FileMatrix], tables: Sequence[DofLabels]) -> tuple[dict[str, sp.csr_array], DofLabels]:
     """All matrices on the degrees of freedom that any of them names: cards leave out rows of zeros."""
     pairs = np.unique(np.concatenate([np.stack([item.node, item.direction], axis=1) for item in tables]), axis=0)
     table = DofLabels(node=pairs[:, 0], direction=pairs[:, 1])
     matrices = {}
-    for name, item in found.items():
+    for name, item in imported.items():
         assert item.dofs is not None
         place = np.searchsorted(table.key, item.dofs.key)
         entries = sp.coo_array(item.matrix)

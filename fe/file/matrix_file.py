@@ -69,8 +69,8 @@ def require_file(path: Path) -> None:
         raise MatrixFileError(f'there is no file "{path}": check its name and folder')
 
 
-def _check(path: Path, found: FileMatrix) -> None:
-    matrix = found.matrix
+def _check(path: Path, file_matrix: FileMatrix) -> None:
+    matrix = file_matrix.matrix
     if matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
         raise MatrixFileError(
             f'"{path}" holds a matrix of {matrix.shape[0]} x {matrix.shape[1]}: it must be square and not empty, '

@@ -187,7 +187,7 @@ def independent_histories(
     store, executor, progress
         As there; one task per level.
     """
-    run = Runner.of(problem, limits.angular_frequency, store, executor, progress)
+    run = Runner.from_problem(problem, limits.angular_frequency, store, executor, progress)
     indices = range(len(limits.angular_frequency))
     tasks = [
         SearchTask(

@@ -81,11 +81,11 @@ def _refined(
     """Arrays of `REFINED` at a limit; the value is NaN where no state was found with more harmonics."""
     balance = problem.balance.at_level(state.level)
 
-    def measured(finer: HarmonicBalance, found: SteadyState) -> tuple[float, float]:
-        condensed = finer.at(found.angular_frequency)
+    def measured(finer: HarmonicBalance, steady: SteadyState) -> tuple[float, float]:
+        condensed = finer.at(steady.angular_frequency)
         measure = problem.objective.measure(finer, condensed)
-        forces = forces_at(finer, found.angular_frequency, found.motion, found.sliders, FORCE)
-        value = measure.value(finer.level, found.motion, forces.coefficients)
+        forces = forces_at(finer, steady.angular_frequency, steady.motion, steady.sliders, FORCE)
+        value = measure.value(finer.level, steady.motion, forces.coefficients)
         return value, max(measure.least, least)
 
     (searched, size), smallest = measured(balance, state), 0.0 if rows is None else least

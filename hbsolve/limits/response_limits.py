@@ -99,7 +99,7 @@ def response_limits(
     scale = ascending(levels, "levels")
     searched = add_auxiliary_frequencies(problem.balance, omega, chosen.frequencies)
     starts = starts_by_level(problem, searched.angular_frequency, scale, chosen)
-    run = Runner.of(problem, searched.angular_frequency, store, executor, progress)
+    run = Runner.from_problem(problem, searched.angular_frequency, store, executor, progress)
     best, audits, certificates = StagedSearch(run=run, levels=scale.tolist(), starts=starts, settings=chosen).limits()
     return collect_limits(problem, searched, scale, best, audits, certificates)
 

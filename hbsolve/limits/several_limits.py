@@ -90,7 +90,7 @@ def several_limits(
             if progress is not None:
                 progress(SeveralProgress(stage=stage, before=before, shared=shared_work, total=total))
 
-        return replace(Runner.of(single, searched.angular_frequency, store, executor, report), prefix=prefix)
+        return replace(Runner.from_problem(single, searched.angular_frequency, store, executor, report), prefix=prefix)
 
     first = next(iter(problems.values()))
     shared = _shared(runner(first, 0.0, ""), [*objectives.values()], scale, chosen)

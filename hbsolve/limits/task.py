@@ -72,7 +72,7 @@ class Runner:
     """Of the names of its tasks in the store."""
 
     @classmethod
-    def of(
+    def from_problem(
         cls, problem: LimitProblem, angular_frequency: Frequencies, store: MutableMapping[str, Any] | None,
         executor: Executor | None, progress: Callable[[StageProgress], None] | None,
     ) -> "Runner":  # fmt: skip

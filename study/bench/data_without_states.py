@@ -112,12 +112,12 @@ def diagnose_data_campaign(
     return numbers | {"held-out error, calibrated [standard deviations]": verdict.baseline.held_out_error}, views
 
 
-def _list_candidates(found: DataDiagnosisResult) -> list[dict[str, Any]]:
+def _list_candidates(result: DataDiagnosisResult) -> list[dict[str, Any]]:
     """Fitted effects, those that are named first."""
-    named = {entry.name for entry in found.diagnosis.verdict.effects}
-    baseline, rows = found.diagnosis.baseline, []
-    count = sum(len(item.features.value) for item in compare_data(baseline.fit.model, found.campaign.data))
-    for refit in found.diagnosis.refits:
+    named = {entry.name for entry in result.diagnosis.verdict.effects}
+    baseline, rows = result.diagnosis.baseline, []
+    count = sum(len(item.features.value) for item in compare_data(baseline.fit.model, result.campaign.data))
+    for refit in result.diagnosis.refits:
         effect = refit.effect
         if effect is None:
             continue

@@ -123,8 +123,8 @@ def move_lines(
 def at_measured(misfit: Misfit, points: Points, line: Complex[NDArray[np.complex128], " k"]) -> Misfit:
     """Misfit with the predictions that lie on some lines; rows whose point is on none keep theirs."""
 
-    def rows(of: Points) -> list[tuple[bool, float, float, str, int, int]]:
-        columns = (of.free, of.level, of.frequency, of.sensor, of.harmonic, of.sweep)
+    def rows(points: Points) -> list[tuple[bool, float, float, str, int, int]]:
+        columns = (points.free, points.level, points.frequency, points.sensor, points.harmonic, points.sweep)
         return list(zip(*(column.tolist() for column in columns), strict=True))
 
     result = dict(zip(rows(points), line.tolist(), strict=True))

@@ -22,7 +22,7 @@ def said_amplitude(judged: JudgedTable, column: Column) -> str:
     """What the amplitudes of a column are by its unit, its name or the texts beside it; empty if none says it."""
     label = column.label or column.name
     in_units = [column.unit_label, find_unit(label).unit, find_suffix(label)[0].replace("_", " ")]
-    by_label = next((said for text in in_units if (said := amplitude_of_unit(text))), "") or amplitude_in_words(label)
+    by_label = next((kind for text in in_units if (kind := amplitude_of_unit(text))), "") or amplitude_in_words(label)
     if by_label:
         return by_label
     facts = {**judged.table.file.facts, **column.facts}
@@ -56,9 +56,9 @@ def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str 
         for roles in ((Role.FORCE, Role.LEVEL), (Role.RESPONSE,))
     )
     if len(of_drive - {""}) == 1:
-        said = next(iter(of_drive - {""}))
+        kind = next(iter(of_drive - {""}))
         silent = "" in of_drive | of_response
-        return Marked(value=said, assumed="the force says so, other columns say nothing") if silent else said
+        return Marked(value=kind, assumed="the force says so, other columns say nothing") if silent else kind
     why = "no file says it; it scales everything"
     if of_response - {""}:
         listed = ", ".join(sorted(of_response - {""}))
@@ -71,5 +71,5 @@ def own_amplitude(draft: ManifestDraft, judged: JudgedTable, column: Column) -> 
     """The entry of a column whose amplitudes are others than those of the campaign; empty for most."""
     convention = draft.single.get("convention", {}).get("amplitude", "peak")
     common = convention.value if isinstance(convention, Marked) else convention
-    said = said_amplitude(judged, column)
-    return {"convention": said} if said not in {"", common} else {}
+    kind = said_amplitude(judged, column)
+    return {"convention": kind} if kind not in {"", common} else {}

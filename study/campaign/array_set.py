@@ -60,18 +60,18 @@ def sets_by_array(table: MeasuredTable) -> ChannelSets | None:
 
 
 def _mark(
-    found: ChannelSets, name: str, array: str, place: tuple[int, ...], axis: int, which: int,
+    sets: ChannelSets, name: str, array: str, place: tuple[int, ...], axis: int, which: int,
     levels: tuple[str, np.ndarray] | None,
 ) -> None:  # fmt: skip
     """Set of a column by its place along the axis of levels."""
     short = array.rpartition("/")[2].rpartition(".")[2]
     rest = [str(one) for number, one in enumerate(place) if number != axis]
-    found.names[name] = f"{short}[{','.join(rest)}]" if rest else short
+    sets.names[name] = f"{short}[{','.join(rest)}]" if rest else short
     mark = f"set {which + 1}"
     if levels:
         mark = f"{levels[0]} {levels[1][which]:g}"
-        found.scalars[mark] = {levels[0]: float(levels[1][which])}
-    found.marks[name] = mark
+        sets.scalars[mark] = {levels[0]: float(levels[1][which])}
+    sets.marks[name] = mark
 
 
 def _levels(table: MeasuredTable) -> tuple[str, np.ndarray] | None:

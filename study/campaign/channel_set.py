@@ -124,16 +124,16 @@ def harmonic_of(mark: str) -> int | None:
 
 def sets_by_name(table: MeasuredTable) -> ChannelSets | None:
     """Sets by words of the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
-    told = {one.name: _split_run(table, one) for one in table.columns if one.response is None}
-    return _several(table, told) or sets_by_quantity(table)
+    splits = {one.name: _split_run(table, one) for one in table.columns if one.response is None}
+    return _several(table, splits) or sets_by_quantity(table)
 
 
 def sets_by_quantity(table: MeasuredTable) -> ChannelSets | None:
     """Sets by a number with another unit, "Acc 1000rpm": it may be a place, unless each set has a force."""
-    told = {
+    splits = {
         one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
     }
-    sets = _several(table, told)
+    sets = _several(table, splits)
     if sets is None:
         return None
     driven = {sets.marks.get(one.name, "") for one in table.columns if role_of(table, one) is Role.FORCE}
@@ -153,17 +153,17 @@ def _split_run(table: MeasuredTable, column: Column) -> tuple[str, str]:
 
 def sets_by_harmonic(table: MeasuredTable) -> ChannelSets | None:
     """Harmonics of responses in columns of their own: "tip H1" and "tip H3"; H1 of a ratio is an estimator."""
-    told = {
+    splits = {
         one.name: split_name(table.short_name(one), HARMONIC_IN_NAME) for one in table.columns if one.response is None
     }
-    if _several(table, told) is None:
+    if _several(table, splits) is None:
         return None
     roles = {one.name: role_of(table, one) for one in table.columns}
     words = {word for one in table.columns for word in name_words(table.short_name(one))}
     ratios = any("/N" in one.unit or "/(N)" in one.unit or "response" in one.function for one in table.columns)
     if Role.FREQUENCY not in roles.values() or Role.COHERENCE in roles.values() or ratios or words & RATIOS - {"h"}:
         return None
-    sets = _several(table, {name: one for name, one in told.items() if roles[name] is not Role.FORCE})
+    sets = _several(table, {name: one for name, one in splits.items() if roles[name] is not Role.FORCE})
     numbers = {harmonic_of(mark) for mark in sets.marks.values() if mark} if sets else set()
     # H1 and H2 alone may be estimators, unless the force was measured beside motions.
     are_harmonics = 1 in numbers and (max(n or 0 for n in numbers) > 2 or Role.FORCE in roles.values())
@@ -226,14 +226,14 @@ def number_sets(channels: Mapping[str, Hashable]) -> dict[str, str]:
     return marks
 
 
-def _several(table: MeasuredTable, told: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
+def _several(table: MeasuredTable, marked: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
     """Sets by names and words of columns, if a response has several words; None if none has."""
     result: dict[str, set[str]] = {}
-    for channel, mark in told.values():
+    for channel, mark in marked.values():
         result.setdefault(channel, set()).update([mark] if mark else [])
     if not any(len(words) > 1 for words in result.values()):
         return None
-    named = {name: (channel or "response", mark) for name, (channel, mark) in told.items() if mark}
+    named = {name: (channel or "response", mark) for name, (channel, mark) in marked.items() if mark}
     named |= _below(table, named)
     marks: dict[str, set[str]] = {}
     for column in table.columns:

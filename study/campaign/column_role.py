@@ -198,7 +198,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
         return _recognise_words(column, words)
     if not np.isfinite(column.values).any():
         return Recognised(role=Role.OTHER, evidence=NO_VALUE)
-    unit, said = unit_of(column, name)
+    unit, reason = unit_of(column, name)
     quantity = OF_UNIT.get(unit, "")
     given = {"time": Role.TIME, "frequency": Role.FREQUENCY, "coherence": Role.COHERENCE}.get(column.function)
     if given is not None and column.abscissa is None and given is not Role.COHERENCE:
@@ -218,16 +218,16 @@ def recognise_column(column: Column, name: str) -> Recognised:
         return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{foreign}"', stem=stem)
     ratio = ratio_quantity(unit)
     if ratio:
-        return Recognised(role=Role.RESPONSE, part=part, quantity=ratio, unit=unit, evidence=said, stem=stem)
+        return Recognised(role=Role.RESPONSE, part=part, quantity=ratio, unit=unit, evidence=reason, stem=stem)
     if foreign := _foreign(words, unit, quantity) or _spectrum(words, name, by_name) or _spread(words):
         return Recognised(role=Role.FOREIGN, unit=unit, evidence=foreign)
     if by_name is Role.PHASE or (quantity == "angle" and not set(words) & _motions()):
-        return _recognise_phase(column, unit, said, stem)
+        return _recognise_phase(column, unit, reason, stem)
     if by_name in {Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.COHERENCE}:
         return Recognised(role=by_name, quantity=quantity, unit=unit, evidence=f'called "{name}"', stem=stem)
     if quantity in {"time", "frequency"} and _may_be_abscissa(column):
         role = Role.TIME if quantity == "time" else Role.FREQUENCY
-        return Recognised(role=role, quantity=quantity, unit=unit, evidence=said)
+        return Recognised(role=role, quantity=quantity, unit=unit, evidence=reason)
     if (
         (by_name is Role.TIME or by_name is Role.FREQUENCY)
         and quantity in {"", "time", "frequency"}
@@ -239,7 +239,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
         why = f'called "{name}": a load cell'
         return Recognised(role=Role.RESPONSE, part=part, quantity=LOAD_CELL, unit=unit, evidence=why, stem=stem)
     if quantity == "force" or (by_name is Role.FORCE and quantity in {"", "voltage"}) or _is_drive(words, quantity):
-        evidence = said if quantity and quantity != "voltage" else f'called "{name}"'
+        evidence = reason if quantity and quantity != "voltage" else f'called "{name}"'
         if not unit and set(words) & FORCE_WORDS:
             return _force_without_unit(column, name, part, stem)
         return Recognised(
@@ -252,7 +252,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
         why = f'called "{name}": the base is shaken'
         return Recognised(role=Role.FORCE, part=part, quantity="acceleration", unit=unit, evidence=why, stem=stem)
     if quantity in {*MOTIONS, "voltage"}:
-        return Recognised(role=Role.RESPONSE, part=part, quantity=quantity, unit=unit, evidence=said, stem=stem)
+        return Recognised(role=Role.RESPONSE, part=part, quantity=quantity, unit=unit, evidence=reason, stem=stem)
     if named or part is not ComplexPart.VALUE or np.iscomplexobj(column.values) or column.function:
         kind = "complex numbers" if np.iscomplexobj(column.values) else f"a channel of {column.function}"
         evidence = f'called "{name}"' if named or part is not ComplexPart.VALUE else kind
@@ -438,12 +438,12 @@ def _has_sign(column: Column) -> bool:
     return bool((column.values.real < 0).any())
 
 
-def _recognise_phase(column: Column, unit: str, said: str, stem: str) -> Recognised:
+def _recognise_phase(column: Column, unit: str, evidence: str, stem: str) -> Recognised:
     """A phase; without a unit its range tells degrees from radians."""
     largest = float(np.nanmax(np.abs(column.values))) if len(column.values) else 0.0
     if unit in {"deg", "rad"}:
         beyond = unit == "rad" and largest > 20.0
         warning = f", but it reaches {largest:.4g}: degrees?" if beyond else ""
-        return Recognised(role=Role.PHASE, quantity="angle", unit=unit, evidence=said + warning, stem=stem)
+        return Recognised(role=Role.PHASE, quantity="angle", unit=unit, evidence=evidence + warning, stem=stem)
     unit = "deg" if largest > 2.1 * np.pi else "rad"
     return Recognised(role=Role.PHASE, quantity="angle", unit=unit, evidence=f"it reaches {largest:.4g}", stem=stem)

@@ -125,8 +125,8 @@ class ManifestDraft:
                 for key, value, reason in marked_values(entry):
                     # Numbers such as those of repeats follow from one reason.
                     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-                    same = groups.setdefault((key, "" if is_number else _shown(value), reason), _Assumption())
-                    same.values.setdefault(_shown(value))
+                    same = groups.setdefault((key, "" if is_number else _format(value), reason), _Assumption())
+                    same.values.setdefault(_format(value))
                     same.names.setdefault(kind, []).append(name)
         return [
             f"{_all_called(assumption.names, self.entries)}: {key} = {_listed([*assumption.values])}: {reason}"
@@ -233,7 +233,7 @@ def _item(value: Any) -> Item:
     return inline
 
 
-def _shown(value: Any) -> str:
+def _format(value: Any) -> str:
     """A value as the manifest writes it, without quotes."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 

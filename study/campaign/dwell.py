@@ -45,8 +45,8 @@ def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
 def dwell_frequencies(tables: Sequence[JudgedTable]) -> list[float]:
     """Frequency of each steady state [Hz]: that in its name if all names agree with the data, else that of the data."""
     named = [frequency_in_name(judged.table.label) for judged in tables]
-    said = [one for one, judged in zip(named, tables, strict=True) if one is not None and _has_line(judged, one)]
-    return said if len(said) == len(tables) else [_fitted_frequency(judged) for judged in tables]
+    in_names = [one for one, judged in zip(named, tables, strict=True) if one is not None and _has_line(judged, one)]
+    return in_names if len(in_names) == len(tables) else [_fitted_frequency(judged) for judged in tables]
 
 
 def contradicted_frequency(judged: JudgedTable) -> tuple[float, float] | None:

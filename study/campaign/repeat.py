@@ -56,10 +56,10 @@ def number_repeats(draft: ManifestDraft) -> None:
                 harmonic = harmonic_of_rows(run.judged, run.get("rows", {}))
                 sensors.setdefault((str(harmonic), *sorted(run["columns"])), []).append((run, points[number]))
             alike += sensors.values()
-        numbers, said = _repeat_numbers(alike)
+        numbers, evidence = _repeat_numbers(alike)
         called = f"runs of {test} at one level and {'in one direction' if is_stepped else 'at one frequency'}"
         for repeats, of_each in zip(alike, numbers, strict=True):
-            _number(draft, [run for run, _ in repeats], of_each, called, said)
+            _number(draft, [run for run, _ in repeats], of_each, called, evidence)
 
 
 def _number_dwells(runs: Sequence[Run]) -> list[int]:
@@ -163,12 +163,12 @@ def _counted(group: Sequence[tuple[Run, int]]) -> list[int]:
     return numbers
 
 
-def _number(draft: ManifestDraft, runs: Sequence[Run], numbers: Sequence[int], called: str, said: str) -> None:
+def _number(draft: ManifestDraft, runs: Sequence[Run], numbers: Sequence[int], called: str, evidence: str) -> None:
     """Number runs of one level, unless they are one response that settles."""
     if {*numbers} == {1}:
         return
-    why = said or f"{called} are taken for repeats"
-    settle = Marked(value=REPEATS, assumed=why) if said else _ask(draft, f"Are {called} repeats", REPEATS, why)
+    why = evidence or f"{called} are taken for repeats"
+    settle = Marked(value=REPEATS, assumed=why) if evidence else _ask(draft, f"Are {called} repeats", REPEATS, why)
     entry = draft.named("test", runs[0]["test"])
     if settle.value == SETTLING and entry is not None:
         entry["settling"] = Marked(value=True, assumed=settle.assumed)

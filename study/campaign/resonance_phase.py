@@ -89,15 +89,15 @@ def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, M
     for name, items in clear.items():
         motions = [name_motion(item, time_sign) for item in items]
         motion = max(AT_RESONANCE, key=motions.count)
-        own = [item for item, told in zip(items, motions, strict=True) if told == motion]
+        own = [item for item, named in zip(items, motions, strict=True) if named == motion]
         if 3 * len(own) >= 2 * len(items):
             why = f"{_tell_phase(own, len(items), time_sign)}, as that of {motion} at the force"
             result[name] = Marked(value=motion, assumed=why)
     for names in arrays.values():
-        told = [str(result[name].value) for name in sorted(names) if name in result]
-        motion = max(AT_RESONANCE, key=told.count)
-        if told and (len(set(told)) > 1 or len(told) < len(names)):
-            why = f"{told.count(motion)} of {len(names)} channels of its array have the phase of {motion} at the force"
+        named = [str(result[name].value) for name in sorted(names) if name in result]
+        motion = max(AT_RESONANCE, key=named.count)
+        if named and (len(set(named)) > 1 or len(named) < len(names)):
+            why = f"{named.count(motion)} of {len(names)} channels of its array have the phase of {motion} at the force"
             result |= dict.fromkeys(names, Marked(value=motion, assumed=why))
     return result
 

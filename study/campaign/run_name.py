@@ -131,8 +131,8 @@ def condition_words(name: str) -> list[str]:
     """Words of the name of a file that tell neither run, level, frequency, time nor place: "with", "damper", "12Nm"."""
     for match in reversed(levels_in_name(name)):
         name = name.replace(match[0], "_")
-    for said in (FREQUENCY_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY):
-        name = said.sub("_", name)
+    for pattern in (FREQUENCY_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY):
+        name = pattern.sub("_", name)
     words = [word for word in re.split(r"[^\w.,]+|_+|(?<!\d)[.,]|[.,](?!\d)", name) if word]
     words = [word if word[0].isdigit() else re.sub(r"(?<![a-z]\d)\d+$", "", word, flags=re.I) for word in words]
     return [
@@ -151,8 +151,8 @@ def naming_scheme(name: str) -> str:
 
     Parts of the path of a group that say nothing else drop out: "level_3N/rep1/up" is as good as "level_3N_rep1".
     """
-    for said in (WAY, LEVEL_IN_NAME, FREQUENCY_IN_NAME, REPEAT_IN_NAME):
-        name = said.sub("", name)
+    for pattern in (WAY, LEVEL_IN_NAME, FREQUENCY_IN_NAME, REPEAT_IN_NAME):
+        name = pattern.sub("", name)
     parts = []
     for part in re.split(r"[./]", re.sub(r"[({\[]\d+[)}\]]", "", name)):
         words = [word for word in re.split(r"[_ -]+", part) if word and word.lower() not in BESIDE]

@@ -110,8 +110,8 @@ def warn_of_model(case: Case[Any], system: JointedSystem, *, swept: bool) -> Non
     if not doubt and swept and isinstance(case.sweep, FrequencySweepTable):
         table, doubt = "sweep", sweep_doubt(natural, case.sweep.first, case.sweep.last)
     if doubt:
-        told = doubt if case.source is None else str(case.source.problem((table,), doubt))
-        warnings.warn(told, InputWarning, stacklevel=2)
+        message = doubt if case.source is None else str(case.source.problem((table,), doubt))
+        warnings.warn(message, InputWarning, stacklevel=2)
 
 
 def warn_of_frequency(frequency: float) -> None:

@@ -182,7 +182,7 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
         raise CampaignError(f"{campaign.folder}: all data are held out: leave some to train on")
     base = with_sensors(replace(setup, calibrated={}).complete, campaign)
     unknowns = make_unknowns(base, setup.calibration_parameters, [])
-    comparison = FeatureComparison.of(training)
+    comparison = FeatureComparison.from_data(training)
     fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), ending=Ending.EXACT)
     # Where the model is further off than the deviations say, they are too small in proportion.
     excess = max(1.0, float(np.sqrt(np.mean(comparison.residual(fit.prediction) ** 2))))

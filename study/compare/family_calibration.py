@@ -83,9 +83,16 @@ def compare_with_families(
         As `compare_families`.
     """
 
-    def compared(of: Model, title: str, name: str) -> FamilyComparison:
+    def compared(chosen: Model, title: str, name: str) -> FamilyComparison:
         return compare_families(
-            of, setup.complete_budget, request.campaign, request.table, request.structure, run, title=title, stem=name
+            chosen,
+            setup.complete_budget,
+            request.campaign,
+            request.table,
+            request.structure,
+            run,
+            title=title,
+            stem=name,
         )
 
     if factors is None:

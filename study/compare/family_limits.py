@@ -245,7 +245,7 @@ def _readings(
         budget = replace(search.budget, refined=())
         arguments = search.model, budget, states, search.force_spans[number], search.preload_span
         tasks.append(SearchTask(f"readings, level {number}", read_limits, level, arguments))
-    return Runner.of(problem, omega, store, executor, progress)("readings", tasks)
+    return Runner.from_problem(problem, omega, store, executor, progress)("readings", tasks)
 
 
 def _first_part(report: Callable[[float, float], None]) -> Callable[[float, float], None]:

@@ -277,12 +277,12 @@ def _ranged(
             return f"agrees within {format_number(largest)} %, which chance explains"
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
-        told = (
+        remark = (
             f" (one standard deviation: up to {format_number(coarsest)} %)"
             if coarsest < NOT_DETERMINED
             else ", but the readings do not determine it"
         )
-        return f"differs by up to {format_number(largest)} %{told}"
+        return f"differs by up to {format_number(largest)} %{remark}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
     where = "" if len(clear) == len(peaks) else f" at {_listed([peaks[number].level for number in clear])} {unit}"
     if least * most < 0:

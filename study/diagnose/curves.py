@@ -36,17 +36,17 @@ def joined_misfit(result: Round, stage: FitStage) -> tuple[Misfit, set[float]]:
     return join_sides(train, held_out)
 
 
-def make_curves(result: Round, shown: Sequence[FitStage]) -> dict[str, Any]:
+def make_curves(result: Round, stages: Sequence[FitStage]) -> dict[str, Any]:
     """Responses over frequency: of each configuration, sensor and harmonic, and level; amplitude, phase, deviation."""
-    misfit, new = joined_misfit(result, shown[-1])
+    misfit, new = joined_misfit(result, stages[-1])
     levels = np.unique(misfit.points.level)
-    sensors = {sensor.name: sensor for sensor in shown[-1].refit.fit.model.sensors}
+    sensors = {sensor.name: sensor for sensor in stages[-1].refit.fit.model.sensors}
     units, drive = {sensor.name: sensor.unit for sensor in result.campaign.sensors}, result.campaign.drive.unit
     panels = []
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
         fine = refine_points(part.points)
-        lines = [_lines(result, stage, fine, name_configuration(bool(free))) for stage in shown]
+        lines = [_lines(result, stage, fine, name_configuration(bool(free))) for stage in stages]
         for sensor, harmonic in list_curve_keys(part):
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
@@ -75,14 +75,14 @@ def make_curves(result: Round, shown: Sequence[FitStage]) -> dict[str, Any]:
     return {
         "levels": [f"{level:g} {drive}{' (held out)' if level in new else ''}" for level in levels.tolist()],
         "colours": choose_family_colours(len(levels)),
-        "stages": [stage.name for stage in shown],
+        "stages": [stage.name for stage in stages],
         "panels": panels,
     }
 
 
-def make_maps(result: Round, shown: Sequence[FitStage]) -> list[dict[str, Any]]:
+def make_maps(result: Round, stages: Sequence[FitStage]) -> list[dict[str, Any]]:
     """Misfit of each configuration and stage: rows are levels within sensors and harmonics, columns frequencies."""
-    parts = [joined_misfit(result, stage)[0] for stage in shown]
+    parts = [joined_misfit(result, stage)[0] for stage in stages]
     listed = []
     for free in np.unique(parts[0].points.free):
         chosen = [part.where(np.asarray(part.points.free == free)) for part in parts]

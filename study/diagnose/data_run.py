@@ -163,7 +163,8 @@ class DataDiagnosisResult:
             "before": {"error": verdict.baseline.error, "held_out_error": verdict.baseline.held_out_error},
             "candidates": [
                 {
-                    "effect": entry.name, "strength": entry.strength, "deviation": entry.deviation, "error": entry.error,
+                    "effect": entry.name, "strength": entry.strength, "deviation": entry.deviation,
+                    "error": entry.error,
                     "held_out_error": entry.held_out_error,
                 }
                 for entry in self.diagnosis.refits
@@ -261,16 +262,16 @@ def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
     return merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
 
 
-def _record(found: DataDiagnosisResult, case: Path, folder: Path, key: str) -> None:
+def _record(result: DataDiagnosisResult, case: Path, folder: Path, key: str) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
     fitted = [
-        {**list_case_values(found.setup, refit), "after": _chi2(refit).document}
-        for refit in found.diagnosis.refits
+        {**list_case_values(result.setup, refit), "after": _chi2(refit).document}
+        for refit in result.diagnosis.refits
         if refit.effect is not None
     ]
     step = HistoryStep(
-        what=DIAGNOSIS, case_key=key, campaign=str(folder.resolve()), sentence=found.headline,
-        finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.baseline), candidates=fitted,
+        what=DIAGNOSIS, case_key=key, campaign=str(folder.resolve()), sentence=result.headline,
+        finding=result.diagnosis.verdict.finding.value, before=_chi2(result.diagnosis.baseline), candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()
 
@@ -280,45 +281,45 @@ def _chi2(refit: Refit) -> Errors:
     return replace(summarise_errors(refit), training=nan, held_out=nan)
 
 
-def _draw(found: DataDiagnosisResult, case: str) -> dict[str, bytes]:
+def _draw(result: DataDiagnosisResult, case: str) -> dict[str, bytes]:
     """Page, pictures and JSON by the names of their files, which begin with that of the case."""
-    best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.baseline)
-    held_out = found.held_out
+    best = next(iter(result.diagnosis.verdict.effects), result.diagnosis.baseline)
+    held_out = result.held_out
     compared = tuple(
-        replace(item, held_out=item.name in held_out) for item in compare_data(best.fit.model, found.campaign.data)
+        replace(item, held_out=item.name in held_out) for item in compare_data(best.fit.model, result.campaign.data)
     )
-    title = found.setup.title if best.effect is None else f"{found.setup.title}, with {best.name}"
-    drawn, sections = show_data(best.fit.model, found.campaign.data, compared, title)
-    verdict = found.diagnosis.verdict
+    title = result.setup.title if best.effect is None else f"{result.setup.title}, with {best.name}"
+    drawn, sections = show_data(best.fit.model, result.campaign.data, compared, title)
+    verdict = result.diagnosis.verdict
     html = render_sections(
-        title=found.setup.title,
-        campaign=found.campaign.title,
+        title=result.setup.title,
+        campaign=result.campaign.title,
         summary=Summary(
-            tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(found.headline,),
-            next=f"Next: {found.advice}.",
+            tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(result.headline,),
+            next=f"Next: {result.advice}.",
             cards=(
                 ("held-out error, calibrated [standard deviations]", f"{verdict.baseline.held_out_error:.3g}"),
                 *((f"held-out error with {entry.name}", f"{entry.held_out_error:.3g}") for entry in verdict.effects),
             ),
         ),
-        calibrated=found.calibrated,
-        suspicions=found.suspicions,
-        sections=[*_sections(found), *sections],
+        calibrated=result.calibrated,
+        suspicions=result.suspicions,
+        sections=[*_sections(result), *sections],
         kind="Diagnosis",
     )  # fmt: skip
     stem = f"{case}_diagnosis"
     contents = {f"{stem}.html": html.encode()}
     contents |= {f"{stem}_{name}.png": picture for name, picture in drawn.items()}
-    document = json.dumps(to_json(found.document()), indent=1, ensure_ascii=False)
+    document = json.dumps(to_json(result.document()), indent=1, ensure_ascii=False)
     return {**contents, f"{stem}.json": document.encode()}
 
 
-def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
+def _sections(result: DataDiagnosisResult) -> Iterator[Section]:
     """Indications and candidates."""
-    if found.indications:
+    if result.indications:
         rows = [
             (item.quantity, item.measured, item.predicted, f"{item.difference:+.3g}" + (" !" if item.is_clear else ""))
-            for item in found.indications
+            for item in result.indications
         ]
         yield Section(
             title="What the data show by themselves",
@@ -327,14 +328,14 @@ def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
         )
     rows = [
         (item.name, format_fitted_strength(item), f"{item.error:.3g}", f"{item.held_out_error:.3g}")
-        for item in found.diagnosis.refits
+        for item in result.diagnosis.refits
     ]
     if rows:
-        baseline = found.diagnosis.baseline
+        baseline = result.diagnosis.baseline
         yield Section(
             title="Candidates",
             text=f"Errors without any: {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard "
-            f"deviations. {found.tested[0].upper()}{found.tested[1:]}.",
+            f"deviations. {result.tested[0].upper()}{result.tested[1:]}.",
             table=Table(
                 head=("effect", "strength", "error [standard deviations]", "held out [standard deviations]"), rows=rows,
                 words=2,

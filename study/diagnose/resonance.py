@@ -17,9 +17,9 @@ def find_resonances(result: Round, stage: FitStage) -> tuple[PeakError, ...]:
     return find_peaks(list_data_sets(result, stage), result.campaign.drive.unit).errors
 
 
-def draw_resonances(result: Round, shown: Sequence[FitStage]) -> list[dict[str, Any]]:
+def draw_resonances(result: Round, stages: Sequence[FitStage]) -> list[dict[str, Any]]:
     """Backbones as plotly figures."""
-    peaks = {stage.name: find_resonances(result, stage) for stage in shown}
+    peaks = {stage.name: find_resonances(result, stage) for stage in stages}
     return draw_backbones({name: of for name, of in peaks.items() if of}, result.campaign.drive.unit)
 
 

@@ -99,8 +99,8 @@ def list_rows(result: Round) -> list[Row]:
     added = {item.effect.name for item in result.setup.added}
     scores = {score.effect.name: score for score in diagnosis.scores if score.effect.name not in added}
     refits = {refit.effect.name: refit for refit in diagnosis.refits if refit.effect and refit.effect.name not in added}
-    told = [*verdict.effects, *([] if verdict.further is None else [verdict.further])]
-    named = {refit.effect.name: refit for refit in told if refit.effect is not None}
+    refitted = [*verdict.effects, *([] if verdict.further is None else [verdict.further])]
+    named = {refit.effect.name: refit for refit in refitted if refit.effect is not None}
     listed = [
         _row(score, named.get(name, refits.get(name)), verdict.detectable.get(name, np.inf), name in named)
         for name, score in scores.items()

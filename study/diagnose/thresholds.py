@@ -75,9 +75,9 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
     }
 
 
-def layout_key(of: dict[str, Any]) -> str:
+def layout_key(contents: dict[str, Any]) -> str:
     """Name of a layout in the file of shipped thresholds."""
-    return hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def simulated_thresholds(

@@ -67,14 +67,14 @@ def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
     last = len(limits.frequency) - 1
     levels = []
     for level, scale in enumerate(limits.level):
-        told: dict[str, Any] = {
+        entry: dict[str, Any] = {
             "level": float(scale),
             "n_sampled": int(limits.n_sampled[level].sum()),
             "widest_ratio": _widest(curves.value[:, level]),
         }
         for side, name in enumerate(SIDES):
             row, at = curves.order[side], curves.extreme(side, level)
-            told[name] = {
+            entry[name] = {
                 "value": None if at is None else float(curves.value[side, level, at]),
                 "frequency_hz": None if at is None else float(limits.frequency[at]),
                 "at_end": last > 0 and at in {0, last},
@@ -85,7 +85,7 @@ def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
                 "n_not_found": int(np.isnan(curves.value[side, level]).sum()),
                 "n_on_box": int((limits.on_bound[row, level] > 0).sum()),
             }
-        levels.append(told)
+        levels.append(entry)
     return levels
 
 

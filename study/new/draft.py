@@ -88,8 +88,8 @@ def key(name: str, marked: Marked, comment: str = "") -> str:
     """A line with a quantity or a word, and why it was assumed."""
     value = str(marked.value)
     written = value if value.replace(".", "", 1).isdigit() else f'"{value}"'
-    said = [item for item in (comment, f"assumed: {marked.assumed}" if marked.assumed else "") if item]
-    return f"{name} = {written}" + (f" # {'; '.join(said)}" if said else "")
+    remarks = [item for item in (comment, f"assumed: {marked.assumed}" if marked.assumed else "") if item]
+    return f"{name} = {written}" + (f" # {'; '.join(remarks)}" if remarks else "")
 
 
 STEEL = """\

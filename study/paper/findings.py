@@ -35,8 +35,10 @@ def list_findings(result: Replay) -> list[PaperClaim]:
     ]
 
 
-def _largest(of: Sensitivity, quantity: str, names: tuple[str, ...]) -> tuple[str, float]:
-    values = {name: float(np.abs(getattr(of, quantity)[of.names.index(name)]).max()) for name in names}
+def _largest(sensitivity: Sensitivity, quantity: str, names: tuple[str, ...]) -> tuple[str, float]:
+    values = {
+        name: float(np.abs(getattr(sensitivity, quantity)[sensitivity.names.index(name)]).max()) for name in names
+    }
     worst = max(values, key=lambda name: values[name])
     return worst, values[worst]
 
@@ -44,8 +46,10 @@ def _largest(of: Sensitivity, quantity: str, names: tuple[str, ...]) -> tuple[st
 CONTACT, ALIGNMENT = ("kt", "kn", "mu"), ("shift_left", "inclination_left")
 
 
-def _response_by_contact(of: Sensitivity) -> PaperClaim:
-    (contact, by_contact), (alignment, by_alignment) = (_largest(of, "upper", item) for item in (CONTACT, ALIGNMENT))
+def _response_by_contact(sensitivity: Sensitivity) -> PaperClaim:
+    (contact, by_contact), (alignment, by_alignment) = (
+        _largest(sensitivity, "upper", item) for item in (CONTACT, ALIGNMENT)
+    )
     return PaperClaim(
         claim="Limits of the response are governed by the contact parameters, unless there are gaps.",
         verdict=HOLDS if by_contact > by_alignment else NOT,
@@ -54,8 +58,10 @@ def _response_by_contact(of: Sensitivity) -> PaperClaim:
     )
 
 
-def _forces_by_alignment(first: NonlinearIteration, second: NonlinearIteration, of: Sensitivity) -> PaperClaim:
-    (contact, by_contact), (alignment, by_alignment) = (_largest(of, "normal", item) for item in (CONTACT, ALIGNMENT))
+def _forces_by_alignment(first: NonlinearIteration, second: NonlinearIteration, sensitivity: Sensitivity) -> PaperClaim:
+    (contact, by_contact), (alignment, by_alignment) = (
+        _largest(sensitivity, "normal", item) for item in (CONTACT, ALIGNMENT)
+    )
     before, after = (item.force.worst(STATIC_NORMAL).value for item in (first, second))
     return PaperClaim(
         claim="Limits of the contact forces are governed by the alignment.",
@@ -78,8 +84,8 @@ def _softening(first: NonlinearIteration) -> PaperClaim:
     )
 
 
-def _stiffness_leads(of: Sensitivity) -> PaperClaim:
-    changes = {name: float(np.abs(of.frequency[of.names.index(name)]).max()) for name in CONTACT}
+def _stiffness_leads(sensitivity: Sensitivity) -> PaperClaim:
+    changes = {name: float(np.abs(sensitivity.frequency[sensitivity.names.index(name)]).max()) for name in CONTACT}
     return PaperClaim(
         claim="kt is the most sensitive contact parameter.",
         verdict=HOLDS if max(changes, key=lambda name: changes[name]) == "kt" else NOT,

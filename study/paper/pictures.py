@@ -202,17 +202,19 @@ def _panel(verdicts: Sequence[FamilyVerdict], line: str, force: str) -> ForceLim
     )
 
 
-def _tornado(of: Sensitivity) -> Tornado:
+def _tornado(sensitivity: Sensitivity) -> Tornado:
     steps = {
         "kt": "kt, 2 %", "kn": "kn, 2 %", "mu": "mu, 2 %", "damping": "damping, 2 %",
         "shift_left": "left shift, 0.5 mm", "inclination_left": "left inclination, 2 deg",
         "gap_angle": "left rotation, 0.005 deg",
     }  # fmt: skip
     changes = {
-        "upper limit [%]": of.upper, "lower limit [%]": of.lower, "its frequency [%]": of.frequency,
-        "static N, left [%]": of.normal, "static T, left [% of N]": of.tangential,
+        "upper limit [%]": sensitivity.upper, "lower limit [%]": sensitivity.lower,
+        "its frequency [%]": sensitivity.frequency,
+        "static N, left [%]": sensitivity.normal, "static T, left [% of N]": sensitivity.tangential,
     }  # fmt: skip
     return Tornado(
-        parameters=[steps[name] for name in of.names], changes={name: 100 * value for name, value in changes.items()},
-        title=f"Sensitivities at {of.level:g} N around iteration 3",
+        parameters=[steps[name] for name in sensitivity.names],
+        changes={name: 100 * value for name, value in changes.items()},
+        title=f"Sensitivities at {sensitivity.level:g} N around iteration 3",
     )  # fmt: skip

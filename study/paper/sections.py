@@ -137,12 +137,12 @@ def missing_section(missing: Sequence[str]) -> Iterator[PageSection]:
         yield PageSection(title="What this campaign does not tell", text=missing)
 
 
-def numbers(of: RigParameters | NonlinearTable) -> list[str]:
+def numbers(parameters: RigParameters | NonlinearTable) -> list[str]:
     """Contact parameters, and those of the alignment, left and right."""
-    lengths = " / ".join(f"{1e3 * getattr(of, f'shift_{side}'):.2f}" for side in ("left", "right"))
-    angles = " / ".join(f"{degrees(getattr(of, f'inclination_{side}')):.2f}" for side in ("left", "right"))
-    contact = [f"{1e-6 * of.kt:.3f}", f"{1e-6 * of.kn:.3f}", f"{of.mu:.3f}"]
-    return [*contact, lengths, angles, f"{degrees(of.gap_angle):.2f}"]
+    lengths = " / ".join(f"{1e3 * getattr(parameters, f'shift_{side}'):.2f}" for side in ("left", "right"))
+    angles = " / ".join(f"{degrees(getattr(parameters, f'inclination_{side}')):.2f}" for side in ("left", "right"))
+    contact = [f"{1e-6 * parameters.kt:.3f}", f"{1e-6 * parameters.kn:.3f}", f"{parameters.mu:.3f}"]
+    return [*contact, lengths, angles, f"{degrees(parameters.gap_angle):.2f}"]
 
 
 def _scores(item: NonlinearIteration) -> Table:

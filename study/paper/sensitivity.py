@@ -81,8 +81,8 @@ def compute_sensitivities(
     """
     own = [family for family in families if family.level == level]
 
-    def numbers(of: RigParameters) -> Float[NDArray[np.float64], "5"]:
-        return _numbers(sampled_bands(make(of), own, frequency), level)
+    def numbers(parameters: RigParameters) -> Float[NDArray[np.float64], "5"]:
+        return _numbers(sampled_bands(make(parameters), own, frequency), level)
 
     here = numbers(parameters)
     changes = np.empty((len(steps), 2, 5))

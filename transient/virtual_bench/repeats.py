@@ -162,7 +162,7 @@ def sweep_settled(
             left = float(np.linalg.norm((stepper.vector - before) * bench.weight)) / motion / (1 - slowest)
         state = stepper.state
         points.append((*bench.read(record), n_period, left <= tolerance, before[2 * n :]))
-    return SweepReadings.of(points, state)
+    return SweepReadings.from_points(points, state)
 
 
 def _between(ends: tuple[float, float], share: float) -> float:

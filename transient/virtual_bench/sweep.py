@@ -78,7 +78,7 @@ class SweepReadings:
     """The state in which the sweep ended."""
 
     @classmethod
-    def of(cls, points: Sequence[Point], final: TransientState) -> "SweepReadings":
+    def from_points(cls, points: Sequence[Point], final: TransientState) -> "SweepReadings":
         """Readings of points one after the other."""
         motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
         return cls(
@@ -189,7 +189,7 @@ class VirtualSweepTest:
             if n_stability_period and point[4] and not self._is_stable(guess, n_stability_period):
                 point = (*point[:4], False, point[5])
             points.append(point)
-        return SweepReadings.of(points, self.stepper(frequencies[-1]).state)
+        return SweepReadings.from_points(points, self.stepper(frequencies[-1]).state)
 
     def stepper(self, frequency: float) -> Stepper:
         """Time stepper of a frequency [Hz]; every call returns the same object."""

@@ -97,7 +97,7 @@ def _row(file: str, line: Line, width: int, *, comma: bool) -> list[float]:
     return [value for value in values if isinstance(value, float)]
 
 
-def _said(names: Sequence[str], header: Mapping[str, Sequence[str]], key: str, column: int) -> str:
+def _read_entry(names: Sequence[str], header: Mapping[str, Sequence[str]], key: str, column: int) -> str:
     """Header entry of the channel in a column: above it, or, from other programs, in the order of the channels."""
     texts = [text.strip() for text in header.get(key, [])]
     above = names[0] == X and not any(text for name, text in zip(names[1:], texts, strict=False) if name == X)
@@ -111,7 +111,7 @@ def _with_x(
     """Numbers with the abscissas that the header states by start and step where their columns are empty."""
     for column, name in enumerate(names):
         start, step = (
-            read_number(_said(names, header, key, column + 1), decimal_comma=comma) for key in ("X0", "Delta_X")
+            read_number(_read_entry(names, header, key, column + 1), decimal_comma=comma) for key in ("X0", "Delta_X")
         )
         if name == X and np.isnan(table[:, column]).all() and isinstance(start, float) and isinstance(step, float):
             table[:, column] = start + step * np.arange(len(table))
@@ -123,20 +123,20 @@ def _columns(segments: Sequence[_Segment]) -> Iterator[Column]:
     for number, segment in enumerate(segments, start=1):
         group = f"segment {number}/" if len(segments) > 1 else ""
 
-        def said(key: str, place: int, segment: _Segment = segment) -> str:
-            return _said(segment.names, segment.header, key, place)
+        def read_entry(key: str, place: int, segment: _Segment = segment) -> str:
+            return _read_entry(segment.names, segment.header, key, place)
 
-        dimensions = [said("X_Dimension", place + 1).lower() or "time" for place in range(len(segment.names))]
+        dimensions = [read_entry("X_Dimension", place + 1).lower() or "time" for place in range(len(segment.names))]
         pairs = zip(dimensions, segment.names, strict=True)
         called = [dimension if name == X else name or "channel" for dimension, name in pairs]
         abscissa: str | None = None
         for place, (name, values) in enumerate(zip(unique_names(called), segment.table.T, strict=True)):
             if segment.names[place] == X:
                 abscissa, dimension = f"{group}{name}", dimensions[place]
-                unit = unit_text(said("X_Unit_Label", place + 1)) or SI_OF_X.get(dimension, "")
+                unit = unit_text(read_entry("X_Unit_Label", place + 1)) or SI_OF_X.get(dimension, "")
                 yield Column(name=abscissa, values=values, unit=unit, function=dimension)
             else:
-                label = said("Y_Unit_Label", place)
+                label = read_entry("Y_Unit_Label", place)
                 unit = unit_text(label, name=name) or split_label(name)[1]
                 yield Column(name=f"{group}{name}", values=values, unit=unit, unit_label=label, abscissa=abscissa)
 

@@ -52,11 +52,11 @@ def skip_footer(file: str, lines: Iterable[Line], dialect: Dialect, facts: dict[
             below.clear()
         else:
             raise CampaignError(
-                f'{file}, line {below[0][0]}: "{_shown(below[0])}" ends a table, and line {number} is a row of numbers '
+                f'{file}, line {below[0][0]}: "{_quote(below[0])}" ends a table, and line {number} is a row of numbers '
                 "again: write each table, level or repeat into a file of its own, or remove what is between them"
             )
     if below:
-        line_below = f'line {below[0][0]}: "{_shown(below[0])}"'
+        line_below = f'line {below[0][0]}: "{_quote(below[0])}"'
         facts[FOOTER] = f"{line_below} and what is below it are none of the table, and not read"
 
 
@@ -85,5 +85,5 @@ def _is_row(text: str, dialect: Dialect) -> bool:
     return len(fields) == len(dialect.numeric) and is_written_number(fields[0])
 
 
-def _shown(line: Line) -> str:
+def _quote(line: Line) -> str:
     return clean(line[1].strip())[:SHOWN_CHARACTERS]

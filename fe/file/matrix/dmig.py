@@ -70,9 +70,9 @@ def read_dmig(path: Path) -> Mapping[str, FileMatrix]:
         raise MatrixFileError(f'"{path}": {error}') from None
 
 
-def _take(path: Path, found: dict[str, _Cards], fields: list[str]) -> None:
+def _take(path: Path, cards: dict[str, _Cards], fields: list[str]) -> None:
     name = fields[0]
-    if name not in found:
+    if name not in cards:
         if int(fields[1]) != 0:
             raise MatrixFileError(f'"{path}": the DMIG cards of {name} have no heading: its first card has grid 0')
         form, kind = int(fields[2]), int(fields[3])
@@ -80,14 +80,14 @@ def _take(path: Path, found: dict[str, _Cards], fields: list[str]) -> None:
             raise MatrixFileError(f'"{path}": {name} is complex (type {kind}): give losses as a damping matrix')
         if form not in {1, _SYMMETRIC}:
             raise MatrixFileError(f'"{path}": {name} is of form {form}, which is not square: give form 1 or 6')
-        found[name] = _Cards(form=form)
+        cards[name] = _Cards(form=form)
         return
     column = _dof(fields[1], fields[2])
     # Field 5 is unused; entries follow in groups of grid, component, real and imaginary part.
     for start in range(4, len(fields), 4):
         group = fields[start : start + 4]
         if any(group):
-            found[name].entries[_dof(group[0], group[1]), column] = fortran_real(group[2])
+            cards[name].entries[_dof(group[0], group[1]), column] = fortran_real(group[2])
 
 
 def _dof(grid: str, component: str) -> Dof:

@@ -65,7 +65,7 @@ class _Sets:
     cells: SetParts = field(default_factory=dict)
     faces: SetParts = field(default_factory=dict)
 
-    def of(self, kind: str) -> SetParts:
+    def select_kind(self, kind: str) -> SetParts:
         """Sets of "nodes", "cells" or "faces"."""
         result: SetParts = getattr(self, kind)
         return result
@@ -300,14 +300,14 @@ def _members(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[np
     if not name:
         parameter = {"SURFACE": "NAME", "NODE": "NSET", "ELEMENT": "ELSET"}.get(keyword, keyword)
         raise deck.damaged(f"a set of *{keyword} has no name, so give it one: *{keyword}, {parameter}=NAME")
-    sets = deck.sets.of(kind)
+    sets = deck.sets.select_kind(kind)
     return sets.setdefault(_spelt(sets, name) or name, [])
 
 
 def _known_set(deck: _Deck, kind: str, name: str) -> list[NDArray[np.int64]]:
     """Members of a set of the part or the assembly that is read, or of the part that the assembly holds."""
     of_part = name.upper().removeprefix(f"{deck.instance}.".upper())
-    for sets, wanted in ((deck.sets.of(kind), name), (deck.part.of(kind), of_part)):
+    for sets, wanted in ((deck.sets.select_kind(kind), name), (deck.part.select_kind(kind), of_part)):
         if (spelt := _spelt(sets, wanted)) is not None:
             return list(sets[spelt])
     raise deck.damaged(f'a set or surface refers to the set "{name}", which is not defined before it')
@@ -319,8 +319,8 @@ def _spelt(sets: SetParts, name: str) -> str | None:
 
 def _all_sets(deck: _Deck, kind: str) -> SetParts:
     """Sets of the part and of its assembly, whose names may be the same by chance, as Abaqus/CAE gives them."""
-    above = deck.assembly.of(kind)
-    part = deck.part.of(kind)
+    above = deck.assembly.select_kind(kind)
+    part = deck.part.select_kind(kind)
     return {name if _spelt(above, name) is None else f"{deck.instance}.{name}": part[name] for name in part} | above
 
 
@@ -331,12 +331,16 @@ def _file_mesh(deck: _Deck) -> FileMesh:
     face_sets = {}
     for name, parts in _all_sets(deck, "faces").items():
         faces = np.concatenate([*parts, np.empty((0, 2), dtype=np.int64)])
-        face_sets[name] = _labelled_faces(deck, name, cells.of(faces[:, 0]), faces[:, 1])
+        face_sets[name] = _labelled_faces(deck, name, cells.find_places(faces[:, 0]), faces[:, 1])
     return FileMesh(
         points=_placed(np.concatenate(deck.points), deck.placement),
-        blocks=tuple((cell_type, nodes.of(table)) for cell_type, table in deck.blocks),
-        node_sets={name: nodes.of(np.concatenate(parts)) for name, parts in _all_sets(deck, "nodes").items() if parts},
-        cell_sets={name: cells.of(np.concatenate(parts)) for name, parts in _all_sets(deck, "cells").items() if parts},
+        blocks=tuple((cell_type, nodes.find_places(table)) for cell_type, table in deck.blocks),
+        node_sets={
+            name: nodes.find_places(np.concatenate(parts)) for name, parts in _all_sets(deck, "nodes").items() if parts
+        },
+        cell_sets={
+            name: cells.find_places(np.concatenate(parts)) for name, parts in _all_sets(deck, "cells").items() if parts
+        },
         face_sets=face_sets,
         labels=np.concatenate(deck.cell_labels),
         left_out=tuple(dict.fromkeys(deck.left_out)),
@@ -388,7 +392,7 @@ class _Numbering:
         if twice.size:
             raise deck.damaged(f"{what} {twice[0]} is defined twice, so {FLATTEN}")
 
-    def of(self, labels: Int[NDArray[np.int64], "*shape"]) -> Int[NDArray[np.int64], "*shape"]:
+    def find_places(self, labels: Int[NDArray[np.int64], "*shape"]) -> Int[NDArray[np.int64], "*shape"]:
         place = np.searchsorted(self._sorted, labels).clip(max=len(self._sorted) - 1)
         unknown = self._sorted[place] != labels
         if unknown.any():

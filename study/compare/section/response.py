@@ -103,7 +103,7 @@ class _Runs:
             self.runs.setdefault(curve, []).append(rows)
         self.step = -(-len(order) // MOST_READINGS)
 
-    def of(self, free: bool, panel: SensorPanel, curve: ComparedCurve) -> list[dict[str, Any]]:
+    def list_runs(self, free: bool, panel: SensorPanel, curve: ComparedCurve) -> list[dict[str, Any]]:
         """Runs of a curve as data, in the unit of its panel."""
         table, listed = self.campaign.measurement, self.runs.get((free, *panel.key, curve.level), [])
         if curve.sweep:
@@ -149,7 +149,7 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: SensorPanel, levels: 
                 "line_frequency": round_list(curve.line_frequency, 8),
                 "line": _drawn(curve.line, panel, float(np.median(curve.deviation)), beside=curve.measured),
                 "residual": _residual(curve, misfit, panel),
-                "runs": runs.of(free, panel, curve),
+                "runs": runs.list_runs(free, panel, curve),
             }
             for curve in panel.curves
         ],

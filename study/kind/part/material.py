@@ -45,9 +45,9 @@ def find_part_material(case: Case[PartTable], folder: Path, run: RunContext) -> 
         material = table.material.material()
     if carried.material is not None and (names := list_differences(material, carried.material)):
         assert table.length_unit is not None
-        told = describe_material(carried.material, table.length_unit)
+        content = describe_material(carried.material, table.length_unit)
         run.warn(
-            f"{table.file} carries the material {carried.name}, {told}, whose {' and '.join(names)} is not that of "
+            f"{table.file} carries the material {carried.name}, {content}, whose {' and '.join(names)} is not that of "
             "[structure.material]: the case is used; remove the table to use the file's"
         )
     return material

@@ -41,7 +41,7 @@ class SeveralSearch:
     names: tuple[str, ...]
     objectives: tuple[Objective, ...]
 
-    def of(self, name: str, output: Sensor | None) -> LimitSearch:
+    def select(self, name: str, output: Sensor | None) -> LimitSearch:
         """Search of one quantity alone, by its name; the sensor whose amplitude it is, or None for a force."""
         objective = self.objectives[self.names.index(name)]
         return replace(self.first, objective=objective, row=None if output is None else output.row)
@@ -119,7 +119,7 @@ def search_several_limits(
 def convert_several_limits(
     search: SeveralSearch,
     quantities: Sequence[Quantity],
-    found: Mapping[str, ResponseLimits],
+    limits: Mapping[str, ResponseLimits],
     model: SolveModel,
     run: RunContext,
 ) -> tuple[LimitCurves, ...]:
@@ -129,7 +129,7 @@ def convert_several_limits(
     ----------
     search, quantities
         As `make_several_search` gives them.
-    found
+    limits
         Limits of each quantity by its name.
     model
         Model of the case.
@@ -139,7 +139,7 @@ def convert_several_limits(
     curves = []
     for item in quantities:
         refined = refine_to_tolerance(
-            search.of(item.name, item.output), found[item.name], model.tolerance, run, item.name
+            search.select(item.name, item.output), limits[item.name], model.tolerance, run, item.name
         )
         own = LimitSearchResult(limits=refined, amplitude=None)
         curves.append(convert_limits(item.table, item.output, item.harmonic, own, model.motion_of(item.output)))

@@ -55,7 +55,7 @@ def make_unknowns() -> Unknowns:
 @pytest.mark.parametrize("seed", range(5))
 def test_the_parameters_that_made_the_data_come_back(seed: int) -> None:
     unknowns = make_unknowns()
-    data = FeatureComparison.of(make_modes(np.random.default_rng(seed)))
+    data = FeatureComparison.from_data(make_modes(np.random.default_rng(seed)))
     fit = calibrate(data, unknowns, unknowns.vanishing, data.predict(unknowns.base), ending=Ending.EXACT)
     # Two numbers with five seeds: four standard deviations fail by chance once in 1600 such tests.
     error = (fit.values - [DAMPING, MODULUS]) / fit.deviation
@@ -66,8 +66,10 @@ def test_the_parameters_that_made_the_data_come_back(seed: int) -> None:
 
 def test_two_sets_of_data_are_fitted_as_one() -> None:
     unknowns, modes = make_unknowns(), make_modes(np.random.default_rng(7))
-    whole = FeatureComparison.of(modes)
-    halves = JoinedComparison(first=FeatureComparison.of(modes[:1]), second=FeatureComparison.of(modes[1:]))
+    whole = FeatureComparison.from_data(modes)
+    halves = JoinedComparison(
+        first=FeatureComparison.from_data(modes[:1]), second=FeatureComparison.from_data(modes[1:])
+    )
     fit = calibrate(whole, unknowns, unknowns.vanishing, whole.predict(unknowns.base), ending=Ending.EXACT)
     joined = calibrate(halves, unknowns, unknowns.vanishing, halves.predict(unknowns.base), ending=Ending.EXACT)
     assert joined.values == pytest.approx(fit.values, rel=1e-9)
@@ -77,7 +79,7 @@ def test_two_sets_of_data_are_fitted_as_one() -> None:
 def test_a_number_without_a_prediction_fits_badly() -> None:
     (mode, _) = make_modes(np.random.default_rng(0))
     far = MeasuredMode(**{**vars(mode), "frequency": 500.0})
-    data = FeatureComparison.of([far])
+    data = FeatureComparison.from_data([far])
     prediction = data.predict(make_model())
     assert not data.has_prediction(prediction).any()
     assert (data.residual(prediction) == 10.0).all()
@@ -85,7 +87,7 @@ def test_a_number_without_a_prediction_fits_badly() -> None:
 
 def test_a_fit_goes_on_with_more_data() -> None:
     unknowns, modes = make_unknowns(), make_modes(np.random.default_rng(7))
-    first, whole = FeatureComparison.of(modes[:1]), FeatureComparison.of(modes)
+    first, whole = FeatureComparison.from_data(modes[:1]), FeatureComparison.from_data(modes)
     alone = calibrate(first, unknowns, unknowns.vanishing, first.predict(unknowns.base), ending=Ending.EXACT)
     assert fit_together(first, alone, []) is alone
     together = fit_together(first, alone, modes[1:])
