@@ -109,11 +109,11 @@ def refine_harmonics(
             finer = coarse.with_harmonics(n_harmonic, max(2 * coarse.n_sample, 4 * n_harmonic))
         except BalanceError:
             return replace(result, stop=RefinementStop.MEMORY)
-        found = _find_again(finer, state)
-        if found is None:
+        finer_state = _find_again(finer, state)
+        if finer_state is None:
             return replace(result, stop=RefinementStop.NO_STATE)
-        change = found.coefficients[main] - state.coefficients[main]
-        coarse, state = finer, found
+        change = finer_state.coefficients[main] - state.coefficients[main]
+        coarse, state = finer, finer_state
         result = refined(change, RefinementStop.MOST_HARMONICS)
         if watch is not None:
             watched, size = watch(coarse, state)

@@ -242,8 +242,8 @@ def minimise_linear(
     def search(begin: Values, least: float, method: Any, **more: Any) -> tuple[Values, float]:
         options: Any = {"maxfev": MOST_LINEAR, **more}
         result = scipy.optimize.minimize(cost, begin, method=method, bounds=within, options=options)
-        found = np.clip(result.x, lower[free], upper[free])
-        return (found, float(result.fun)) if result.fun < least else (begin, least)
+        reached = np.clip(result.x, lower[free], upper[free])
+        return (reached, float(result.fun)) if result.fun < least else (begin, least)
 
     best, size = fixed[free], SIMPLEX_SHARE * radius
     least = cost(best)

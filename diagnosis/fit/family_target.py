@@ -208,10 +208,10 @@ class FamilyTarget:
             result.append((highest - lowest)[point])
         return self._sum(np.concatenate(result))
 
-    def _sum(self, each: Float[NDArray[np.float64], " n"]) -> Float[NDArray[np.float64], " families"]:
+    def _sum(self, values: Float[NDArray[np.float64], " n"]) -> Float[NDArray[np.float64], " families"]:
         """Sums over the readings of each family at frequencies of the bands."""
         covered = self._is_covered
-        sums = np.bincount(self._family_number[covered], each[covered], minlength=len(self._n_set_up))
+        sums = np.bincount(self._family_number[covered], values[covered], minlength=len(self._n_set_up))
         return np.asarray(sums, dtype=np.float64)
 
 

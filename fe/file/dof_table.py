@@ -23,7 +23,7 @@ SHOWN_CHARACTERS = 40
 
 _NUMBER = {name: number for number, name in enumerate(DIRECTIONS)}
 #: Other ways to write them: ANSYS, and Nastran's components.
-_NUMBER |= {"ux": 0, "uy": 1, "uz": 2, "rx": 3, "ry": 4, "rz": 5} | {str(each + 1): each for each in range(6)}
+_NUMBER |= {"ux": 0, "uy": 1, "uz": 2, "rx": 3, "ry": 4, "rz": 5} | {str(number + 1): number for number in range(6)}
 _MAPPING = re.compile(r"\s*(\d+)\s+(\d+)\s+([A-Za-z]+)\b")
 
 Rows = Int[NDArray[np.int64], " n"]

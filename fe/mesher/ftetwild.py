@@ -106,8 +106,8 @@ def fill_with_tetrahedra(
                 f"the solid could not be filled with tetrahedra (code {done.returncode}: {output}): check that it is "
                 "closed, and give another element size"
             )
-        with np.load(result) as found:
-            corners, tetrahedra = found["points"].astype(np.float64), found["cells"].astype(np.int64)
+        with np.load(result) as arrays:
+            corners, tetrahedra = arrays["points"].astype(np.float64), arrays["cells"].astype(np.int64)
     if not len(tetrahedra):
         raise MeshError("the solid could not be filled with tetrahedra: check that it is closed")
     edges = corners[tetrahedra[:, 1:]] - corners[tetrahedra[:, :1]]

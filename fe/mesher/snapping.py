@@ -98,10 +98,10 @@ def _projected(points: Points, labels: Labels, skin: SolidSkin, limit: Float[NDA
                 by_face.setdefault(face, []).append(node)
     for face, members in by_face.items():
         nodes = np.array(members)
-        found = skin.to_face(face, points[nodes])
-        way = np.linalg.norm(found - points[nodes], axis=1)
+        on_face = skin.to_face(face, points[nodes])
+        way = np.linalg.norm(on_face - points[nodes], axis=1)
         better = way < np.minimum(nearest[nodes], limit[nodes])
-        result[nodes[better]] = found[better]
+        result[nodes[better]] = on_face[better]
         nearest[nodes[better]] = way[better]
     for node, meeting in groups.items():
         if len(meeting) == 1:

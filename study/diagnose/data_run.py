@@ -241,12 +241,12 @@ def _diagnose(
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
-        found = diagnose_features(
+        diagnosed = diagnose_features(
             setup.model, campaign.data, setup.calibration_parameters, added=setup.added, without=left_out,
             extra=setup.effect_files, run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
     result = DataDiagnosisResult(
-        setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,
+        setup=setup, campaign=campaign, diagnosis=diagnosed.diagnosis, indications=diagnosed.indications,
         suspicions=suspicions,
     )  # fmt: skip
     _record(result, case, folder, key)

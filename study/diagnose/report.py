@@ -156,9 +156,9 @@ def _fitted(result: Round) -> Iterator[str]:
     if result.best is not None and (named := _name_factors(result, result.best)):
         yield f"Calibrated with {result.best.label}: {named}"
     last = result.best or baseline
-    if found := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, last).items()]:
+    if gains := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, last).items()]:
         beside = "" if result.best is None else f" with {last.label}"
-        yield f"Gains that nobody stated, fitted to the training data{beside}: {', '.join(found)}"
+        yield f"Gains that nobody stated, fitted to the training data{beside}: {', '.join(gains)}"
     if shifts := list_frequency_shifts(result.setup, baseline):
         listed = ", ".join(f"{name} {100 * shift:+.2g} %" for name, shift in shifts.items())
         yield f"Errors of natural frequencies of the model that the fit found (+: too high): {listed}"

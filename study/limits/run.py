@@ -65,8 +65,8 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     case, table = opened.case, opened.case.limits
     search = make_limit_search(case, table, case.sweep, model)
     warn_of_narrow_resonance(search, table, run)
-    found = run_search(search_limits, search, path.stem, run, executor)
-    curves = convert_own_limits(search, table, found, model, run)
+    limits = run_search(search_limits, search, path.stem, run, executor)
+    curves = convert_own_limits(search, table, limits, model, run)
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
     write_netcdf_file(files[0], curves.limits.save)
     replace_file(files[1], make_matlab_file(curves.limits.to_xarray()))

@@ -210,17 +210,17 @@ def _forces(
             reach=search.reach[[number]],
             force_spans=search.force_spans[number : number + 1],
         )
-        found = run_search(find_family_limits, own, f"{stem}_forces_{level:g}N", run, executor)
+        limits = run_search(find_family_limits, own, f"{stem}_forces_{level:g}N", run, executor)
         n_reading = count_readings(measured.forces)
         result += [
             judge_family(
                 family,
-                found.band(family),
+                limits.band(family),
                 measured.errors.noise[family.sensor, family.harmonic],
                 shift=measured.errors.frequency,
                 n_reading=n_reading,
             )
-            for family in correct_families(families, found, preloads, measured.errors)
+            for family in correct_families(families, limits, preloads, measured.errors)
         ]
     return result
 

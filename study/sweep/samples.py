@@ -96,9 +96,9 @@ def compute_curves(
                 yield Task(stage=point_curve, inputs=inputs, label=f"point {number + 1}, {curve.label}")
 
     title = f"{len(points) * n_curve} curves at {len(points)} points"
-    found: list[PointCurve] = run_pooled(tasks(), len(points) * n_curve, run.store, run.progress, title, workers)
-    curves = tuple(tuple(found[first : first + n_curve]) for first in range(0, len(found), n_curve))
+    point_curves: list[PointCurve] = run_pooled(tasks(), len(points) * n_curve, run.store, run.progress, title, workers)
+    curves = tuple(tuple(point_curves[first : first + n_curve]) for first in range(0, len(point_curves), n_curve))
     result = SampledCurves(model=model, curves=curves)
-    if not any(len(item.frequency) for item in found):
-        raise ComputationFailed(f"none of {len(found)} curves could be started: {result.failures[0]}")
+    if not any(len(item.frequency) for item in point_curves):
+        raise ComputationFailed(f"none of {len(point_curves)} curves could be started: {result.failures[0]}")
     return result

@@ -24,10 +24,10 @@ def linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator
     del compared
     sentences, rows = [], []
     for free, misfit in drawing.misfit.items():
-        found = _responses(misfit)
-        if found is None:
+        responses = _responses(misfit)
+        if responses is None:
             continue
-        result = check_linearity(*found, drawing.unit)
+        result = check_linearity(*responses, drawing.unit)
         name = name_configuration(free)
         sentences.append(f"{name[0].upper()}{name[1:]}: {result.sentence}.")
         rows += [

@@ -72,11 +72,11 @@ def run_several_limits(path: Path, run: RunContext, executor: Executor | None = 
     warn_of_narrow_resonance(search.first, opened.case.limits, run)
     searched = run_search(search_several_limits, search, path.stem, run, executor)
     curves = convert_several_limits(search, quantities, searched, model, run)
-    found = {item.name: own.limits for item, own in zip(quantities, curves, strict=True)}
+    limits = {item.name: own.limits for item, own in zip(quantities, curves, strict=True)}
     units = {item.name: "N" if item.output is None else "m" for item in quantities}
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
-    write_netcdf_file(files[0], lambda draft: save_several_limits(found, units, draft))
-    replace_file(files[1], make_matlab_file(join_limits(found, units)))
+    write_netcdf_file(files[0], lambda draft: save_several_limits(limits, units, draft))
+    replace_file(files[1], make_matlab_file(join_limits(limits, units)))
     replace_file(files[2], format_several_csv(curves))
     drawn = draw_several_limits(quantities, curves, opened.title, in_newtons=model.in_newtons)
     files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
