@@ -130,8 +130,8 @@ def main() -> None:
     )
     print("| package | processor time | a cell | memory added |\n|---|---|---|---|")
     for name, run in runs.items():
-        item = 1e6 * run.seconds / mesh.n_cell
-        print(f"| {name} | {run.seconds:.3f} s | {item:.0f} us | {run.megabytes:.0f} MB |")
+        microseconds = 1e6 * run.seconds / mesh.n_cell
+        print(f"| {name} | {run.seconds:.3f} s | {microseconds:.0f} us | {run.megabytes:.0f} MB |")
     print(f"\nratio: {theirs.seconds / ours.seconds:.0f}")
     for name in ("mass", "stiffness"):
         a, b = getattr(ours, name), getattr(theirs, name)

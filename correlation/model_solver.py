@@ -293,11 +293,11 @@ class ModelSolver:
         displacement = complex_from_real(track.motion)
         initial, periodic = track.initial_slider.copy(), track.periodic_slider.copy()
         states: list[SteadyState | None] = [None] * len(frequencies)
-        result = np.flatnonzero(np.isfinite(track.norm)).tolist()
+        known = np.flatnonzero(np.isfinite(track.norm)).tolist()
         responses = self._respond_each(
-            level, [frequencies[number] for number in result], complex_from_real(track.force[result])
+            level, [frequencies[number] for number in known], complex_from_real(track.force[known])
         )
-        for number, response in zip(result, responses, strict=True):
+        for number, response in zip(known, responses, strict=True):
             states[number] = SteadyState(
                 angular_frequency=self.at(frequencies[number]).angular_frequency,
                 level=self.forced(level, frequencies[number]),
@@ -319,8 +319,8 @@ class ModelSolver:
         if self.balance.is_dense:
             levels = [self._at_level(self.forced(level, frequency)) for frequency in frequencies]
             recoveries = [self.linear.recovery(frequency) for frequency in frequencies]
-            entry = zip(levels, condensed, joint_force, recoveries, strict=True)
-            return [balance.respond(item, force, recovery) for balance, item, force, recovery in entry]
+            rows = zip(levels, condensed, joint_force, recoveries, strict=True)
+            return [balance.respond(item, force, recovery) for balance, item, force, recovery in rows]
         load = structure.static + self._forced_all(level, frequencies) * structure.dynamic
         responses = structure.displacements_at_own_frequency(condensed, load - joint_force @ structure.directions)
         responses[:, 0] = responses[:, 0].real

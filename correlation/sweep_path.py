@@ -134,7 +134,7 @@ class SweepPath:
     def _next(
         self, here: SteadyState | None, before: float | None, target: float, newton_state: SteadyState | None
     ) -> tuple[SteadyState | None, JumpPoint | None]:
-        """State after the last one and the jump to it, if any; `newton_state` is that by one Newton solution."""
+        """State after the last one and the jump to it, if any; `newton_state` is by one Newton solution, if known."""
         state = self.solver.solve(self.level, target, self._sliders, [here]) if newton_state is None else newton_state
         if here is None or before is None or state is None:
             return state, None

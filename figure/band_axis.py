@@ -40,8 +40,8 @@ def use_band_axis(axes: Axes, curves: Sequence[Frequency]) -> None:
     axes.set_xlim(ends[0], ends[-1])
     ticks = []
     for band, width in zip(bands, np.diff(places)[::2], strict=True):
-        result = MaxNLocator(max(round(TICK_STEPS * width), LEAST_TICK_STEPS)).tick_values(band[0], band[-1])
-        ticks.append(result[(result >= band[0]) & (result <= band[-1])])
+        positions = MaxNLocator(max(round(TICK_STEPS * width), LEAST_TICK_STEPS)).tick_values(band[0], band[-1])
+        ticks.append(positions[(positions >= band[0]) & (positions <= band[-1])])
     axes.xaxis.set_major_locator(FixedLocator(np.concatenate(ticks).tolist()))
     axes.xaxis.set_major_formatter(ScalarFormatter(useOffset=False))
     for item in axes.get_shared_x_axes().get_siblings(axes):

@@ -49,10 +49,10 @@ class ContactLine:
         n_station = len(self.stations)
         expected = {"normal": (n_station, 3), "tangents": (n_station, 2, 3), "tributary_length": (n_station,)}
         for name, shape in expected.items():
-            result = getattr(self, name).shape
-            if result != shape:
+            actual = getattr(self, name).shape
+            if actual != shape:
                 raise GeometryError(
-                    f'contact line "{self.name}" has {n_station} stations but {name} of shape {result}: give {shape}'
+                    f'contact line "{self.name}" has {n_station} stations but {name} of shape {actual}: give {shape}'
                 )
 
     @property

@@ -96,8 +96,8 @@ def _wait(child: int) -> int | None:
     """Status of a process when it ends; None if it waits and does not work."""
     worked, last, pause = 0, time.monotonic(), 0.0005
     while time.monotonic() < last + PATIENCE:
-        result, status = os.waitpid(child, os.WNOHANG)
-        if result:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
             return status
         time.sleep(pause)
         pause = min(1.5 * pause, 0.05)

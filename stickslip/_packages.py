@@ -23,9 +23,9 @@ def require_own_packages() -> None:
         spec = importlib.util.find_spec(package)
         if spec is None or spec.origin is None:
             raise ImportError(f"the package {package} of stickslip is not in {ours}: install stickslip again")
-        result = Path(spec.origin).resolve()
-        if not result.is_relative_to(ours / package):
-            hiding = result.parent if result.name == "__init__.py" else result
+        module_file = Path(spec.origin).resolve()
+        if not module_file.is_relative_to(ours / package):
+            hiding = module_file.parent if module_file.name == "__init__.py" else module_file
             raise ImportError(
                 f"{hiding} hides the package {package} of stickslip: rename it, or start elsewhere and without it on "
                 "PYTHONPATH"

@@ -19,13 +19,13 @@ FACTOR = re.compile(r"(^|(?<!^)[*/ ])([^\W\d_]+|%)(?:\^([1-9]))?")
 
 def familiar_root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]] | None:
     """Factor to root units, and those units as sorted (name, exponent) pairs; None if pint has to read the unit."""
-    result = list(FACTOR.finditer(unit))
+    factors = list(FACTOR.finditer(unit))
     # After a slash, a product reads as more than one thing.
-    slashes = [match[1] == "/" for match in result]
-    if "".join(match[0] for match in result) != unit or slashes != sorted(slashes):
+    slashes = [match[1] == "/" for match in factors]
+    if "".join(match[0] for match in factors) != unit or slashes != sorted(slashes):
         return None
     factor, exponents = Decimal(1), [0, 0, 0, 0]
-    for match, below in zip(result, slashes, strict=True):
+    for match, below in zip(factors, slashes, strict=True):
         if match[2] not in SYMBOLS:
             return None
         size, own = SYMBOLS[match[2]]

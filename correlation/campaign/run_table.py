@@ -157,9 +157,9 @@ def _read_signals(
                 all(len(file.column(name).values) == len(phase_reference) for name in signal.columns.values()),
                 signal.problem("its column is not as long as that of the frequency"),
             )
-            present, there, result = _present(entry, file, signal)
+            present, there, found_suspicions = _present(entry, file, signal)
             value = signal.complex_values(present, sensor.unit if sensor.calibrated else "")
-            suspicions += result
+            suspicions += found_suspicions
             _require(
                 sensor.has_phase or "phase" not in signal.columns,
                 signal.problem(

@@ -253,9 +253,13 @@ def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for number, sensor in enumerate(campaign.sensors):
         there = [bool((table.sensor[table.test == test] == number).any()) for test in range(len(campaign.tests))]
-        for test, result in zip(campaign.tests, there, strict=True):
+        for test, has_sensor in zip(campaign.tests, there, strict=True):
             # Without its contacts a structure has no contact forces.
-            if not result and any(there) and not (sensor.quantity == CONTACT_FORCE and test.configuration == "free"):
+            if (
+                not has_sensor
+                and any(there)
+                and not (sensor.quantity == CONTACT_FORCE and test.configuration == "free")
+            ):
                 others = ", ".join(f'"{item.name}"' for item, seen in zip(campaign.tests, there, strict=True) if seen)
                 yield Suspicion(
                     where=f'test "{test.name}"',

@@ -53,11 +53,11 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
             )
         if len(repeats) < FEWEST_REPEATS:
             continue
-        own = {place: result for place in range(len(sensors)) if (result := _find_own_factors(share, place))}
-        for place, result in own.items():
+        own = {place: factors for place in range(len(sensors)) if (factors := _find_own_factors(share, place))}
+        for place, factors in own.items():
             yield Suspicion(
                 where=f'test "{test.name}", sensor "{campaign.sensors[sensors[place]].name}"',
-                sentence=f"its readings at all frequencies and levels are {_describe_change(result, repeats)}, and "
+                sentence=f"its readings at all frequencies and levels are {_describe_change(factors, repeats)}, and "
                 "those of the other sensors are not: was its gain set anew? If so, correct its readings in these "
                 "repeats",
             )

@@ -115,9 +115,9 @@ def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: f
         for words, mask in levels for sweep in (sweeps if len(sweeps) > 1 else ())
     ]  # fmt: skip
     stages = [("", every)], levels if len(levels) > 1 else [], runs
-    item = chance / (deviation.own.shape[1] * sum(map(len, stages)))
+    chance_of_one = chance / (deviation.own.shape[1] * sum(map(len, stages)))
     for parts in stages:
-        swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, item) for words, mask in parts]
+        swaps = [_find_clearest_swap(arranged, q, deviation, mask, words, chance_of_one) for words, mask in parts]
         result = [swap for swap in swaps if swap is not None]
         # Most of a repeat is not all of it.
         if parts is stages[0] and any(_agrees(deviation, mask, swap.column) for swap in result for _, mask in levels):
@@ -183,10 +183,10 @@ def _quantile_of_scatter(
 ) -> float:
     """What scatter makes of q by chance, from its medians at each level, which have so many degrees of freedom each."""
     known = np.isfinite(scatter)
-    item = [float(np.median(scatter[known & (level == one)])) for one in np.unique(level[known])]
-    if not item:
+    medians = [float(np.median(scatter[known & (level == one)])) for one in np.unique(level[known])]
+    if not medians:
         return 0.0
-    return float(stdtrit(freedom * len(item), 1 - chance / 2) * np.sqrt(np.mean(np.square(item))))
+    return float(stdtrit(freedom * len(medians), 1 - chance / 2) * np.sqrt(np.mean(np.square(medians))))
 
 
 def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:

@@ -220,12 +220,12 @@ def _refined_readings(
     readings: list[float] = []
     error, before, reached = 0.0, None, solvers[0][0]
     for number, (solver, check) in enumerate(solvers):
-        result: SteadyState | None = state
+        refined_state: SteadyState | None = state
         if number:
-            result = _find_limit_state(solver.balance, curve, at, state.motion, slider, _choose_effort(number))
-        if result is None:
+            refined_state = _find_limit_state(solver.balance, curve, at, state.motion, slider, _choose_effort(number))
+        if refined_state is None:
             break
-        state, reached = result, solver
+        state, reached = refined_state, solver
         readings.append(_reading(states, state, solver))
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
         vibration = 0.0 if states.harmonic else solver.read(state, np.array([states.sensor]), np.array([1]))[0]
@@ -300,8 +300,8 @@ def _rates(
     rates = solver.slopes(state, frequency, names, harmonic, solver.rates(tangents))[0]
     if not states.harmonic:
         return np.asarray(rates.real)
-    result = solver.read(state, names, harmonic)[0]
-    return np.asarray((np.conj(result) * rates).real / max(abs(result), np.finfo(float).tiny))
+    reading = solver.read(state, names, harmonic)[0]
+    return np.asarray((np.conj(reading) * rates).real / max(abs(reading), np.finfo(float).tiny))
 
 
 def _average_over_neighbours(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64], " f"]:

@@ -177,11 +177,11 @@ def _states_between_jumps(
     if len(value) < 2:
         return
     jumps = [find_curve_jumps(frequency, curve, scatter) for curve, scatter in zip(value, noise, strict=True)]
-    result = np.unique(np.concatenate(jumps))
-    if not len(result):
+    places = np.unique(np.concatenate(jumps))
+    if not len(places):
         return
     # Jumps that lie within a few points are one and the same.
-    for group in np.split(result, np.flatnonzero(np.diff(result) > max(3, value.shape[1] // 10)) + 1):
+    for group in np.split(places, np.flatnonzero(np.diff(places) > max(3, value.shape[1] // 10)) + 1):
         # A repeat whose jump was not recognised may have jumped a step beside.
         yield from range(max(int(group[0]), 0), min(int(group[-1]) + 2, value.shape[1]))
 
@@ -242,9 +242,9 @@ def _without_shift(
     scale = noise[there] if np.isfinite(noise[there]).all() else np.ones(len(there))
     size = np.maximum(np.abs(rate) ** 2, np.finfo(float).tiny)
     # Weighted median of the shift that each state alone asks for: a branch does not move it.
-    item, weight = (np.conj(rate) * apart[there]).real / size, np.abs(rate) / scale
-    order = np.argsort(item)
-    shift = item[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
+    shifts, weight = (np.conj(rate) * apart[there]).real / size, np.abs(rate) / scale
+    order = np.argsort(shifts)
+    shift = shifts[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
     left = apart[there] - shift * rate
     if np.median(np.abs(left) / scale) > MAX_SHARE_LEFT * np.median(np.abs(apart[there]) / scale):
         return apart

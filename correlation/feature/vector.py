@@ -148,9 +148,9 @@ class FeatureVector:
         mean = np.where(taken, repeat, 0.0).sum(axis=1) / count
         apart = np.where(taken, np.abs(repeat - mean[:, None]) ** 2, 0.0).sum(axis=1) / count
         with np.errstate(invalid="ignore", divide="ignore"):
-            item = self.of_values(np.where(taken, repeat, np.nan))
+            features = self.of_values(np.where(taken, repeat, np.nan))
         rows = self.row
-        averaged = np.where(taken[rows], item, 0.0).sum(axis=1) / count[rows]
+        averaged = np.where(taken[rows], features, 0.0).sum(axis=1) / count[rows]
         steady = (np.sqrt(apart) < UNSTEADY * np.abs(mean))[rows] & np.isfinite(averaged)
         return np.where(steady, averaged, self.of_values(mean))
 

@@ -32,15 +32,15 @@ def read_decibels(column: Column) -> Column:
         As the file has it, its label such as "tip (dB re 1 m/N)"; without a reference :math:`x_0` is 1.
     """
     label = column.label or " ".join([column.name, column.unit_label])
-    result = DECIBEL.search(label)
-    if result is None or POWER.search(label) or column.words or np.iscomplexobj(column.values):
+    match = DECIBEL.search(label)
+    if match is None or POWER.search(label) or column.words or np.iscomplexobj(column.values):
         return column
-    attached, label_unit = (result["attached"] or "").lower(), result["unit"].strip()
+    attached, label_unit = (match["attached"] or "").lower(), match["unit"].strip()
     if attached and attached not in ATTACHED:
-        return replace(column, unit="", unit_label=f"dB{result['attached']}")
+        return replace(column, unit="", unit_label=f"dB{match['attached']}")
     unit = ATTACHED.get(attached) or unit_text(label_unit)
-    reference = float(result["reference"] or 1.0)
+    reference = float(match["reference"] or 1.0)
     with np.errstate(over="ignore"):
         values = reference * 10 ** (column.values / 20)
-    unknown = label_unit if result["reference"] and not unit and not names_no_unit(label_unit) else ""
+    unknown = label_unit if match["reference"] and not unit and not names_no_unit(label_unit) else ""
     return replace(column, values=values, unit=unit, unit_label=unknown, facts={**column.facts, SCALE: label.strip()})

@@ -135,7 +135,7 @@ def _make_shapes(features: FeatureVector, prediction: Prediction) -> Modes:
         edges = np.nanquantile(frequency, np.arange(1, PARTS_PER_CURVE) / PARTS_PER_CURVE)
         part = np.searchsorted(edges, frequency)
         own = np.where(of_curve, value, 0.0)
-        columns += [own, *(np.where(part == item, own, 0.0) for item in range(PARTS_PER_CURVE))]
+        columns += [own, *(np.where(part == number, own, 0.0) for number in range(PARTS_PER_CURVE))]
     changes = np.array([turn * column for column in columns for turn in (1.0, 1j)]).reshape(-1, len(value)).T
     modes = np.nan_to_num(features.slopes(value, np.nan_to_num(changes)))
     return np.asarray(modes[:, np.abs(modes).max(axis=0, initial=0.0) > 0])

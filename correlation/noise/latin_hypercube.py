@@ -47,9 +47,9 @@ def draw_latin_hypercube(n: int, d: int, seed: int) -> Design:
         column, one, other = (int(random.integers(size)) for size in (d, n, n))
         tried = points.copy()
         tried[[one, other], column] = points[[other, one], column]
-        result = centred_discrepancy(tried)
-        if result < least:
-            points, least, failed = tried, result, 0
+        discrepancy = centred_discrepancy(tried)
+        if discrepancy < least:
+            points, least, failed = tried, discrepancy, 0
         else:
             failed += 1
     return points

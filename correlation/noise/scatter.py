@@ -92,9 +92,9 @@ def estimate_scatter(
     if np.mean(n > 1) < LEAST_REPEATED:
         return _single_repeat_covariance(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
-        item = features.of_values(observed.repeat)
-    mean = np.nanmean(item, axis=1)
-    apart, freedom = item - mean[:, None], np.maximum(n - 1.0, 0.0)
+        values = features.of_values(observed.repeat)
+    mean = np.nanmean(values, axis=1)
+    apart, freedom = values - mean[:, None], np.maximum(n - 1.0, 0.0)
     pooled = _pool_variance(observed, features, _variance(apart, freedom), freedom)
     _require_noise(observed, features, np.sqrt(pooled))
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)

@@ -70,8 +70,8 @@ def pool_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     prior = trend * scale
     # What chance would do in one table of a hundred is a point of its own: the fit has little to say there.
     chance = fdtrc(np.maximum(dof, 1.0), degrees, own / prior)
-    item = np.where((dof > 0) & (chance * len(dof) < OWN), LEAST_DEGREES, degrees)
-    variance: Column = (item * prior + dof * own) / (item + dof - 2.0)
+    prior_degrees = np.where((dof > 0) & (chance * len(dof) < OWN), LEAST_DEGREES, degrees)
+    variance: Column = (prior_degrees * prior + dof * own) / (prior_degrees + dof - 2.0)
     return np.maximum(variance, floor)
 
 

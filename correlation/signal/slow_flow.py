@@ -109,9 +109,9 @@ class SlowFlow:
         by_time, by_phase = wave.imag * turn - wave.real * fall, -wave.imag
         # d (1 / delta) = -B / delta by the coefficients of ln delta; d (omega / delta) = -omega B / delta by those, and
         # B / delta by the coefficients of omega.
-        item = (logarithm[0] - logarithm[1]) / 2 * basis / rate[:, None]
+        growth = (logarithm[0] - logarithm[1]) / 2 * basis / rate[:, None]
         sums = np.zeros((len(time), 2 * count))
-        for part, rates in ((sums[1:, :count], item), (sums[1:, count:], omega[:, None] * item)):
+        for part, rates in ((sums[1:, :count], growth), (sums[1:, count:], omega[:, None] * growth)):
             np.cumsum(rates[1:] + rates[:-1], axis=0, out=part)
         sums = sums[below] + share[:, None] * (sums[below + 1] - sums[below])
         result = np.empty((self.n_sample, len(coefficients)))

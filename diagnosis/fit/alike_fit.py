@@ -67,12 +67,12 @@ def list_starts_alike(
     best, best_fit
         The best of the effects, and its fit.
     """
-    result = {score.effect.name: item.chi2 for score, item in fits}
+    chi2_by_name = {score.effect.name: item.chi2 for score, item in fits}
     selection, gain = problem.selection, problem.fit.chi2 - best_fit.chi2
     missed = list[tuple[float, Score]]()
     for score in scores if gain > 0 else ():
         behind = (1 - float(score.direction @ best.direction) ** 2) * gain
-        is_worse = result.get(score.effect.name, np.inf) > best_fit.chi2 + behind + selection.least_gain
+        is_worse = chi2_by_name.get(score.effect.name, np.inf) > best_fit.chi2 + behind + selection.least_gain
         is_alike = behind < min(MAX_SHARE_BEHIND * gain, selection.largest_chi2_gap)
         if score.size and best.size and is_worse and is_alike:
             missed.append((behind, score))

@@ -2,9 +2,9 @@ r"""Calibration onto families: parameters whose bands hold the measured families
 
 The score of a model costs the sampled bands of all levels, and has kinks: a simplex of eight parameters is lost in it.
 The limits at the readings are smooth. In each iteration they are linearised about the best parameters, amplitudes by
-their logarithms, and the score of these limits, with a prior of standard deviation sigma around zero,
+their logarithms, and the score of these limits, with a prior of standard deviations sigma around zero,
 
-.. math:: C(l_0 + L \,\Delta s) + \frac{|s|^2}{2 \sigma^2}, \qquad |\Delta s_i| \le r,
+.. math:: C(l_0 + L \,\Delta s) + \sum_j \frac{s_j^2}{2 \sigma_j^2}, \qquad |\Delta s_i| \le r,
 
 is minimised within a trust region r, which grows where it was right and shrinks where it was not. It costs a fraction
 of a second, where the bands of one model take seconds. Parameters are scaled to steps that matter.
@@ -32,6 +32,7 @@ from geometry.errors import InputError
 from hbsolve.errors import NoSteadyState
 
 Values = Float[NDArray[np.float64], " p"]
+#: Standard deviations of a prior, or one for all parameters [steps].
 Prior = Values | float
 #: Limits at some parameters; raises `InputError` or `NoSteadyState` where there is no such model.
 ComputeLimits = Callable[[Values], FamilyLimits]
@@ -80,10 +81,10 @@ class LinearLimits:
         limits: FamilyLimits,
         step: float,
         bounds: scipy.optimize.Bounds = UNBOUNDED,
-        *,
-        both_sides: bool = False,
     ) -> "LinearLimits":
-        """By differences in each parameter, to sides where there is a model; without one it has no slope.
+        """By central differences: limits at a resonance are curved, and one difference turns the way of a fit.
+
+        To a side where there is no model, or no limit at a reading, the other difference counts alone.
 
         Parameters
         ----------
@@ -99,23 +100,21 @@ class LinearLimits:
             Difference of each parameter [steps].
         bounds
             Of the parameters, shapes (p,) [steps].
-        both_sides
-            Central differences in place of one: limits at a resonance are curved, and are to be extrapolated.
         """
         value = _to_linear(target, limits)
         slopes = np.zeros((len(at), *value.shape))
         for number, direction in enumerate(np.eye(len(at))):
-            result: list[Float[NDArray[np.float64], "2 2 n"]] = []
+            total, count = np.zeros_like(value), np.zeros_like(value)
             for signed in (step, -step):
                 moved = at + signed * direction
-                if (moved < bounds.lb).any() or (moved > bounds.ub).any() or (result and not both_sides):
+                if (moved < bounds.lb).any() or (moved > bounds.ub).any():
                     continue
-                limits_there = compute_if_possible(compute, moved)
-                if limits_there is not None:
-                    result.append((_to_linear(target, limits_there) - value) / signed)
-            if result:
-                slope = np.mean(result, axis=0)
-                slopes[number] = np.where(np.isfinite(slope), slope, 0.0)
+                moved_limits = compute_if_possible(compute, moved)
+                if moved_limits is not None:
+                    slope = (_to_linear(target, moved_limits) - value) / signed
+                    total += np.where(np.isfinite(slope), slope, 0.0)
+                    count += np.isfinite(slope)
+            slopes[number] = total / np.maximum(count, 1)
         return cls(target=target, at=at, value=value, slopes=slopes)
 
     def score(self, scaled: Values) -> float:
@@ -205,10 +204,10 @@ def fit_limits(
         predicted = least - linear.score(trial) - compute_prior(trial, prior)
         if not predicted >= LEAST_FALL:
             break
-        result = compute_if_possible(evaluate, trial)
-        gain = -np.inf if result is None else least - target.score(result) - compute_prior(trial, prior)
-        if result is not None and gain > 0:
-            best, limits, least, linear = trial, result, least - gain, None
+        trial_limits = compute_if_possible(evaluate, trial)
+        gain = -np.inf if trial_limits is None else least - target.score(trial_limits) - compute_prior(trial, prior)
+        if trial_limits is not None and gain > 0:
+            best, limits, least, linear = trial, trial_limits, least - gain, None
         if not gain >= POOR_SHARE * predicted:
             radius *= SHRINK
         elif gain > GOOD_SHARE * predicted:

@@ -18,8 +18,9 @@ A common factor of all widths is therefore told by two powers, however many fami
 mean over families for this factor is a choice. The other powers are those of what the readings do fill, or of the noise
 where that is wider: a model that makes its own noise wide, by steep flanks whose frequency is not sure, gains nothing.
 A reading outside counts in each set-up; its curves up and down share one history. An error that all readings of a
-family share, as that of the model's limits, widens the band as the noise of one reading does. The score does not
-depend on the size of a family, so that a static force near zero counts as much as a resonance: bands hold all
+family share, as that of the model's limits, is one draw, and widens the band as the noise of a family of one reading
+would, by 0.67 standard deviations. That is a choice: in each set-up and level a larger one counts again. The score does
+not depend on the size of a family, so that a static force near zero counts as much as a resonance: bands hold all
 readings, and are hardly wider than that takes.
 
 A search for limits is too slow for a fit: the band in the loop is what a population of slider states and random
@@ -66,7 +67,10 @@ WIDTH_POWERS = 2.0
 
 
 class FamilyLimits(NamedTuple):
-    """Limits at the n readings of a target, and the standard deviations of what they do not hold, lower then upper."""
+    """Limits at the n readings of a target, and the deviations by which a score widens them, lower then upper.
+
+    These are standard deviations of noise, with errors that readings share as far as they widen a band.
+    """
 
     value: Both
     """Shape (2, n) [SI unit of each sensor]; a reading of which one is NaN has no limits."""
@@ -96,8 +100,8 @@ class FamilyTarget:
     nominal
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
     numerical
-        Standard deviations of the limits by the numerical error of a model, as those of one like it have them, lower
-        then upper, shape (2, n) [SI unit of each sensor]; 0 by default. The readings of a family share such an error.
+        Standard deviations of the limits by the numerical error of the model, taken from a similar model, lower then
+        upper, shape (2, n) [SI unit of each sensor]; 0 by default. The readings of a family share such an error.
     """
 
     groups: Sequence[FamilyGroup]
@@ -140,7 +144,8 @@ class FamilyTarget:
                 # Of the readings themselves: wide limits would have more noise, of which the readings have none.
                 both = np.broadcast_to(family.value, at.value.shape)
                 deviation.append(np.hypot(family.widen(at.deviation, both), noise))
-        shared = self.numerical * SHARED_WIDTH / self._noise_width
+        # The score widens by the noise width of the family, what is shared by that of one reading.
+        shared = self.numerical * SHARED_WIDTH / np.maximum(self._noise_width, SHARED_WIDTH)
         return FamilyLimits(np.concatenate(value, axis=1), np.hypot(np.concatenate(deviation, axis=1), shared))
 
     def score(self, limits: FamilyLimits) -> float:

@@ -135,7 +135,7 @@ def rename_unit(unit: str, names: Mapping[str, str]) -> str:
     """Unit of SI with other names for "N" and "m"."""
     if names:
         unit = re.sub(r"\bkg\b", "N s^2/m", unit)
-        unit = re.sub(r"\b[Nm]\b", lambda result: names.get(result[0], result[0]), unit)
+        unit = re.sub(r"\b[Nm]\b", lambda match: names.get(match[0], match[0]), unit)
     return unit
 
 

@@ -68,10 +68,10 @@ def _nearest(
         last = max(first + 1, int(np.searchsorted(ends, before + PAIRS, side="right")))
         count = np.diff(ends[first:last], prepend=before)
         facet = np.concatenate(near[first:last])
-        result = _distances(np.repeat(points[first:last], count, axis=0), triangles[facet])
+        apart = _distances(np.repeat(points[first:last], count, axis=0), triangles[facet])
         start = np.cumsum(count) - count
-        distance[first:last] = np.minimum.reduceat(result, start)
-        hits = np.flatnonzero(result == np.repeat(distance[first:last], count))
+        distance[first:last] = np.minimum.reduceat(apart, start)
+        hits = np.flatnonzero(apart == np.repeat(distance[first:last], count))
         which[first:last] = facet[hits[np.searchsorted(hits, start)]]
         first = last
     return distance, which

@@ -99,14 +99,14 @@ def fill_with_tetrahedra(
             raise MeshError(
                 f"filling the solid with cells of {1e3 * size:g} mm took more than {TIME_LIMIT:g} s: give larger cells"
             ) from error
-        result = Path(folder) / "cells.npz"
-        if not result.is_file():
+        archive = Path(folder) / "cells.npz"
+        if not archive.is_file():
             output = " ".join(done.stderr.split())[-200:]
             raise MeshError(
                 f"the solid could not be filled with tetrahedra (code {done.returncode}: {output}): check that it is "
                 "closed, and give another element size"
             )
-        with np.load(result) as arrays:
+        with np.load(archive) as arrays:
             corners, tetrahedra = arrays["points"].astype(np.float64), arrays["cells"].astype(np.int64)
     if not len(tetrahedra):
         raise MeshError("the solid could not be filled with tetrahedra: check that it is closed")

@@ -61,9 +61,9 @@ def _solve_lower(code: Code, height: int, tile: Value, own: Value, first: Value)
     for k in range(height):
         column = code.address(triangle, k, SIZE * height)
         x[k] = code.times(code.number(code.address(column, k, SIZE)), x[k])
-        result = code.negative(x[k])
+        negated = code.negative(x[k])
         for r in range(k + 1, height):
-            x[r] = code.plus_times(x[r], code.number(code.address(column, r, SIZE)), result)
+            x[r] = code.plus_times(x[r], code.number(code.address(column, r, SIZE)), negated)
     for r in range(height):
         code.store(x[r], place[r])
 
@@ -72,13 +72,13 @@ def _solve_upper(code: Code, height: int, tile: Value, own: Value, first: Value)
     begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
     place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
     x = [code.row(item) for item in place]
-    result: list[Row] = []
+    negated: list[Row] = []
     for k in reversed(range(height)):
         column = code.address(triangle, k, SIZE * height)
-        for r, negative in zip(reversed(range(k + 1, height)), result, strict=True):
+        for r, negative in zip(reversed(range(k + 1, height)), negated, strict=True):
             x[k] = code.plus_times(x[k], code.number(code.address(column, r, SIZE)), negative)
         x[k] = code.times(code.number(code.address(column, k, SIZE)), x[k])
-        result.append(code.negative(x[k]))
+        negated.append(code.negative(x[k]))
     for r in range(height):
         code.store(x[r], place[r])
     _subtract_transposed(code, tile, own, first, x)

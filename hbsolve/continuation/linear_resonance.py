@@ -45,7 +45,7 @@ def find_resonance_frequencies(
     modes = balance.structure.stuck.modes
     shapes, natural = modes.mode_shapes, np.sqrt(modes.lambda_.clip(min=0.0))
     width = modal_damping(balance.system, shapes, natural)  # 2 zeta omega
-    result, margin = [np.zeros(0)], [np.zeros(0)]
+    frequencies, margin = [np.zeros(0)], [np.zeros(0)]
     for harmonic in range(1, balance.n_harmonic):
         modal_force = shapes.T @ balance.structure.dynamic[harmonic]
         inside = (natural > harmonic * lower) & (natural < harmonic * upper) & (np.abs(modal_force) > 0)
@@ -55,9 +55,9 @@ def find_resonance_frequencies(
             impedance = natural**2 - omega**2 + 1j * omega * width
             if not is_sharp or not _shows(shapes, modal_force, impedance, int(mode)):
                 continue
-            result.append((omega - half / np.tan(ANGLES)) / harmonic)
+            frequencies.append((omega - half / np.tan(ANGLES)) / harmonic)
             margin.append(np.full(len(ANGLES), 0.25 * half * ANGLES[0] / harmonic))
-    frequency, near = np.concatenate(result), np.concatenate(margin)
+    frequency, near = np.concatenate(frequencies), np.concatenate(margin)
     order = np.argsort(frequency)
     retained, last = list[int](), lower
     for number in order:

@@ -115,10 +115,10 @@ def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> 
                 + (default if given is None else "")
             )
         return np.full(len(radius), wide)
-    item = np.array(real_array(given, "reach", BalanceError))
-    if item.shape != radius.shape or not (item > 0).all():
-        raise BalanceError(f"reach must be one positive number, or one of each of {len(radius)} sliders: {item}")
-    return item
+    reach = np.array(real_array(given, "reach", BalanceError))
+    if reach.shape != radius.shape or not (reach > 0).all():
+        raise BalanceError(f"reach must be one positive number, or one of each of {len(radius)} sliders: {reach}")
+    return reach
 
 
 def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generator, kind: int) -> Sliders:
@@ -127,8 +127,8 @@ def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generat
     n_line = int(line.max()) + 1
     # From -1 to 1 along each line.
     along = np.zeros(n)
-    for item in range(n_line):
-        along[line == item] = np.linspace(-1, 1, int((line == item).sum())) if (line == item).sum() > 1 else 0.0
+    for number in range(n_line):
+        along[line == number] = np.linspace(-1, 1, int((line == number).sum())) if (line == number).sum() > 1 else 0.0
 
     def of_line(largest: float) -> Sliders:
         return random.uniform(-largest, largest, n_line)[line]

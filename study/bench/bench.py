@@ -265,11 +265,11 @@ class Bench:
         if self._comparison is None and (campaign := self._read_campaign()).has_only_typed_data:
             numbers_alone, views = move_data_parameters(self.case, campaign, self.run, values)
             return CallResult(numbers=numbers_alone, views=views)
-        result = self._current()
-        moved = move_values(result.unknowns, result.values, values, self.case)
+        current = self._current()
+        moved = move_values(current.unknowns, current.values, values, self.case)
         with self.run.progress.step("exact curves", expected=3):
-            lines = move_lines(result.compared, result.lines, result.unknowns, moved)
-            shown, numbers = show_moved(result.compared, lines)
+            lines = move_lines(current.compared, current.lines, current.unknowns, moved)
+            shown, numbers = show_moved(current.compared, lines)
         return CallResult(numbers={**numbers}, views={"moved": {**shown, "values": dict(values)}})
 
     def limits(self) -> CallResult:

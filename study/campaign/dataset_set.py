@@ -156,8 +156,8 @@ def _estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> Chann
 def _levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
     """Set of each frequency response by the level in its text."""
     for line in LINES:
-        result = {one.name: LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns}
-        marks = {name: match[0] for name, match in result.items() if match}
+        matches = {one.name: LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns}
+        marks = {name: match[0] for name, match in matches.items() if match}
         pairs = [(keys[name], mark) for name, mark in marks.items() if name in keys]
         if len(pairs) == len(keys) == len({*pairs}) and len({*marks.values()}) > 1:
             return marks
@@ -169,9 +169,9 @@ def _common_level(table: MeasuredTable, columns: Sequence[Column]) -> dict[str, 
     if len({one.abscissa for one in table.file.columns if one.abscissa}) < 2:
         return None
     for line in LINES:
-        result = [LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns]
-        levels = {match[0] for match in result if match}
-        if len(levels) == 1 and all(result):
+        matches = [LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns]
+        levels = {match[0] for match in matches if match}
+        if len(levels) == 1 and all(matches):
             return dict.fromkeys((one.name for one in columns), levels.pop())
     return None
 

@@ -71,8 +71,8 @@ class PlaceTable(CaseModel):
     def _one_way(self) -> Self:
         ways = [name for name in (*WAYS, *self.also) if getattr(self, name) is not None]
         if len(ways) != 1:
-            result = f"{' and '.join(ways)} are given" if ways else "says nowhere where"
-            raise ValueError(f"{result}: give one of {', '.join((*WAYS, *self.also))}")
+            reason = f"{' and '.join(ways)} are given" if ways else "says nowhere where"
+            raise ValueError(f"{reason}: give one of {', '.join((*WAYS, *self.also))}")
         (way,) = ways
         for key in ("other", "other_at", "station", "body", "direction"):
             if getattr(self, key) is not None and key not in COMPANIONS.get(way, set()):

@@ -79,9 +79,9 @@ def is_own(file: Path) -> bool:
     for place in (file.resolve(), file.resolve().parent):
         if place == file.resolve() and not place.exists():
             continue
-        result = place.stat()
-        others_write = result.st_mode & stat.S_IWOTH and not (place.is_dir() and result.st_mode & stat.S_ISVTX)
-        if result.st_uid not in {os.getuid(), 0} or others_write:
+        status = place.stat()
+        others_write = status.st_mode & stat.S_IWOTH and not (place.is_dir() and status.st_mode & stat.S_ISVTX)
+        if status.st_uid not in {os.getuid(), 0} or others_write:
             return False
     return True
 

@@ -225,7 +225,7 @@ def find_family_limits(
 
 
 def _readings(
-    search: FamilySearch, problem: LimitProblem, omega: NDArray[np.float64], found: list[ResponseLimits],
+    search: FamilySearch, problem: LimitProblem, omega: NDArray[np.float64], searched: list[ResponseLimits],
     store: MutableMapping[str, Any], executor: Executor | None, report: Callable[[float, float], None] | None,
 ) -> list[list[LimitReadings]]:  # fmt: skip
     """Sensor readings at the limits, by level and channel."""
@@ -240,7 +240,7 @@ def _readings(
             LimitStates(
                 sensor=name, harmonic=harmonic, motion=limits.motion[:, number], slider=limits.initial_slider[:, number]
             )
-            for (name, harmonic), limits in zip(search.channels, found, strict=True)
+            for (name, harmonic), limits in zip(search.channels, searched, strict=True)
         ]
         budget = replace(search.budget, refined=())
         arguments = search.model, budget, states, search.force_spans[number], search.preload_span

@@ -256,8 +256,8 @@ def _reach(limits: FamilyLimits, unit: str) -> str:
     furthest = [f"{1e6 * item:.3g} um" for item in limits.reach.max(axis=1)]
     if len(set(furthest)) == 1:
         return f"at most {furthest[0]} from where they carry no force at rest"
-    entry = [f"{item} at {level:g} {unit}" for item, level in zip(furthest, limits.levels, strict=True)]
-    return f"from where they carry no force at rest by at most {_listed(entry, bare=True)}"
+    reaches = [f"{item} at {level:g} {unit}" for item, level in zip(furthest, limits.levels, strict=True)]
+    return f"from where they carry no force at rest by at most {_listed(reaches, bare=True)}"
 
 
 def _calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterator[str]:

@@ -151,8 +151,8 @@ def find_case(folder: Path) -> Path:
     if len(files) == 1:
         return files[0]
     listed = ", ".join(file.name for file in files[:LISTED]) + (", ..." if len(files) > LISTED else "")
-    result = f"{len(files)} cases ({listed})" if files else "no case"
-    raise CaseEditError(f"there {'are' if files else 'is'} {result} in {folder.resolve()}: name the case with --case")
+    count = f"{len(files)} cases ({listed})" if files else "no case"
+    raise CaseEditError(f"there {'are' if files else 'is'} {count} in {folder.resolve()}: name the case with --case")
 
 
 def _diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:

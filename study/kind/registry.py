@@ -194,10 +194,10 @@ def _load_plugins(path: Path) -> None:
     case = load_case(path, _Plugins)
     for number, file in enumerate(case.plugins.files):
         with at_key(case, "plugins", "files", number):
-            result = path.parent / file
-            if result.is_file():
-                require_trust([result], path)
-            load_plugin(result)
+            plugin = path.parent / file
+            if plugin.is_file():
+                require_trust([plugin], path)
+            load_plugin(plugin)
 
 
 class _Plugins(CaseModel):

@@ -1,10 +1,19 @@
 """The by-hand way of the paper by numbers, on the virtual campaign or on a user's own: linear, then nonlinear."""
 
 from dataclasses import asdict, dataclass, replace
+from math import hypot
 from typing import Any
 
-from study.paper.frequency_error import find_frequency_error
-from study.paper.interval import Interval, find_damping_interval, find_density_interval, find_intervals
+import numpy as np
+
+from study.paper.frequency_error import FrequencyError, find_frequency_error
+from study.paper.interval import (
+    FREQUENCIES,
+    Interval,
+    find_damping_interval,
+    find_density_interval,
+    find_intervals,
+)
 from study.paper.limits import MeasuredFamilies, read_families
 from study.paper.linear import LinearCalibration, calibrate_linear
 from study.paper.model import PaperModel
@@ -81,19 +90,27 @@ def _intervals(
     model: PaperModel, linear: LinearCalibration, nonlinear: NonlinearCalibration, measured: MeasuredFamilies,
     run: RunContext,
 ) -> tuple[Interval, ...]:  # fmt: skip
-    last = nonlinear.last
+    last, free = nonlinear.last, linear.free
     before = nonlinear.iterations[last.number - 2].limits
     response, all_data = make_targets(measured, before, model.effort.loop_frequencies)
     fit, target = (nonlinear.response, response) if nonlinear.all_data is None else (nonlinear.all_data, all_data)
-    numerical = max(item.band.shift for item in last.limits.response)
-    step = run.step("errors of frequencies", expected=5)
-    error = step.run(
-        find_frequency_error, model.opened.case, last.parameters, numerical, linear.free is not None, model
-    )
     step = run.step("intervals", expected=60)
-    result = step.run(find_intervals, model.opened.case, fit, target, error, model, report=step.report)
-    damping = find_damping_interval(last.parameters.damping, linear.stuck)
-    return (*result, damping, *find_density_interval(last.parameters, linear.free, error.density))
+    fitted = step.run(find_intervals, model.inputs, fit, target, model, report=step.report)
+    result = [*fitted, find_damping_interval(last.parameters.damping, linear.stuck)]
+    if free is not None and last.parameters.density is not None:
+        result.append(find_density_interval(last.parameters.density, free))
+    error = _frequency_error(model, last, run, has_free=free is not None)
+    widened = {"kt": error.kt, "density": error.density}
+    return tuple(item.widen(widened[item.name], FREQUENCIES) if item.name in widened else item for item in result)
+
+
+def _frequency_error(model: PaperModel, last: NonlinearIteration, run: RunContext, *, has_free: bool) -> FrequencyError:
+    numerical = model.read(last.parameters).setup.budget.frequency
+    # What errors of contacts do to a resonance differs little from level to level.
+    by_contact = [item.band.shift for item in last.limits.response if item.band.shift]
+    stuck = hypot(numerical, np.median(by_contact)) if by_contact else numerical
+    step = run.step("errors of frequencies", expected=5)
+    return step.run(find_frequency_error, model.inputs, last.parameters, stuck, numerical if has_free else None, model)
 
 
 def list_missing(measured: MeasuredFamilies, linear: LinearCalibration) -> list[str]:

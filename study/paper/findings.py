@@ -67,7 +67,7 @@ def _forces_by_alignment(first: NonlinearIteration, second: NonlinearIteration, 
         claim="Limits of the contact forces are governed by the alignment.",
         verdict=HOLDS if by_alignment > by_contact else NOT,
         evidence=f"a step of {alignment} changes the static normal force by {by_alignment:.1%}, of {contact} by "
-        f"{by_contact:.1%}; its largest deviation goes from {before:.1%} to {after:.1%} where the weights are shifted",
+        f"{by_contact:.1%}; its largest deviation goes from {before:.1%} to {after:.1%} in iteration 2",
     )
 
 

@@ -11,12 +11,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import Model
 from diagnosis.fit.family_fit import fit_limits
 from diagnosis.fit.family_target import FamilyLimits, FamilyTarget
 from pipeline.store import stage
-from study.case.tables import Case
-from study.kind.rig.table import RigTable
+from study.paper.model import ModelInputs, PaperModel
 from study.paper.parameters import RigParameters
 
 Values = Float[NDArray[np.float64], " p"]
@@ -38,7 +36,7 @@ class Tuning:
     deviation: float
 
     def scale(self, factor: float) -> "Tuning":
-        """Step and deviation of so many times the unit."""
+        """The same in a unit that is so many times smaller."""
         return Tuning(step=factor * self.step, deviation=factor * self.deviation)
 
 
@@ -98,19 +96,19 @@ class ParameterFit:
 
 @stage("fit of the rig's parameters", ignore=("make", "report"))
 def fit_parameters(
-    case: Case[RigTable],  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
+    inputs: ModelInputs,  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     scale: ParameterScale,
     target: FamilyTarget,
     most: int,
-    make: Callable[[RigParameters], Model],
+    make: PaperModel,
     report: Callable[[float, float], None] | None = None,
 ) -> ParameterFit:
     """Tune some parameters to families.
 
     Parameters
     ----------
-    case
-        Case of the rig, on which the models depend.
+    inputs
+        What the models depend on.
     scale
         What is tuned.
     target

@@ -10,14 +10,11 @@ Another root moves both resonances. Where the free one was measured, the density
 of the stuck one counts.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import exp, hypot, log
 
-from correlation.model import Model
 from pipeline.store import stage
-from study.case.tables import Case
-from study.kind.rig.table import RigTable
+from study.paper.model import ModelInputs, PaperModel
 from study.paper.parameters import RigParameters
 from study.paper.resonance import find_small_peak
 
@@ -25,6 +22,8 @@ from study.paper.resonance import find_small_peak
 ROOT_DEVIATION = 0.2
 #: Relative change of the stiffness over which the stuck resonance is differentiated [-].
 CHANGE = 0.02
+#: Least d ln f / d ln kt: contacts that are far stiffer than the structure hardly move the resonance [-].
+MIN_SLOPE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +35,7 @@ class FrequencyError:
     kt
         Of the tangential stiffness [-].
     density
-        Of the density of the blade; 0 where it was not calibrated [-].
+        Of the density of the blade; 0 where no free resonance tells it [-].
     """
 
     kt: float
@@ -45,24 +44,23 @@ class FrequencyError:
 
 @stage("errors of the rig's frequencies", ignore=("make",))
 def find_frequency_error(
-    case: Case[RigTable],  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
+    inputs: ModelInputs,  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     parameters: RigParameters,
-    numerical: float,
-    free_measured: bool,
-    make: Callable[[RigParameters], Model],
+    stuck_error: float,
+    free_error: float | None,
+    make: PaperModel,
 ) -> FrequencyError:
     """How far kt and the density may be off by errors of the model's frequencies.
 
     Parameters
     ----------
-    case
-        Case of the rig, on which the models depend.
+    inputs
+        What the models depend on.
     parameters
         Calibrated parameters. A root without springs is taken as right.
-    numerical
-        Relative standard deviation of the stuck resonance by numerical error [-].
-    free_measured
-        Whether the density was calibrated to a free resonance.
+    stuck_error, free_error
+        Relative standard deviations of the stuck and of the free resonance by numerical error; None where no free
+        resonance was measured [-].
     make
         Makes the model of some parameters.
     """
@@ -70,13 +68,15 @@ def find_frequency_error(
     def find(changed: RigParameters, *, free: bool) -> float:
         return log(find_small_peak(make(changed), free=free).frequency)
 
-    stuck = find(parameters, free=False)
+    stuck, by_root, density_change = find(parameters, free=False), 0.0, 0.0
     slope = (find(replace(parameters, kt=(1 + CHANGE) * parameters.kt), free=False) - stuck) / log(1 + CHANGE)
-    if parameters.root is None:
-        return FrequencyError(kt=numerical / slope, density=0.0)
-    other, lighter = replace(parameters, root=(1 + ROOT_DEVIATION) * parameters.root), 0.0
-    if free_measured and parameters.density is not None:
-        lighter = 2 * (find(other, free=True) - find(parameters, free=True))
-        other = replace(other, density=exp(lighter) * parameters.density)
-    by_root = find(other, free=False) - stuck
-    return FrequencyError(kt=hypot(numerical, by_root) / slope, density=abs(lighter))
+    if parameters.root is not None:
+        other = replace(parameters, root=(1 + ROOT_DEVIATION) * parameters.root)
+        if free_error is not None and parameters.density is not None:
+            density_change = 2 * (find(other, free=True) - find(parameters, free=True))
+            other = replace(other, density=exp(density_change) * parameters.density)
+        by_root = find(other, free=False) - stuck
+    return FrequencyError(
+        kt=hypot(stuck_error, by_root) / max(slope, MIN_SLOPE),
+        density=0.0 if free_error is None else hypot(density_change, 2 * free_error),
+    )

@@ -16,8 +16,8 @@ References
 D. A. Sprott, Statistical Inference in Science (2000), on profile likelihood.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -25,17 +25,13 @@ import scipy.optimize
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import Model
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import MOST_RADIUS, MOST_SLOPE, LinearLimits, compute_prior, minimise_linear
 from diagnosis.fit.family_target import FamilyLimits, FamilyTarget
 from pipeline.store import stage
-from study.case.tables import Case
 from study.estimate.resonance import MeasuredResonance
-from study.kind.rig.table import RigTable
 from study.paper.fit import ParameterFit
-from study.paper.frequency_error import FrequencyError
-from study.paper.parameters import RigParameters
+from study.paper.model import ModelInputs, PaperModel
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -43,7 +39,7 @@ Values = Float[NDArray[np.float64], " p"]
 RISE = TWO_SIDED_95**2 / 2
 #: Steps within which the others follow when one parameter is moved by `MOVE`, and how near an end is told [steps].
 FOLLOW, MOVE, NEAR = 2.0, 1.0, 0.02
-PROFILE, LEAST_SQUARES = "profile of the criterion", "least squares"
+PROFILE, LEAST_SQUARES, FREQUENCIES = "profile of the criterion", "least squares", "frequencies of the model"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,28 +66,41 @@ class Interval:
         """Whether a value is in it."""
         return self.lower <= value <= self.upper
 
+    def widen(self, deviation: float, source: str) -> "Interval":
+        """The interval of a positive parameter with an independent error, which adds by squares.
+
+        Parameters
+        ----------
+        deviation
+            Relative standard deviation of the error [-].
+        source
+            Where it comes from.
+        """
+        more = TWO_SIDED_95 * deviation * self.value
+        return replace(
+            self, lower=max(self.value - hypot(self.value - self.lower, more), 0.0),
+            upper=self.value + hypot(self.upper - self.value, more), source=f"{self.source}, {source}",
+        )  # fmt: skip
+
 
 @stage("intervals of the rig's parameters", ignore=("make", "report"))
 def find_intervals(
-    case: Case[RigTable],  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
+    inputs: ModelInputs,  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     fit: ParameterFit,
     target: FamilyTarget,
-    frequency_error: FrequencyError,
-    make: Callable[[RigParameters], Model],
+    make: PaperModel,
     report: Callable[[float, float], None] | None = None,
 ) -> tuple[Interval, ...]:
     """Intervals of the parameters of a fit by the profiles of its score.
 
     Parameters
     ----------
-    case
-        Case of the rig, on which the models depend.
+    inputs
+        What the models depend on.
     fit
         Fit.
     target
         Families that it was made to.
-    frequency_error
-        What errors of the model's frequencies do to the parameters.
     make
         Makes the model of some parameters.
     report
@@ -115,22 +124,21 @@ def find_intervals(
         return target.compute_limits(make(scale.compose(scaled)))
 
     at = scale.to_steps(fit.parameters)
-    linear = LinearLimits.differentiate(target, compute, at, compute(at), MOST_SLOPE, both_sides=True)
+    linear = LinearLimits.differentiate(target, compute, at, compute(at), MOST_SLOPE)
     profile = Profile(linear, scale.prior)
     result = []
     for number, name in enumerate(scale.tuned):
-        error = frequency_error.kt * fit.parameters.kt if name == "kt" else 0.0
-        result.append(_read_interval(fit, name, *profile.find_ends(number), error))
+        result.append(_read_interval(fit, name, *profile.find_ends(number)))
         advance()
     return tuple(result)
 
 
-def _read_interval(fit: ParameterFit, name: str, low: float, high: float, error: float) -> Interval:
+def _read_interval(fit: ParameterFit, name: str, low: float, high: float) -> Interval:
     start, step = getattr(fit.scale.start, name), fit.scale.tuned[name].step
-    value, more = getattr(fit.parameters, name), TWO_SIDED_95 * error
+    value = getattr(fit.parameters, name)
     return Interval(
-        name=name, value=value, lower=value - hypot(max(value - start - step * low, 0.0), more),
-        upper=value + hypot(max(start + step * high - value, 0.0), more), source=PROFILE,
+        name=name, value=value, lower=min(start + step * low, value), upper=max(start + step * high, value),
+        source=PROFILE,
     )  # fmt: skip
 
 
@@ -186,24 +194,9 @@ def find_damping_interval(damping: float, stuck: MeasuredResonance) -> Interval:
     )  # fmt: skip
 
 
-def find_density_interval(
-    parameters: RigParameters, free: MeasuredResonance | None, error: float
-) -> Iterator[Interval]:
-    """The density by the measured free resonance, as far as the model has its frequency right.
-
-    Parameters
-    ----------
-    parameters
-        With a density if it was calibrated.
-    free
-        Measured resonance.
-    error
-        Relative standard deviation of the density by errors of the model's frequencies [-].
-    """
-    if free is not None and parameters.density is not None:
-        # One density scales all frequencies alike.
-        half = TWO_SIDED_95 * hypot(2 * free.frequency_deviation / free.frequency, error) * parameters.density
-        yield Interval(
-            name="density", value=parameters.density, lower=parameters.density - half,
-            upper=parameters.density + half, source=LEAST_SQUARES,
-        )  # fmt: skip
+def find_density_interval(density: float, free: MeasuredResonance) -> Interval:
+    """The density by the measured free resonance: one density of the whole blade scales all frequencies alike."""
+    half = 2 * TWO_SIDED_95 * free.frequency_deviation / free.frequency * density
+    return Interval(
+        name="density", value=density, lower=density - half, upper=density + half, source=LEAST_SQUARES
+    )  # fmt: skip

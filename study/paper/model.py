@@ -6,17 +6,35 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.model import DERIVATIVE, Model, Sensor
 from reduction.stuck import stick_at_rest
 from study.case.setup import ReadCase, read_case
+from study.case.tables import Case
 from study.kind.registry import OpenCase
+from study.kind.rig.table import RigTable
 from study.paper.case import EffortTable
 from study.paper.parameters import RigParameters, configure
 from study.paper.resonance import find_small_peak, scale_damping
 from study.run_context import RunContext
 
 Real = Float[NDArray[np.float64], " f"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModelInputs:
+    """What the models of a rig depend on beside its parameters: stored results are looked up by it.
+
+    Parameters
+    ----------
+    case
+        Case on the mesh of the model.
+    sensors
+        Sensors of the campaign.
+    """
+
+    case: Case[RigTable]
+    sensors: tuple[MeasuredSensor, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,6 +57,11 @@ class PaperModel:
     campaign: Campaign
     run: RunContext
     effort: EffortTable
+
+    @property
+    def inputs(self) -> ModelInputs:
+        """What the models depend on."""
+        return ModelInputs(case=self.opened.case, sensors=self.campaign.sensors)
 
     def read(self, parameters: RigParameters) -> ReadCase:
         """The case with some parameters, and its model.

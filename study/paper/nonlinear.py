@@ -35,12 +35,9 @@ CONTACT = {
     "kt": Tuning(step=0.003, deviation=0.25), "kn": Tuning(step=0.05, deviation=0.25),
     "mu": Tuning(step=0.05, deviation=0.25),
 }  # fmt: skip
-#: Tuning of the alignment: a quarter of the damper's length, and an angle that the eye would still see in a wire.
-SHIFT = Tuning(step=0.6e-3, deviation=3e-3)
+#: Tuning of a shift, as shares of the damper's length, and of an inclination: what the eye would still see in a wire.
+SHIFT = Tuning(step=0.05, deviation=0.25)
 INCLINATION = Tuning(step=1.0, deviation=5.0).scale(np.pi / 180)
-ALIGNMENT = {
-    "shift_left": SHIFT, "shift_right": SHIFT, "inclination_left": INCLINATION, "inclination_right": INCLINATION,
-}  # fmt: skip
 #: Normal forces by which the paper shifts the dead weight of their side.
 SHIFTED = tuple(f"{side}_decoupler_N" for side in SIDES)
 
@@ -111,7 +108,7 @@ def calibrate_nonlinear(
         length = model.opened.case.structure.damper.damper().cylinder_length
         response = _fit_response(model, _shift_weights(start, first, measured, length), measured, first.limits, run)
         result = [first, second := judged(2, response.parameters)]
-        all_data = _fit_all_data(model, response.parameters, measured, second.limits, run)
+        all_data = _fit_all_data(model, response.parameters, measured, second.limits, length, run)
         if all_data is not None:
             result.append(judged(3, all_data.parameters))
         if all_data is not None and plan.rotation is not None:
@@ -164,9 +161,7 @@ def _fit_response(
 
 
 def _fit(model: PaperModel, scale: ParameterScale, target: FamilyTarget, step: ShownStep) -> ParameterFit:
-    return step.run(
-        fit_parameters, model.opened.case, scale, target, model.effort.evaluations, model, report=step.report
-    )
+    return step.run(fit_parameters, model.inputs, scale, target, model.effort.evaluations, model, report=step.report)
 
 
 def _tune_contact(start: RigParameters) -> dict[str, Tuning]:
@@ -191,15 +186,17 @@ def _shift_weights(
 
 
 def _fit_all_data(
-    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, run: RunContext
-) -> ParameterFit | None:
+    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, length: float,
+    run: RunContext,
+) -> ParameterFit | None:  # fmt: skip
     """Contact parameters and the alignment of the sides whose static forces were measured, to all data.
 
     Friction, stiffness and alignment change the same forces: fitted one after the other each takes over what belongs to
     the next.
     """
     sides = {family.sensor.partition("_")[0] for family in measured.forces if family.harmonic == 0}
-    alignment = {name: item for name, item in ALIGNMENT.items() if name.rpartition("_")[2] in sides}
+    tuned = {"shift": SHIFT.scale(length), "inclination": INCLINATION}
+    alignment = {f"{name}_{side}": item for name, item in tuned.items() for side in SIDES if side in sides}
     if not alignment:
         return None
     _, target = make_targets(measured, before, model.effort.loop_frequencies)

@@ -52,14 +52,14 @@ def draw_replay(result: Replay) -> dict[str, object]:
 def _ways(result: Replay) -> ParameterIntervals:
     """Parameters of both ways beside the truth; what a way does not touch is as it was."""
     start, last = result.hand.nonlinear.iterations[0].parameters, result.hand.last.parameters
-    found = {
+    fitted = {
         "by hand": ({item.name: item for item in result.hand.intervals}, last),
         "automatic": ({item.name: item for item in result.own.values}, start),
     }
     panels = []
     for name, (label, factor) in SHOWN.items():
         ways = {}
-        for way, (intervals, others) in found.items():
+        for way, (intervals, others) in fitted.items():
             own = intervals.get(name)
             value = getattr(others, name)
             ends = (value, value, value) if own is None else (own.value, own.lower, own.upper)

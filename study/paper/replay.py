@@ -32,7 +32,7 @@ ALIGNMENT = {
 }  # fmt: skip
 #: What a quick run changes: elements, modes, points and repeats.
 QUICK = {"size": 7e-3, "modes": 30}
-QUICK_EFFORT = {"frequencies": 10, "population": 2, "samples": 2, "loop_frequencies": 6, "evaluations": 15}
+QUICK_EFFORT = {"frequencies": 10, "population": 2, "samples": 2, "loop_frequencies": 6, "evaluations": 30}
 QUICK_REPEATS, QUICK_STRIDE = 2, 2
 
 
@@ -139,6 +139,6 @@ def _sensitivities(
     frequency = choose_frequencies(measured.response, count, count)
     step = run.step("sensitivities", expected=60)
     return step.run(
-        compute_sensitivities, model.opened.case, parameters, steps, families, frequency, level, model,
+        compute_sensitivities, model.inputs, parameters, steps, families, frequency, level, model,
         report=step.report,
     )  # fmt: skip

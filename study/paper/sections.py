@@ -9,7 +9,6 @@ from study.paper.by_hand import ByHand
 from study.paper.case import LinearTable, NonlinearTable
 from study.paper.criteria import COVERAGE, DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, Criterion
 from study.paper.frequency_error import ROOT_DEVIATION
-from study.paper.interval import LEAST_SQUARES
 from study.paper.nonlinear import NonlinearIteration
 from study.paper.parameters import RigParameters
 
@@ -119,12 +118,16 @@ def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = No
         "likelihood would, with limits that are linear in the parameters; what the families do not tell is as wide as "
         "the prior of the fit.",
     ]
-    if any(item.source == LEAST_SQUARES for item in hand.intervals):
-        text.append(
-            "The damping ratio follows from the stuck resonance by least squares, and the density from the free one. "
-            "kt and the density are as sure as the frequencies of the model: numerical error, and "
-            f"{ROOT_DEVIATION:.0%} of assumed springs of the root, widen their intervals."
-        )
+    names = {item.name for item in hand.intervals}
+    resonances = "The damping ratio follows from the stuck resonance by least squares" + (
+        ", and the density from the free one." if "density" in names else "."
+    )
+    unsure = "kt and the density are" if "density" in names else "kt is"
+    root = hand.last.parameters.root is not None
+    text.append(
+        f"{resonances} {unsure} as sure as the frequencies of the model: numerical error"
+        + (f", and {ROOT_DEVIATION:.0%} of assumed springs of the root, are part of it." if root else " is part of it.")
+    )
     if held:
         text.append(f"{sum(held)} of {len(held)} intervals hold the truth.")
     head = ["parameter", "value", "interval", "by", *(("truth", "held") if truth is not None else ())]

@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family
-from correlation.model import Model
 from diagnosis.fit.family_target import sampled_bands
 from pipeline.store import stage
-from study.case.tables import Case
-from study.kind.rig.table import RigTable
+from study.paper.model import ModelInputs, PaperModel
 from study.paper.parameters import RigParameters
 
 Bands = Mapping[tuple[str, int, float], PredictedBand]
@@ -49,21 +47,21 @@ class Sensitivity:
 
 @stage("sensitivities of the limits", ignore=("make", "report"))
 def compute_sensitivities(
-    case: Case[RigTable],  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
+    inputs: ModelInputs,  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     parameters: RigParameters,
     steps: Mapping[str, float],
     families: Sequence[Family],
     frequency: Float[NDArray[np.float64], " f"],
     level: float,
-    make: Callable[[RigParameters], Model],
+    make: PaperModel,
     report: Callable[[float, float], None] | None = None,
 ) -> Sensitivity:
     """Sensitivities by differences of the bands that the same friction histories reach.
 
     Parameters
     ----------
-    case
-        Case of the rig, on which the models depend.
+    inputs
+        What the models depend on.
     parameters
         Where the differences are taken.
     steps

@@ -66,9 +66,9 @@ def read_result(path: Path, stored: Path) -> RepeatableResult:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text"
         raise InputError(f"{path} cannot be read ({reason}): name a page of stickslip, or an output folder") from error
-    result = RUN.search(text)
+    match = RUN.search(text)
     try:
-        provenance = None if result is None else Provenance(**json.loads(html.unescape(result[1])))
+        provenance = None if match is None else Provenance(**json.loads(html.unescape(match[1])))
         if provenance is not None:
             _check(provenance)
         data = DATA.search(text)

@@ -181,7 +181,7 @@ def _refuse_nonfinite_number(path: Path) -> None:
         return
     text = path.read_bytes()
     limit = max(LARGEST_NUMBER, len(text))
-    bad_number = next((result for result in WHOLE_NUMBER.finditer(text) if int(result[1][:20]) > limit), None)
+    bad_number = next((match for match in WHOLE_NUMBER.finditer(text) if int(match[1][:20]) > limit), None)
     if bad_number is not None:
         raise MeshError(
             f"mesh file {path} holds the number {int(bad_number[1][:20])}, which counts or names nothing in a file of "

@@ -193,12 +193,24 @@ def test_central_differences_cancel_what_is_curved() -> None:
         return flat(middle - 1.0, middle + 1.0)
 
     at = np.array([0.5])
-    one, both = (
-        LinearLimits.differentiate(target, limits, at, limits(at), 0.1, both_sides=sides).slopes[0, 0, 0, 0]
-        for sides in (False, True)
-    )
-    assert one == pytest.approx(2.0 + 6.0 * 0.5 + 3.0 * 0.1, rel=1e-12)
-    assert both == pytest.approx(2.0 + 6.0 * 0.5, rel=1e-12)
+    slopes = LinearLimits.differentiate(target, limits, at, limits(at), 0.1).slopes
+    assert slopes[0, 0, 0, 0] == pytest.approx(2.0 + 6.0 * 0.5, rel=1e-12)
+    # At a bound the difference to the other side counts alone, with what it leaves.
+    above = scipy.optimize.Bounds(at, np.array([2.0]))
+    slopes = LinearLimits.differentiate(target, limits, at, limits(at), 0.1, above).slopes
+    assert slopes[0, 0, 0, 0] == pytest.approx(2.0 + 6.0 * 0.5 + 3.0 * 0.1, rel=1e-12)
+
+
+def test_a_limit_that_is_lost_on_one_side_has_the_slope_of_the_other() -> None:
+    target = band_target(np.full(4, 5.0))
+
+    def limits(scaled: np.ndarray) -> FamilyLimits:
+        lost = flat(5.0 + scaled[0], 6.0 + scaled[0])
+        return FamilyLimits(np.where(scaled[0] > 0.0, np.nan, lost.value), lost.deviation)
+
+    at = np.zeros(1)
+    slopes = LinearLimits.differentiate(target, limits, at, limits(at), 0.1).slopes
+    np.testing.assert_allclose(slopes[0, 0], 1.0, rtol=1e-12)
 
 
 def test_numerical_error_widens_the_limits_of_its_own_family() -> None:

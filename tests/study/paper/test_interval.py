@@ -9,8 +9,17 @@ import pytest
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import LinearLimits
 from study.estimate.resonance import MeasuredResonance
-from study.paper.interval import LEAST_SQUARES, NEAR, RISE, Profile, find_damping_interval, find_density_interval
-from study.paper.parameters import RigParameters
+from study.paper.interval import (
+    FREQUENCIES,
+    LEAST_SQUARES,
+    NEAR,
+    PROFILE,
+    RISE,
+    Interval,
+    Profile,
+    find_damping_interval,
+    find_density_interval,
+)
 
 HESSIAN = np.array([[4.0, 1.5, 0.0], [1.5, 1.0, 0.1], [0.0, 0.1, 0.3]])
 MINIMUM = np.array([0.4, -0.3, 1.0])
@@ -76,21 +85,20 @@ def test_what_the_score_does_not_tell_is_as_wide_as_the_prior() -> None:
     assert high - low == pytest.approx(2 * TWO_SIDED_95 * PRIOR[2], abs=4 * NEAR)
 
 
-def test_an_error_of_the_density_by_the_model_adds_by_squares() -> None:
-    free = MeasuredResonance(
-        free=True, frequency=120.0, frequency_deviation=0.12, damping=2e-3, damping_deviation=1e-4, source="a test"
-    )
-    parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)
-    (result,) = find_density_interval(parameters, free, 1.5e-3)
-    assert result.upper - result.value == pytest.approx(TWO_SIDED_95 * 2.5e-3 * 7800.0, rel=1e-9)
+def test_an_independent_error_adds_by_squares_on_either_side() -> None:
+    interval = Interval(name="kt", value=100.0, lower=97.0, upper=104.0, source=PROFILE)
+    wide = interval.widen(0.04 / TWO_SIDED_95, FREQUENCIES)
+    # Sides of 3 and 4, and an error of 4 in 100.
+    assert (wide.lower, wide.upper) == pytest.approx((95.0, 100.0 + np.sqrt(32.0)))
+    assert PROFILE in wide.source
+    assert FREQUENCIES in wide.source
+    assert interval.widen(2.0, FREQUENCIES).lower == 0.0
 
 
 def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> None:
     free = MeasuredResonance(
         free=True, frequency=120.0, frequency_deviation=0.12, damping=2e-3, damping_deviation=1e-4, source="a test"
     )
-    parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)
-    (result,) = find_density_interval(parameters, free, 0.0)
+    result = find_density_interval(7800.0, free)
     assert result.source == LEAST_SQUARES
     assert result.upper - result.value == pytest.approx(TWO_SIDED_95 * 2 * 1e-3 * 7800.0, rel=1e-9)
-    assert list(find_density_interval(parameters, None, 0.0)) == []
