@@ -37,8 +37,8 @@ for level in (0.11, 0.15, 0.19):
         stability = branch_stability(balance, branch)
         label = f"{level:g} N" + (f", isola {number}" if number else "")
         marks = [
-            CurveMark(label=each.kind.label, parameter=each.state.frequency, response=each.state.coefficients[1, 0])
-            for each in stability.bifurcations
+            CurveMark(label=item.kind.label, parameter=item.state.frequency, response=item.state.coefficients[1, 0])
+            for item in stability.bifurcations
         ]
         curves.append(DrawnCurve(label=label, parameter=branch.frequency, response=branch.output(0), group=level,
                                  unstable=~stability.is_stable, marks=marks))  # fmt: skip

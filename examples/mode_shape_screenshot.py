@@ -17,11 +17,11 @@ bar = PlainBlade(length=0.3)  # metres; long, so that beam theory applies
 mesh = mesh_plain_blade(bar, MeshRule(element=HEX20, through_thickness=2, length_ratio=2.4, length_cap=0.005))
 mass, stiffness = assemble(mesh, STEEL)
 system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes("clamp"))])
-found = modes(system, 1)
+first_mode = modes(system, 1)
 
-shape = system.on_mesh(found.mode_shapes)[:, :, 0]
+shape = system.on_mesh(first_mode.mode_shapes)[:, :, 0]
 stress = compute_von_mises(compute_nodal_stress(mesh, STEEL, shape))
-frequency = float(found.frequency[0])
+frequency = float(first_mode.frequency[0])
 colour = ModeColour(field="von_mises", values=stress)
 mode_picture(mesh, shape, "mode1.png", frequency=frequency, title="Mode 1")
 mode_picture(mesh, shape, "stress1.png", frequency=frequency, title="Mode 1", colour=colour)

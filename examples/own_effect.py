@@ -23,17 +23,17 @@ bench = Model(
     places={"exciter z": along(2, {0: 1.0}), "tip z": tip},
 )
 
-found = list_effects(bench, extra=[Path(__file__).parent / "effects" / "exciter_third_harmonic.py"], level=10.0)
-for effect in found.candidates:
+catalogue = list_effects(bench, extra=[Path(__file__).parent / "effects" / "exciter_third_harmonic.py"], level=10.0)
+for effect in catalogue.candidates:
     strength = effect.parameters[0]
     print(f"{effect.name:32} {strength.typical:9.3g} {strength.unit:9} {effect.physics}")
-for left in found.untestable:
+for left in catalogue.untestable:
     print(f"{left.name:32} cannot be tested: {left.reason}")
 
 # At a third of the first resonance this effect has its largest response. The structure is linear: the third harmonic
 # of the tip is the receptance at three times the frequency, times the third harmonic of the force.
 third, share, level = np.sqrt(np.linalg.eigvalsh(np.linalg.solve(M, K)).min()) / 3, 0.05, 10.0
-distorted = found.effect("third harmonic of the exciter").apply(bench, [share])
+distorted = catalogue.effect("third harmonic of the exciter").apply(bench, [share])
 state = steady_state(HarmonicBalance(system=distorted.system, n_harmonic=4, level=level), third)
 receptance = np.linalg.inv(K + 3j * third * C - (3 * third) ** 2 * M)
 assert np.isclose(tip @ state.coefficients[3], share * level * receptance[1, 0], rtol=1e-9)

@@ -57,15 +57,15 @@ def measure(levels: tuple[float, ...], frequencies: tuple[float, ...], at: tuple
 calibration = list_calibration_parameters(model, deviation={"E": 0.003})
 budget = Budget(frequency=1e-4, compliance=0.0, shares=0.0)
 first = measure((0.1, 0.2, 0.3), tuple(np.linspace(10.6, 12.0, 16).tolist()), ("mass 4",), HeldOut(levels=(0.2,)))
-found = diagnose(first, model, calibration, budget)
-print(found.verdict.sentence, "\n")
+diagnosis = diagnose(first, model, calibration, budget)
+print(diagnosis.verdict.sentence, "\n")
 
 # What to measure next: the tests that separate these effects best, by the fitted models themselves.
-step = NextStep(advice=advise(first, found.arrangement, found.verdict))
+step = NextStep(advice=advise(first, diagnosis.arrangement, diagnosis.verdict))
 assert step.advice is not None
 print(step.sentence, "\n")
-for each in step.shown:
-    print(f"  {100 * each.probability:5.1f} %  {each.test.minutes:3.0f} min  {each.test.title}")
+for item in step.shown:
+    print(f"  {100 * item.probability:5.1f} %  {item.test.minutes:3.0f} min  {item.test.title}")
 picture = png(draw_next_tests(make_next_tests(step, "Chain with a hidden mass", {"mass 4": "m"})))
 (folder / "next_test.png").write_bytes(picture)
 
@@ -75,5 +75,5 @@ seen = (*test.sensors, *([] if test.place is None else [test.place]))
 both = join_campaigns(first, measure(test.levels, test.frequencies, seen, HeldOut()))
 second = diagnose(both, with_sensors(model, both), calibration, budget)
 print(f"\n{second.verdict.sentence}\nHidden: 0.03 kg at mass 3")
-assert found.verdict.finding.value == "ambiguous"
-assert [each.name for each in second.verdict.effects] == ["mass at mass 3"]
+assert diagnosis.verdict.finding.value == "ambiguous"
+assert [item.name for item in second.verdict.effects] == ["mass at mass 3"]

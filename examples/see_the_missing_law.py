@@ -66,13 +66,13 @@ campaign = Campaign(
 calibration = list_calibration_parameters(model, deviation={"E": 0.005})
 budget = Budget(frequency=1e-4, compliance=0.0, shares=0.0)
 first = arrange(campaign, model, calibration, budget)
-found = recover_law(first)
-assert found is not None
-curves = compute_curves(found.best)
-law = RecoveredLaw(law=found, curves=curves, words=describe(curves))
+recovery = recover_law(first)
+assert recovery is not None
+curves = compute_curves(recovery.best)
+law = RecoveredLaw(law=recovery, curves=curves, words=describe(curves))
 print("\n".join(law.sentences))
 (folder / "missing_law.png").write_bytes(png(draw_missing_law(make_law_drawing(law, "Chain with stops"))))
-(folder / "recovered_law.py").write_text(write_effect_file(found.best, curves, law.words), encoding="utf-8")
+(folder / "recovered_law.py").write_text(write_effect_file(recovery.best, curves, law.words), encoding="utf-8")
 
 u = curves.spring.x
 planted = stiffness * (u - np.clip(u, -gap, gap))
@@ -84,8 +84,8 @@ for number in range(0, len(u), 8):
 # Second round: the file's effect, fitted with the calibration parameters.
 effect = list_effects(model, extra=[folder / "recovered_law.py"], level=0.4).effect(law.name)
 second = arrange(campaign, model, calibration, budget, added=[AddedEffect(effect=effect, values=(1.0,))])
-errors = [each.tested(None, each.fit).held_out_error for each in (first, second)]
+errors = [item.tested(None, item.fit).held_out_error for item in (first, second)]
 print(f"held-out error: {100 * errors[0]:.1f} %, with the recovered law {100 * errors[1]:.1f} %")
-assert found.credible == ("mass 2",)
+assert recovery.credible == ("mass 2",)
 assert np.abs(curves.spring.mean - planted).max() < 0.1 * planted.max()
 assert errors[1] < 0.1 * errors[0]

@@ -42,12 +42,12 @@ factors = [
 ]  # of damping, stiffness and mass
 
 rounds = record_rounds(base, records, factors, run_in=0.5, units={"N": "V", "m": "V"})
-for number, found in enumerate(rounds, 1):
-    print(f"Round {number}. {found.verdict.sentence}")
-    for refit in found.refits:
+for number, diagnosis in enumerate(rounds, 1):
+    print(f"Round {number}. {diagnosis.verdict.sentence}")
+    for refit in diagnosis.refits:
         held = ", ".join(f"{100 * error:.2f} %" for error in refit.held_out_errors)
         print(f"  {refit.effect.name:22} held-out errors {held}")
-    for score in found.scores:
+    for score in diagnosis.scores:
         if not score.gain:
             print(f"  {score.effect.name:22} is absorbed by the fitted parameters")
 print(rounds[-1].verdict.smallest)
