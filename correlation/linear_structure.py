@@ -4,6 +4,8 @@ Preloads, friction coefficients and sliders leave the receptances alone, so that
 structure; only the motion under the static load is their own.
 """
 
+import weakref
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -21,6 +23,8 @@ from reduction.jointed_system import JointedSystem
 Array = NDArray[np.complex128]
 #: Memory that responses to unit joint forces may take [byte]; beyond, they are made at one frequency at a time.
 RECOVERY = 2**26
+#: Memory of those that come with dense solves, in all structures together: those used last have them [byte].
+DENSE_RECOVERY = 3 * 2**30
 #: Asymmetry of a damping matrix that is round-off, relative to its largest entry [-].
 ROUND_OFF = 1e-12
 
@@ -32,6 +36,31 @@ class Stack(NamedTuple):
     columns: Complex[Array, "F harmonic d d"]
     static: Complex[Array, "harmonic d"]
     dynamic: Complex[Array, "F harmonic d"]
+
+
+class RecentStructures:
+    """Structures in the order of their last use, of which the older ones lose what takes too much memory.
+
+    A campaign has a few hundred frequencies, and a diagnosis a dozen of models at once: a rig would take 20 GB.
+    """
+
+    def __init__(self) -> None:
+        self._structures: OrderedDict[int, weakref.ref[LinearStructure]] = OrderedDict()
+
+    def use(self, structure: "LinearStructure") -> None:
+        """Note that a structure is used, and free the recoveries of others, the oldest first."""
+        self._structures[id(structure)] = weakref.ref(structure)
+        self._structures.move_to_end(id(structure))
+        total = 0
+        for key, reference in reversed([*self._structures.items()]):
+            alive = reference()
+            if alive is None:
+                del self._structures[key]
+                continue
+            total += alive.recovery_size
+            if total > DENSE_RECOVERY and alive is not structure:
+                alive.forget_recoveries()
+                del self._structures[key]
 
 
 class UnitReadings(NamedTuple):
@@ -104,6 +133,17 @@ class LinearStructure:
             return
         for frequency, item in zip(new, omega, strict=True):
             self._condensed[frequency], self._recovery[frequency] = self.balance.at_with_recovery(item)
+        RECENT.use(self)
+
+    @property
+    def recovery_size(self) -> int:
+        """Memory of all recoveries [byte]."""
+        balance = self.balance
+        return 16 * balance.n_harmonic * balance.n_direction * balance.system.n_dof * len(self._recovery)
+
+    def forget_recoveries(self) -> None:
+        """Free the recoveries: they are made again where they are needed."""
+        self._recovery.clear()
 
     def stacked(self, frequencies: tuple[float, ...]) -> Stack:
         """The structure at several frequencies."""
@@ -144,12 +184,15 @@ class LinearStructure:
         source.condense(frequencies)
         new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in source._recovery]
         size = 16 * source.balance.n_harmonic * source.balance.n_direction * source.balance.system.n_dof
-        if not source.balance.is_dense:
+        is_dense = source.balance.is_dense
+        if not is_dense:
             new = new[: max(RECOVERY // max(size, 1) - len(source._recovery), 0)]
         if not new:
             return
         result = source.balance.structure.recoveries([source._condensed[frequency] for frequency in new])
         source._recovery.update(zip(new, result, strict=True))
+        if is_dense:
+            RECENT.use(source)
 
     def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> UnitReadings:
         """Readings of sensors with these rows over the displacement, shape (s, r)."""
@@ -210,3 +253,7 @@ class LinearStructure:
     def _static_motion(self) -> Complex[Array, "harmonic r"]:
         """The same of all degrees of freedom, shape (H + 1, r) [m]."""
         return self.balance.structure.static_motion
+
+
+#: Of this process.
+RECENT = RecentStructures()
