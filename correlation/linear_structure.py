@@ -23,7 +23,7 @@ from reduction.jointed_system import JointedSystem
 Array = NDArray[np.complex128]
 #: Memory that responses to unit joint forces may take [byte]; beyond, they are made at one frequency at a time.
 RECOVERY = 2**26
-#: Memory of those that come with dense solves, in all structures together: those used last have them [byte].
+#: Memory of those that come with dense solves, in all structures together: those that made them last have them [byte].
 DENSE_RECOVERY = 3 * 2**30
 #: Asymmetry of a damping matrix that is round-off, relative to its largest entry [-].
 ROUND_OFF = 1e-12
@@ -39,16 +39,16 @@ class Stack(NamedTuple):
 
 
 class RecentStructures:
-    """Structures in the order of their last use, of which the older ones lose what takes too much memory.
+    """Structures in the order in which they last made recoveries: the older ones lose what takes too much memory.
 
-    A campaign has a few hundred frequencies, and a diagnosis a dozen of models at once: a rig would take 20 GB.
+    A campaign has a few hundred frequencies, and a diagnosis a dozen of models at once: of a rig they took 17 GB.
     """
 
     def __init__(self) -> None:
         self._structures: OrderedDict[int, weakref.ref[LinearStructure]] = OrderedDict()
 
-    def use(self, structure: "LinearStructure") -> None:
-        """Note that a structure is used, and free the recoveries of others, the oldest first."""
+    def add(self, structure: "LinearStructure") -> None:
+        """Note a structure that has made recoveries, and free those of others, the oldest first."""
         self._structures[id(structure)] = weakref.ref(structure)
         self._structures.move_to_end(id(structure))
         total = 0
@@ -61,6 +61,10 @@ class RecentStructures:
             if total > DENSE_RECOVERY and alive is not structure:
                 alive.forget_recoveries()
                 del self._structures[key]
+
+
+#: Of this process.
+RECENT = RecentStructures()
 
 
 class UnitReadings(NamedTuple):
@@ -133,13 +137,17 @@ class LinearStructure:
             return
         for frequency, item in zip(new, omega, strict=True):
             self._condensed[frequency], self._recovery[frequency] = self.balance.at_with_recovery(item)
-        RECENT.use(self)
+        RECENT.add(self)
 
     @property
     def recovery_size(self) -> int:
         """Memory of all recoveries [byte]."""
-        balance = self.balance
-        return 16 * balance.n_harmonic * balance.n_direction * balance.system.n_dof * len(self._recovery)
+        return self._size_of_one * len(self._recovery)
+
+    @property
+    def _size_of_one(self) -> int:
+        """Memory of the recovery at one frequency [byte]."""
+        return 16 * self.balance.n_harmonic * self.balance.n_direction * self.balance.system.n_dof
 
     def forget_recoveries(self) -> None:
         """Free the recoveries: they are made again where they are needed."""
@@ -183,16 +191,15 @@ class LinearStructure:
         source = self.base or self
         source.condense(frequencies)
         new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in source._recovery]
-        size = 16 * source.balance.n_harmonic * source.balance.n_direction * source.balance.system.n_dof
         is_dense = source.balance.is_dense
         if not is_dense:
-            new = new[: max(RECOVERY // max(size, 1) - len(source._recovery), 0)]
+            new = new[: max(RECOVERY // max(source._size_of_one, 1) - len(source._recovery), 0)]
         if not new:
             return
         result = source.balance.structure.recoveries([source._condensed[frequency] for frequency in new])
         source._recovery.update(zip(new, result, strict=True))
         if is_dense:
-            RECENT.use(source)
+            RECENT.add(source)
 
     def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> UnitReadings:
         """Readings of sensors with these rows over the displacement, shape (s, r)."""
@@ -253,7 +260,3 @@ class LinearStructure:
     def _static_motion(self) -> Complex[Array, "harmonic r"]:
         """The same of all degrees of freedom, shape (H + 1, r) [m]."""
         return self.balance.structure.static_motion
-
-
-#: Of this process.
-RECENT = RecentStructures()

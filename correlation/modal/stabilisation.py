@@ -105,13 +105,13 @@ def find_poles(frequency: Frequencies, responses: Responses, highest_order: int)
         rest = np.linalg.lstsq(reduced[1:, 1:], -reduced[1:, 0], rcond=1e-14)[0]
         roots = np.roots(np.concatenate([rest[::-1], [1.0]]))
         roots = roots[np.abs(roots) > 0]
-        result = 2 * np.pi * (1j * low - np.log(roots) / turn)
+        exponents = 2 * np.pi * (1j * low - np.log(roots) / turn)
         # The logarithm's branch: the angle runs from 0 to 2 pi over the circle.
-        result = np.where(result.imag < 2 * np.pi * low - np.pi * (1 / CIRCLE - 1) * (high - low),
-                         result + 2j * np.pi * (high - low) / CIRCLE, result)  # fmt: skip
-        damping = -result.real / np.abs(result)
-        inside = (result.imag > 2 * np.pi * low) & (result.imag < 2 * np.pi * high)
-        kept = result[inside & (damping > 0) & (damping < MOST_DAMPING)]
+        exponents = np.where(exponents.imag < 2 * np.pi * low - np.pi * (1 / CIRCLE - 1) * (high - low),
+                         exponents + 2j * np.pi * (high - low) / CIRCLE, exponents)  # fmt: skip
+        damping = -exponents.real / np.abs(exponents)
+        inside = (exponents.imag > 2 * np.pi * low) & (exponents.imag < 2 * np.pi * high)
+        kept = exponents[inside & (damping > 0) & (damping < MOST_DAMPING)]
         orders.append(np.full(len(kept), order))
         poles.append(kept[np.argsort(kept.imag)])
     stable = [np.zeros(len(poles[0]), dtype=bool)]

@@ -61,10 +61,10 @@ def estimate_error_size(
         Measured less predicted features, shape (m,).
     """
     density = ErrorSizeDensity(whitening, patterns, usual, difference)
-    reading, result, least = _search_readings(density, usual.reading)
+    reading, others, least = _search_readings(density, usual.reading)
     if least > density(NO_ERROR) - MIN_GAIN:
         return NO_ERROR
-    frequency, damping, shape = result.tolist()
+    frequency, damping, shape = others.tolist()
     sizes = np.array([frequency, damping, reading, shape])
     return ErrorSize(*np.where(sizes < SMALL_SIZE * np.array(astuple(usual)), 0.0, sizes).tolist())
 

@@ -83,9 +83,9 @@ def compare_with_families(
         As `compare_families`.
     """
 
-    def compared(chosen: Model, title: str, name: str) -> FamilyComparison:
+    def compared(candidate: Model, title: str, name: str) -> FamilyComparison:
         return compare_families(
-            chosen,
+            candidate,
             setup.complete_budget,
             request.campaign,
             request.table,

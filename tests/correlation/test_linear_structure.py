@@ -32,7 +32,9 @@ def dense_structure(stiffness: float) -> LinearStructure:
     return LinearStructure(balance=balance, frequency_shift=0.0)
 
 
-def test_structures_used_last_keep_their_recoveries_and_others_make_them_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_older_structures_lose_their_recoveries_and_make_them_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     first, second = dense_structure(1e3), dense_structure(2e3)
     first.condense(FREQUENCIES)
     contact = first.contact(4.0).copy()

@@ -188,15 +188,15 @@ def _node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, I
     for card in cards:
         try:
             if card.name == "SPC":
-                name, result = f"spc_{int(card.field(0))}", [int(card.field(k)) for k in (1, 4) if card.field(k)]
+                name, card_numbers = f"spc_{int(card.field(0))}", [int(card.field(k)) for k in (1, 4) if card.field(k)]
             else:
                 first, kind = SET_CARDS[card.name]
-                name, result = f"{kind}_{int(card.field(0))}", _listed(card.fields[first:], label)
+                name, card_numbers = f"{kind}_{int(card.field(0))}", _listed(card.fields[first:], label)
         except (ValueError, LookupError, OverflowError) as error:
             raise MeshError(
                 f"mesh file {path} has a {card.name} card that cannot be read ({error}): correct it"
             ) from None
-        members.setdefault(name, []).extend(result)
+        members.setdefault(name, []).extend(card_numbers)
     places = {name: _place(label, np.array(numbers, dtype=np.int64)) for name, numbers in members.items()}
     return {name: place[place >= 0] for name, place in places.items() if (place >= 0).any()}
 
