@@ -16,6 +16,7 @@ from correlation.dead_weight import DeadWeight, Wire
 from correlation.errors import ModelDefinitionError
 from correlation.sensor import COMPONENTS, DERIVATIVE, AnySensor, Head, LineSensor, LoadCell, Row, Sensor
 from geometry.read_only_array import freeze_fields, read_only
+from hbsolve.coupled_damping import split_proportional_plus_low_rank
 from reduction.elastic_support import ElasticBody
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
@@ -291,7 +292,7 @@ class Model:
         """The model with one of its `elastic_bodies` changed: its matrices take the place of those before."""
         mass, stiffness = self.system.mass, self.system.stiffness
         before, after = self.elastic_bodies[name].matrices, body.matrices
-        changed = self.with_system(mass=mass + (after[0] - before[0]), stiffness=stiffness + (after[1] - before[1]))
+        changed = self.with_material(mass + (after[0] - before[0]), stiffness + (after[1] - before[1]))
         return replace(changed, elastic_bodies={**self.elastic_bodies, name: body})
 
     def without_contacts(self) -> "Model":
@@ -316,6 +317,22 @@ class Model:
             force[: len(self.base_acceleration)] -= self.base_acceleration @ (changes["mass"] - self.system.mass).T
             changes["harmonic_force"] = force
         return replace(self, system=replace(self.system, **changes))
+
+    def with_material(self, mass: Matrix, stiffness: Matrix) -> "Model":
+        """Mass and stiffness of parts of another material: damping in proportion to both stays so.
+
+        A ratio of damping is kept then to first order, and modes uncouple the damping as before.
+        """
+        system = self.system
+        proportional = split_proportional_plus_low_rank(system.mass, system.damping, system.stiffness)
+        damping = system.damping
+        if proportional is not None:
+            damping = (
+                damping
+                + proportional.mass_factor * (mass - system.mass)
+                + proportional.stiffness_factor * (stiffness - system.stiffness)
+            )
+        return self.with_system(mass=mass, damping=damping, stiffness=stiffness)
 
     def with_drive(self, factor: float) -> "Model":
         """A level that drives so many times as much."""

@@ -27,13 +27,13 @@ class Density:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """M + (ratio - 1) M of the part."""
+        """M + (ratio - 1) M of the part, and the damping in proportion to it."""
         (ratio,) = values
         mass = model.system.mass
         for part in model.parts:
             if part.name == self.part:
                 mass = mass + (ratio - 1) * part.mass
-        changed = model.with_system(mass=mass)
+        changed = model.with_material(mass, model.system.stiffness)
         if self.part not in model.elastic_bodies:
             return changed
         # What gives way under the part later moves the changed mass.

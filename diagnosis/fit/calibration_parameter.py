@@ -85,11 +85,11 @@ class CalibrationParameter:
         loss = system.structural_damping
         # What a load cell reads of a displacement is stiffness too.
         sensors = [replace(one, row=factor * one.row) if isinstance(one, LoadCell) else one for one in model.sensors]
-        changed = replace(model, sensors=tuple(sensors)).with_system(
-            stiffness=system.stiffness + (factor - 1) * whole,
-            # Young's modulus is complex where the material has a loss factor.
-            structural_damping=None if loss is None else factor * loss,
+        changed = replace(model, sensors=tuple(sensors)).with_material(
+            system.mass, system.stiffness + (factor - 1) * whole
         )
+        # Young's modulus is complex where the material has a loss factor.
+        changed = changed.with_system(structural_damping=None if loss is None else factor * loss)
         # The springs of a clamp are no part's material.
         for name, body in model.elastic_bodies.items():
             changed = changed.with_elastic_body(name, body.scale_stiffness(factor))

@@ -49,7 +49,7 @@ class ScopedParameter(CalibrationParameter):
         (part,) = (part for part in model.parts if part.name == self.owner)
         if self.owner in model.elastic_bodies:
             return model.with_elastic_body(self.owner, model.elastic_bodies[self.owner].scale_stiffness(factor))
-        return model.with_system(stiffness=model.system.stiffness + (factor - 1) * part.stiffness)
+        return model.with_material(model.system.mass, model.system.stiffness + (factor - 1) * part.stiffness)
 
 
 def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedParameter:
