@@ -117,6 +117,10 @@ class LinearLimits:
             slopes[number] = total / np.maximum(count, 1)
         return cls(target=target, at=at, value=value, slopes=slopes)
 
+    def with_limits(self, limits: FamilyLimits) -> "LinearLimits":
+        """Other limits at the same parameters, with the slopes of these."""
+        return replace(self, value=_to_linear(self.target, limits))
+
     def score(self, scaled: Values) -> float:
         """Score of the limits at other parameters, without a prior."""
         moved = self.value + np.tensordot(scaled - self.at, self.slopes, axes=1)

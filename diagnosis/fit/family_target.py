@@ -56,7 +56,7 @@ from hbsolve.limits.slider_bounds import starting_sliders
 
 Both = Float[NDArray[np.float64], "2 n"]
 
-#: Slider states and random histories of the band in the loop.
+#: Slider states and random histories of the band in the loop, and their seed.
 POPULATION, SAMPLES, SEED = 8, 8, 5
 #: Width of a band that is one line, over the mean of the readings [-].
 LEAST_WIDTH = 1e-6
@@ -102,6 +102,8 @@ class FamilyTarget:
     numerical
         Standard deviations of the limits by the numerical error of the model, taken from a similar model, lower then
         upper, shape (2, n) [SI unit of each sensor]; 0 by default. The readings of a family share such an error.
+    seed
+        Seed of the slider states and random histories of the bands.
     """
 
     groups: Sequence[FamilyGroup]
@@ -109,6 +111,7 @@ class FamilyTarget:
     shift: float
     nominal: Float[NDArray[np.float64], " s"] | None = None
     numerical: Both | float = 0.0
+    seed: int = SEED
 
     @property
     def families(self) -> list[Family]:
@@ -136,7 +139,7 @@ class FamilyTarget:
         """
         value, deviation = [], []
         for group in self.groups:
-            bands = sampled_bands(model, group.families, group.frequency, self.nominal)
+            bands = sampled_bands(model, group.families, group.frequency, self.nominal, self.seed)
             for family in group.families:
                 at = bands[family.sensor, family.harmonic, family.level].at(family.frequency, self.shift)
                 noise = self.errors.noise[family.sensor, family.harmonic].deviation(family.value)
@@ -246,6 +249,7 @@ def sampled_bands(
     families: Sequence[Family],
     frequency: Float[NDArray[np.float64], " f"],
     nominal: Float[NDArray[np.float64], " s"] | None = None,
+    seed: int = SEED,
 ) -> dict[tuple[str, int, float], PredictedBand]:
     """Bands that a population and random histories reach, by sensor, harmonic and level: within the limits.
 
@@ -261,11 +265,11 @@ def sampled_bands(
     problem = limit_problem(balance, objectives[0], nominal=nominal)
     problem = limit_problem(balance, objectives[0], nominal=problem.box.middle, reach=problem.box.static)
     omega = 2 * np.pi * frequency * (1 + model.frequency_shift.get("jointed", 0.0))
-    population = starting_sliders(balance, balance.at(float(omega[0])), problem.sliders, problem.box, POPULATION, SEED)
+    population = starting_sliders(balance, balance.at(float(omega[0])), problem.sliders, problem.box, POPULATION, seed)
     result = {}
     for level in sorted({family.level for family in families}):
         curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
-        states = share_histories(curve, range(len(omega)), objectives, population, SAMPLES, (SEED,), branches=False)
+        states = share_histories(curve, range(len(omega)), objectives, population, SAMPLES, (seed,), branches=False)
         reached = np.array([states.reached[at] for at in range(len(omega))])
         for number, (name, harmonic) in enumerate(channels):
             sensor = sensors[name]

@@ -17,7 +17,7 @@ from study.paper.interval import (
 from study.paper.limits import MeasuredFamilies, read_families
 from study.paper.linear import LinearCalibration, calibrate_linear
 from study.paper.model import PaperModel
-from study.paper.nonlinear import NonlinearCalibration, NonlinearIteration, calibrate_nonlinear, make_targets
+from study.paper.nonlinear import NonlinearCalibration, NonlinearIteration, calibrate_nonlinear, make_target
 from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
@@ -92,8 +92,8 @@ def _intervals(
 ) -> tuple[Interval, ...]:  # fmt: skip
     last, free = nonlinear.last, linear.free
     before = nonlinear.iterations[last.number - 2].limits
-    response, all_data = make_targets(measured, before, model.effort.loop_frequencies)
-    fit, target = (nonlinear.response, response) if nonlinear.all_data is None else (nonlinear.all_data, all_data)
+    fit = nonlinear.response if nonlinear.all_data is None else nonlinear.all_data
+    target = make_target(measured, before, model.effort.loop_frequencies, forces=nonlinear.all_data is not None)
     step = run.step("intervals", expected=60)
     fitted = step.run(find_intervals, model.inputs, fit, target, model, report=step.report)
     result = [*fitted, find_damping_interval(last.parameters.damping, linear.stuck)]
@@ -101,7 +101,10 @@ def _intervals(
         result.append(find_density_interval(last.parameters.density, free))
     error = _frequency_error(model, last, run, has_free=free is not None)
     widened = {"kt": error.kt, "density": error.density}
-    return tuple(item.widen(widened[item.name], FREQUENCIES) if item.name in widened else item for item in result)
+    return tuple(
+        item.widen(widened[item.name] * item.value, FREQUENCIES, least=0.0) if item.name in widened else item
+        for item in result
+    )
 
 
 def _frequency_error(model: PaperModel, last: NonlinearIteration, run: RunContext, *, has_free: bool) -> FrequencyError:

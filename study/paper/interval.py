@@ -7,18 +7,20 @@ logarithm of a likelihood. At the ends of the 95 % interval of a parameter the p
 
 s being the parameters in their steps and sigma the standard deviations of their prior, has risen by 1.92. The limits in
 C are linear about the calibrated parameters, by central differences of 0.3 steps, and extrapolated as far as the
-interval goes. What the families do not tell is as wide as the prior. Density and damping ratio follow from the
+interval goes. What the families do not tell is as wide as the prior. Few friction histories reach less than the limits,
+and others reach another part of them: how far the least of C scatters with the histories that are drawn is independent
+of the measurements, and adds by squares. Density and damping ratio follow from the
 resonances of the lowest level, so that their intervals are those of least squares. What errors of the model's
-frequencies do to k_t and to the density (`study.paper.frequency_error`) is independent, and adds by squares.
+frequencies do to k_t and to the density (`study.paper.frequency_error`) adds by squares too.
 
 References
 ----------
 D. A. Sprott, Statistical Inference in Science (2000), on profile likelihood.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import hypot
+from math import hypot, inf
 
 import numpy as np
 import scipy.optimize
@@ -32,6 +34,7 @@ from pipeline.store import stage
 from study.estimate.resonance import MeasuredResonance
 from study.paper.fit import ParameterFit
 from study.paper.model import ModelInputs, PaperModel
+from study.paper.parameters import POSITIVE
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -39,7 +42,10 @@ Values = Float[NDArray[np.float64], " p"]
 RISE = TWO_SIDED_95**2 / 2
 #: Steps within which the others follow when one parameter is moved by `MOVE`, and how near an end is told [steps].
 FOLLOW, MOVE, NEAR = 2.0, 1.0, 0.02
+#: Other draws of the friction histories: a standard deviation of six is off by a third.
+N_DRAW = 6
 PROFILE, LEAST_SQUARES, FREQUENCIES = "profile of the criterion", "least squares", "frequencies of the model"
+HISTORIES = "drawn histories"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,19 +72,21 @@ class Interval:
         """Whether a value is in it."""
         return self.lower <= value <= self.upper
 
-    def widen(self, deviation: float, source: str) -> "Interval":
-        """The interval of a positive parameter with an independent error, which adds by squares.
+    def widen(self, deviation: float, source: str, least: float = -inf) -> "Interval":
+        """The interval with an independent error, which adds by squares.
 
         Parameters
         ----------
         deviation
-            Relative standard deviation of the error [-].
+            Standard deviation of the error [unit of the parameter].
         source
             Where it comes from.
+        least
+            Least value of the parameter [its unit].
         """
-        more = TWO_SIDED_95 * deviation * self.value
+        more = TWO_SIDED_95 * deviation
         return replace(
-            self, lower=max(self.value - hypot(self.value - self.lower, more), 0.0),
+            self, lower=max(self.value - hypot(self.value - self.lower, more), least),
             upper=self.value + hypot(self.upper - self.value, more), source=f"{self.source}, {source}",
         )  # fmt: skip
 
@@ -111,7 +119,7 @@ def find_intervals(
     InputError, NoSteadyState
         The calibrated model has no steady state.
     """
-    scale, n_done, most = fit.scale, 0, 3 * len(fit.scale.tuned) + 1
+    scale, n_done, most = fit.scale, 0, 3 * len(fit.scale.tuned) + 1 + N_DRAW
 
     def advance() -> None:
         nonlocal n_done
@@ -119,16 +127,19 @@ def find_intervals(
         if report is not None:
             report(min(n_done, most), most)
 
-    def compute(scaled: Values) -> FamilyLimits:
+    def compute(scaled: Values, seed: int = target.seed) -> FamilyLimits:
         advance()
-        return target.compute_limits(make(scale.compose(scaled)))
+        return replace(target, seed=seed).compute_limits(make(scale.compose(scaled)))
 
     at = scale.to_steps(fit.parameters)
     linear = LinearLimits.differentiate(target, compute, at, compute(at), MOST_SLOPE)
     profile = Profile(linear, scale.prior)
+    deviation = profile.find_deviation([compute(at, target.seed + 1 + number) for number in range(N_DRAW)])
     result = []
-    for number, name in enumerate(scale.tuned):
-        result.append(_read_interval(fit, name, *profile.find_ends(number)))
+    for number, (name, tuning) in enumerate(scale.tuned.items()):
+        interval = _read_interval(fit, name, *profile.find_ends(number))
+        least = 0.0 if name in POSITIVE else -inf
+        result.append(interval.widen(tuning.step * deviation[number], HISTORIES, least))
         advance()
     return tuple(result)
 
@@ -149,12 +160,27 @@ class Profile:
         self._linear, self._prior = linear, prior
         # The score has kinks, at which a search may end: from beside the calibrated parameters as well.
         moves = MOVE * np.eye(len(linear.at))
-        starts = [linear.at, *(linear.at + moves), *(linear.at - moves)]
-        self._best = min((minimise_linear(linear, prior, start, MOST_RADIUS) for start in starts), key=self._score)
-        self._least = self._score(self._best)
+        self._best = self._find_least(linear, [linear.at, *(linear.at + moves), *(linear.at - moves)])
+        self._least = self._score(linear, self._best)
 
-    def _score(self, scaled: Values) -> float:
-        return self._linear.score(scaled) + compute_prior(scaled, self._prior)
+    def _find_least(self, linear: LinearLimits, starts: Sequence[Values]) -> Values:
+        ends = (minimise_linear(linear, self._prior, start, MOST_RADIUS) for start in starts)
+        return min(ends, key=lambda scaled: self._score(linear, scaled))
+
+    def _score(self, linear: LinearLimits, scaled: Values) -> float:
+        return linear.score(scaled) + compute_prior(scaled, self._prior)
+
+    def find_deviation(self, limits: Sequence[FamilyLimits]) -> Values:
+        """Standard deviation of the parameters of the least score over these and other limits, shape (p,) [steps].
+
+        Parameters
+        ----------
+        limits
+            Other limits at the same parameters.
+        """
+        starts = [self._linear.at, self._best]
+        others = [self._find_least(self._linear.with_limits(item), starts) for item in limits]
+        return np.asarray(np.std([self._best, *others], axis=0, ddof=1))
 
     def find_ends(self, number: int) -> tuple[float, float]:
         """Where the profile of a parameter, by its number, has risen by that of a 95 % interval, below and above."""
@@ -174,7 +200,7 @@ class Profile:
         )  # fmt: skip
 
     def _rise(self, scaled: Values) -> float:
-        return self._score(scaled) - self._least
+        return self._score(self._linear, scaled) - self._least
 
     def _follow(self, scaled: Values, number: int, value: float) -> Values:
         """The others at their best where one parameter has a value."""

@@ -126,8 +126,8 @@ def judge_iteration(
     )  # fmt: skip
 
 
-def make_targets(measured: MeasuredFamilies, limits: IterationLimits, count: int) -> tuple[FamilyTarget, FamilyTarget]:
-    """What iteration 2 is fitted to, the response, and what iteration 3 is, the response and all forces.
+def make_target(measured: MeasuredFamilies, limits: IterationLimits, count: int, *, forces: bool) -> FamilyTarget:
+    """What an iteration is fitted to.
 
     Parameters
     ----------
@@ -137,25 +137,25 @@ def make_targets(measured: MeasuredFamilies, limits: IterationLimits, count: int
         Limits of the iteration before, for the numerical error of limits.
     count
         Frequencies of the bands of the response [-].
+    forces
+        Whether all forces count beside the response.
     """
-    response = FamilyGroup(measured.response, choose_frequencies(measured.response, count, count))
-    forces = FamilyGroup(measured.forces, np.array(sorted(set(measured.peak.values()))))
-    of_response, of_all = (
-        FamilyTarget(
-            groups=groups, errors=measured.errors, shift=measured.errors.frequency,
-            # That of forces at one frequency is mostly an error of the frequency, for which kt makes up.
-            numerical=list_numerical_errors([family for group in groups for family in group.families], limits.response),
-        )
-        for groups in ((response,), (response, forces))
+    groups = [FamilyGroup(measured.response, choose_frequencies(measured.response, count, count))]
+    if forces:
+        groups.append(FamilyGroup(measured.forces, np.array(sorted(set(measured.peak.values())))))
+    families = [family for group in groups for family in group.families]
+    return FamilyTarget(
+        groups=groups, errors=measured.errors, shift=measured.errors.frequency,
+        # That of forces at one frequency is mostly an error of the frequency, for which kt makes up.
+        numerical=list_numerical_errors(families, limits.response),
     )  # fmt: skip
-    return of_response, of_all
 
 
 def _fit_response(
     model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, run: RunContext
 ) -> ParameterFit:
     """Contact parameters whose bands hold the response of all levels."""
-    target, _ = make_targets(measured, before, model.effort.loop_frequencies)
+    target = make_target(measured, before, model.effort.loop_frequencies, forces=False)
     step = run.step("iteration 2: contact parameters", expected=100)
     return _fit(model, ParameterScale(start=start, tuned=_tune_contact(start)), target, step)
 
@@ -199,6 +199,6 @@ def _fit_all_data(
     alignment = {f"{name}_{side}": item for name, item in tuned.items() for side in SIDES if side in sides}
     if not alignment:
         return None
-    _, target = make_targets(measured, before, model.effort.loop_frequencies)
+    target = make_target(measured, before, model.effort.loop_frequencies, forces=True)
     step = run.step("iteration 3: contact parameters and alignment", expected=200)
     return _fit(model, ParameterScale(start=start, tuned=_tune_contact(start) | alignment), target, step)

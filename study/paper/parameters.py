@@ -8,6 +8,9 @@ from geometry.rig import SIDES
 from study.case.tables import Case
 from study.kind.rig.table import RigTable
 
+#: Parameters that are above zero.
+POSITIVE = ("kt", "kn", "mu", "damping", "root", "density")
+
 
 @dataclass(frozen=True, kw_only=True)
 class RigParameters:

@@ -1,6 +1,6 @@
 """Intervals of calibrated parameters: those of a quadratic score are known in closed form."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ import pytest
 
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import LinearLimits
+from diagnosis.fit.family_target import FamilyLimits
 from study.estimate.resonance import MeasuredResonance
 from study.paper.interval import (
     FREQUENCIES,
@@ -72,6 +73,27 @@ def test_a_score_with_kinks_gives_ends_that_linear_programming_gives() -> None:
         assert high - low == pytest.approx(2 * half, rel=0.1)
 
 
+class Moved(Quadratic):
+    """A quadratic score whose minimum the limits move: their first number does it."""
+
+    def score(self, scaled: np.ndarray) -> float:
+        away = scaled - MINIMUM - self.value.ravel()[0]
+        return float(away @ self.hessian @ away / 2)
+
+    def with_limits(self, limits: FamilyLimits) -> "Moved":
+        return replace(self, value=limits.value)
+
+
+def test_drawn_histories_scatter_the_least_score_by_as_much_as_they_move_it() -> None:
+    nothing: Any = None
+    moved = Moved(target=nothing, at=np.zeros(3), value=np.zeros(1), slopes=nothing, hessian=HESSIAN)
+    flat = np.full(3, np.inf)
+    shifts = [-0.7, 0.2, 0.4, 1.1]
+    deviation = Profile(moved, flat).find_deviation([FamilyLimits(np.array([item]), nothing) for item in shifts])
+    # Without a prior all parameters of the minimum move by the shift of the limits; that of the fit has none.
+    np.testing.assert_allclose(deviation, np.std([0.0, *shifts], ddof=1), atol=2 * NEAR)
+
+
 def test_the_damping_ratio_has_the_interval_of_the_stuck_resonance() -> None:
     stuck = MeasuredResonance(
         free=False, frequency=250.0, frequency_deviation=0.1, damping=2e-3, damping_deviation=1e-5, source="a test"
@@ -87,12 +109,13 @@ def test_what_the_score_does_not_tell_is_as_wide_as_the_prior() -> None:
 
 def test_an_independent_error_adds_by_squares_on_either_side() -> None:
     interval = Interval(name="kt", value=100.0, lower=97.0, upper=104.0, source=PROFILE)
-    wide = interval.widen(0.04 / TWO_SIDED_95, FREQUENCIES)
-    # Sides of 3 and 4, and an error of 4 in 100.
+    wide = interval.widen(4.0 / TWO_SIDED_95, FREQUENCIES)
+    # Sides of 3 and 4, and an error of 4.
     assert (wide.lower, wide.upper) == pytest.approx((95.0, 100.0 + np.sqrt(32.0)))
     assert PROFILE in wide.source
     assert FREQUENCIES in wide.source
-    assert interval.widen(2.0, FREQUENCIES).lower == 0.0
+    assert interval.widen(200.0, FREQUENCIES).lower == pytest.approx(100.0 - TWO_SIDED_95 * 200.0, rel=1e-3)
+    assert interval.widen(200.0, FREQUENCIES, least=0.0).lower == 0.0
 
 
 def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> None:
