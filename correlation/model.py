@@ -300,8 +300,11 @@ class Model:
         members = {name for line in self.lines.values() for name in line}
         joints = [joint for joint in self.system.joints if joint.name not in members]
         sensors = tuple(item for item in self.sensors if isinstance(item, Sensor))
-        stiffness = self.system.stiffness if self.suspension is None else self.system.stiffness + self.suspension
-        system = replace(self.system, joints=joints, stiffness=stiffness, static_load=np.zeros(self.system.n_dof))
+        suspended = self
+        if self.suspension is not None:
+            # Damping in proportion to the suspension as well, so that modes uncouple it.
+            suspended = self.with_material(self.system.mass, self.system.stiffness + self.suspension)
+        system = replace(suspended.system, joints=joints, static_load=np.zeros(self.system.n_dof))
         return replace(
             self, system=system, sensors=sensors, lines={}, dead_weights={}, linked_preloads=(), suspension=None
         )

@@ -26,7 +26,7 @@ def chain(rng: np.random.Generator, damping: str = "proportional") -> Model:
     else:
         shapes = compute_dense_modes(mass, stiffness).mode_shapes
         matrix = mass @ shapes @ np.diag(rng.uniform(1.0, 9.0, N_MASS)) @ shapes.T @ mass
-    force = np.zeros((2, N_MASS))
+    force = np.zeros((2, N_MASS), dtype=np.complex128)
     force[1, -1] = 1.0
     share = np.diag(np.arange(N_MASS) < N_MASS // 2).astype(float)
     parts = [
@@ -35,7 +35,7 @@ def chain(rng: np.random.Generator, damping: str = "proportional") -> Model:
     ]
     return Model(
         system=JointedSystem(mass=mass, damping=matrix, stiffness=stiffness, joints=[], harmonic_force=force),
-        sensors=(Sensor(name="tip", row=force[1].copy()),), parts=tuple(parts), n_harmonic=3, n_sample=64,
+        sensors=(Sensor(name="tip", row=np.eye(N_MASS)[-1]),), parts=tuple(parts), n_harmonic=3, n_sample=64,
     )  # fmt: skip
 
 
@@ -62,6 +62,16 @@ def test_modes_uncouple_the_damping_of_a_heavier_part() -> None:
     heavier = Density(name="density of left", part="left").apply(model, [1.1])
     assert not is_dense(heavier)
     assert is_dense(heavier.with_system(damping=model.system.damping))
+
+
+def test_modes_uncouple_the_damping_of_a_suspended_structure() -> None:
+    rng = np.random.default_rng(5)
+    model = chain(rng)
+    shape = rng.normal(size=N_MASS)
+    hung = replace(model, suspension=30.0 * np.outer(shape, shape))
+    assert not is_dense(hung.without_contacts())
+    suspended = model.system.stiffness + 30.0 * np.outer(shape, shape)
+    assert is_dense(model.with_system(stiffness=suspended))
 
 
 def test_damping_of_any_other_kind_stays() -> None:
