@@ -1,12 +1,11 @@
-"""Whether a model is so near to a structure that a single missing effect can be told.
+"""Whether a model is close enough to a structure for a single missing effect to be identified.
 
-Where a measured resonance is far from all those of the calibrated model, a support, a mass or a unit is wrong, and many
-effects could correct that resonance alone. The same holds where the model has a resonance in the band and the
-measurements have none. And where calibration parameters are beyond their priors, what is missing may be what moved
-them there.
+If a measured resonance is far from all resonances of the calibrated model, a support, a mass or a unit is wrong, and
+many effects could correct this one resonance. The same is true if the model has a resonance in the band and the
+measurements have none. If calibration parameters are beyond their priors, they may stand in for the missing effect.
 
-A band may hold several modes: every measured resonance counts, not the highest alone, and a predicted one is absent
-where none was measured between its own valleys.
+A band may contain several modes: every measured resonance is compared, not only the highest. A predicted resonance is
+absent if no measured peak lies between the valleys on its two sides.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +27,8 @@ from reduction.stuck import stick_at_rest
 
 Sizes = Float[NDArray[np.float64], " n"]
 
-#: Relative distance of a measured resonance from those of a model that is far, set on development seeds [-].
+#: Relative distance of a measured resonance from those of the model above which it is far. Set on development seeds
+#: [-].
 MAX_RESONANCE_ERROR = 0.1
 #: Least ratio of a peak to both ends of its curve, and of a predicted peak to what was measured there. Set on
 #: development seeds [-].
@@ -72,7 +72,7 @@ class AbsentPeak(NamedTuple):
 
 
 def find_absent_peak(observed: Observation, predicted: Complex[NDArray[np.complex128], " k"]) -> AbsentPeak | None:
-    """A predicted peak far above measured responses that are largest at an end of the band; None if there is none.
+    """A predicted peak far above measured responses that are largest at an end of the band; None without such a peak.
 
     Parameters
     ----------
@@ -121,7 +121,8 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
 def list_beyond_priors(fit: Fit) -> tuple[str, ...]:
     """Parameters that a fit moves beyond their priors, such as "kt x 1.5" or "shift of lid = 0.002 m".
 
-    They are at a bound; or all of them together are further away than chance leaves them, and these the furthest.
+    A parameter is listed if it is at a bound. If all together are further from their prior centres than chance
+    explains, those outside their own 95 % interval are listed too, or at least the furthest one.
 
     Parameters
     ----------
@@ -140,7 +141,7 @@ def list_beyond_priors(fit: Fit) -> tuple[str, ...]:
 
 
 def describe_beyond_priors(beyond_priors: Sequence[str], effect: str = "") -> str:
-    """Parameters beyond their priors in a sentence, beside an effect if one is given."""
+    """Sentence about the parameters beyond their priors, with an added effect if one is given."""
     model = f"Even with {effect} the model" if effect else "The model"
     return (
         f"{model} differs by more than its priors allow, in {' and '.join(beyond_priors)}, and no known effect "
@@ -156,7 +157,7 @@ def _list_peaks(observed: Observation) -> Iterator[tuple[bool, float]]:
 
 
 def _find_clear_peaks(frequency: Sizes, curve: Sizes) -> list[CurvePeak]:
-    """Peaks that are far above their valleys, or above the ends of the band."""
+    """Peaks that are far above the valleys, or band ends, on both sides."""
     clear = []
     for peak in find_own_peaks(frequency, curve):
         height, ends = peak.shape[0].real, np.interp([peak.low, peak.high], frequency, curve)
@@ -176,7 +177,7 @@ def _shows_peak(frequency: Sizes, predicted: Sizes, measured: Sizes) -> bool:
 def _list_curves(
     observed: Observation,
 ) -> Iterator[tuple[bool, NDArray[np.int64], Sizes]]:
-    """Of each configuration the rows of the sensor that moves most at the lowest level, and its size per force."""
+    """For each configuration: rows of the sensor that moves most at the lowest level, and its amplitude per force."""
     points = observed.points
     size = _per_force(observed, observed.value)
     seen = observed.motion & (points.harmonic == 1) & np.isfinite(size)
@@ -185,7 +186,7 @@ def _list_curves(
         own &= points.level == points.level[own].min()
         strongest = np.flatnonzero(own)[np.argmax(size[own])]
         own &= points.sensor == points.sensor[strongest]
-        # Where both sweeps are one (0), that upwards goes on.
+        # Code 0 means that both sweeps coincide; there the upward sweep is continued.
         sweep = int(points.sweep[strongest]) or 1
         own &= np.isin(points.sweep, (0, sweep))
         rows = np.flatnonzero(own)[np.argsort(points.frequency[own])]
@@ -193,13 +194,13 @@ def _list_curves(
 
 
 def _per_force(observed: Observation, value: Complex[NDArray[np.complex128], " k"]) -> Float[NDArray[np.float64], " k"]:
-    """Size of readings per unit of the force, if there is one, shape (k,)."""
+    """Amplitude of readings per unit of force, or the amplitude where no force was recorded, shape (k,)."""
     force = observed.points.force
     return np.asarray(np.abs(value) / np.where(force > 0, force, 1.0))
 
 
 def _bracket(system: JointedSystem) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], " r"]]:
-    """Natural frequencies without contacts and with all of them stuck, one by one the lower and the higher [Hz]."""
+    """Natural frequencies without contacts and with all contacts stuck: lower and upper limit of each mode [Hz]."""
     low, high = (
         compute_dense_modes(system.mass, stiffness).frequency
         for stiffness in (system.stiffness, stick_at_rest(system.stiffness, system.joints))

@@ -1,4 +1,4 @@
-"""Whether the held-out data confirm an effect, alone or with a further one that is missing as well."""
+"""Whether the held-out data confirm an effect, alone or together with a second missing effect."""
 
 import numpy as np
 
@@ -8,23 +8,24 @@ from diagnosis.decision.pair import Pair
 from diagnosis.effect import find_kind
 from diagnosis.fit.problem import Refit
 
-#: Rise of a relative error that is none: an effect on forces moves it, too [-].
+#: Rise of a relative error that is ignored: an effect on forces changes this error too [-].
 ERROR_TOLERANCE = 0.01
 
 
 def is_confirmed(refit: Refit, alone: Refit, pair: Pair | None, baseline: Refit) -> bool:
-    """Whether the held-out data confirm an effect, or the pair of it and a further one.
+    """Whether the held-out data confirm an effect, or a pair of effects.
 
-    Their density must rise decisively. Neither with the effect alone nor with the pair may their reduced chi-squared by
-    noise rise, nor their relative error where noise does not explain it. An effect that takes mass or stiffness away is
-    not confirmed, since errors of a model do so as well; nor is one whose fit has a calibration parameter at a bound.
+    The density of the held-out data must rise decisively. Their reduced chi-squared by noise must not rise, with the
+    effect alone or with the pair; nor must their relative error, unless noise explains it. An effect that removes mass
+    or stiffness is not confirmed, because model errors do the same. Nor is an effect whose fit has calibration
+    parameters beyond their priors.
 
     Parameters
     ----------
     refit, alone
-        Fit with the effect, and the further one if there is; and with the effect alone.
+        Fit with the effect (and the second one of a pair); fit with the effect alone.
     pair
-        Fits with a further effect, if there is.
+        Fits with a second effect, if there is one.
     baseline
         Fit without an effect.
     """
@@ -36,12 +37,12 @@ def is_confirmed(refit: Refit, alone: Refit, pair: Pair | None, baseline: Refit)
 
 
 def compute_held_out_gain(pair: Pair, alone: Refit) -> float:
-    """Fall of -2 ln p of the held-out data by two effects: by the first alone, and by the second beside it [-]."""
+    """Fall of -2 ln p of the held-out data by two effects: the first alone, plus the second added to it [-]."""
     return alone.held_out_gain + pair.second.refit.held_out_gain
 
 
 def raises_held_out_error(refit: Refit, baseline: Refit) -> bool:
-    """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
+    """Whether an effect raises the held-out error; chi^2 within one standard deviation of its mean counts as noise."""
     if refit.held_out_reduced_chi2_by_noise <= 1 + np.sqrt(2 / max(refit.n_held_out, 1)):
         return False
     is_larger = refit.held_out_error > (1 + ERROR_TOLERANCE) * baseline.held_out_error
@@ -49,6 +50,6 @@ def raises_held_out_error(refit: Refit, baseline: Refit) -> bool:
 
 
 def takes_away(refit: Refit) -> bool:
-    """Whether an effect takes a part away from the structure that the model has."""
+    """Whether an effect removes mass, stiffness or another part that the model contains."""
     kind = None if refit.effect is None else find_kind(refit.effect)
     return kind is not None and kind.is_addition and refit.strength < 0

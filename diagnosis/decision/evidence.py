@@ -1,4 +1,4 @@
-"""Evidence for effects: what the training data gain, what the held-out data object, and how probable each is."""
+"""Evidence for effects: gain of the training data, objection of the held-out data, and probability of each effect."""
 
 from collections.abc import Callable, Sequence
 
@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.threshold.detection_threshold import Thresholds
 
-#: Held-out error that is large, set on development seeds [-].
+#: Held-out error above which it is large, set on development seeds [-].
 LARGE_ERROR = 0.1
-#: Probability that one of the effects that are named is the true one, if one of those that pass is.
+#: Probability that the named effects include the true one, given that one of the passing effects is true [-].
 CREDIBLE = 0.95
-#: Change of -2 ln p by which held-out data refute an effect, or confirm it: odds of one in twenty.
+#: Change of -2 ln p of the held-out data that refutes or confirms an effect: odds of 1 to 20 [-].
 DECISIVE = 2 * np.log(20)
 
 
 def compute_log_density(refit: Refit) -> float:
-    """2 ln of the density of training and held-out data together, by its own covariance, up to a constant [-].
+    """2 ln of the joint density of training and held-out data, by the covariance of this fit, up to a constant [-].
 
-    Falls of chi^2 tell whether an effect is there. They do not rank two effects, each of which has a covariance of its
-    own; densities do.
+    Falls of chi^2 decide whether an effect is present. They cannot rank effects with different covariances; densities
+    can.
     """
     return refit.gain + refit.held_out_gain if refit.cost is None else -refit.cost
 
@@ -29,7 +29,7 @@ def compute_log_density(refit: Refit) -> float:
 def compute_whole_gain(refit: Refit) -> float:
     """Fall of -2 ln p of all data by an effect, by the worse one of two covariances [-].
 
-    Densities are by the covariance of the effect's own model alone, which few friction histories tell.
+    The density of `compute_log_density` uses one covariance only, which is estimated from few friction histories.
     """
     return refit.gain + refit.held_out_gain
 
@@ -46,11 +46,11 @@ def compute_probabilities(
     refits
         The effects.
     same
-        Which of them no data of these tests can tell apart, shape (n, n); none by default. These are equally probable:
-        their densities differ by where their fits ended and by the covariances of their models.
+        Pairs that these tests cannot distinguish, shape (n, n); none by default. Such effects are equally probable:
+        their densities differ only by the end points of the fits and by the covariances of their models.
     weights
-        2 ln of a density that an effect is weighed by; of several the mean of the probabilities counts, so that what
-        they disagree on is not sure.
+        2 ln of the density that weighs an effect. With several of them the probabilities are averaged, so that a
+        result on which they disagree is uncertain.
     """
     log_densities = [np.array([weigh(item) for item in refits], dtype=np.float64) for weigh in weights]
     return np.asarray(np.mean([_normalise(item, same) for item in log_densities], axis=0))
@@ -67,39 +67,39 @@ def _normalise(
 
 
 def compute_birge_ratio(refit: Refit, gain: float = 0.0) -> float:
-    """Birge ratio, squared: reduced chi-squared that a fit leaves, or would beside a further gain, at least 1 [-].
+    """Squared Birge ratio: reduced chi-squared of a fit, optionally after a further gain, at least 1 [-].
 
-    Gains scatter by as much more than the thresholds say: a covariance is an estimate as well, and what a good fit
-    leaves beyond it, no effect explains (Birge, Phys. Rev. 40 (1932), 207-227).
+    It scales the detection thresholds. The covariance is itself an estimate; if a good fit leaves a reduced chi-squared
+    above 1, gains scatter by that factor more (Birge, Phys. Rev. 40 (1932), 207-227).
     """
     return max((refit.fit.chi2 - gain) / refit.fit.n_number, 1.0)
 
 
 def exceeds_threshold(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether the training data gain more by an effect than chance does, whatever the held-out data say."""
+    """Whether the gain of the training data by an effect exceeds chance; the held-out data are not considered."""
     return refit.gain > thresholds.gain * compute_birge_ratio(refit)
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it."""
+    """Whether the gain of the training data, less the loss of the held-out data, exceeds chance."""
     return bool(compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit))
 
 
 def compute_evidence(refit: Refit) -> float:
-    """Fall of -2 ln p of the training data, less what the held-out data lose; none if these refute the effect [-]."""
+    """Fall of -2 ln p of the training data less the loss of the held-out data; zero if these refute the effect [-]."""
     return 0.0 if refit.worsens else discount_gain(refit.gain, refit.held_out_gain)
 
 
 def discount_gain(gain: float, held_out_gain: float) -> float:
-    """A fall of -2 ln p of the training data, less what the held-out data lose; none if these refute it [-]."""
+    """Gain of the training data less the loss of the held-out data, in -2 ln p; zero if the latter is decisive [-]."""
     return 0.0 if held_out_gain <= -DECISIVE else gain + min(held_out_gain, 0.0)
 
 
 def is_refuted(refit: Refit) -> bool:
-    """Whether the held-out data speak against an effect."""
+    """Whether the held-out data refute an effect."""
     return refit.worsens or refit.held_out_gain <= -DECISIVE
 
 
 def errs_on_held_out(refit: Refit) -> bool:
-    """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
+    """Whether the held-out error is large and not explained by noise and stated errors."""
     return refit.held_out_error > LARGE_ERROR and refit.held_out_reduced_chi2_by_noise > UNEXPLAINED_CHI2

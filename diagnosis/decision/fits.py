@@ -1,4 +1,4 @@
-"""Fits that a verdict is derived from: those of the finalists, and further ones that its rules ask for."""
+"""Fits from which a verdict is derived: those of the finalists, and further ones that the rules request."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -37,20 +37,20 @@ class Fits:
     baseline
         Fit without an effect.
     beyond_priors
-        Its calibration parameters that are as far as their priors let a fit go.
+        Calibration parameters of `baseline` beyond their priors.
     places
-        Places where an unknown force would explain its residual, best first.
+        Places where an unknown force would explain the residual of `baseline`, best first.
     finalists
-        Effects by their own covariances, by name, the best first.
+        Effects, each fitted with its own covariance, by name, best first.
     catalogue, thresholds
         Candidates and detection thresholds.
     directions
-        Change of the data by each candidate that is visible, calibration parameters projected out, by its name: a unit
-        vector, shape (m + p,).
+        Change of the data by each visible candidate, calibration parameters projected out, by its name: a unit vector,
+        shape (m + p,).
     run_step
         Looks up the stored result of a step, or computes it.
     refit_by_own_covariance
-        Fits anew by the covariance of its own model what was fitted to a comparison; None where that cannot be done.
+        Refits an effect with the covariance of its own model; None if this is not possible.
     """
 
     baseline: Refit
@@ -69,11 +69,11 @@ class Fits:
         return [item.refit for item in self.finalists.values()]
 
     def arrangement_of(self, refit: Refit) -> Arrangement:
-        """Arrangement by the covariance that the effect of a fit was weighed by last, as a rule that of its model."""
+        """Arrangement with the covariance of the last fit of this effect, usually that of its own model."""
         return self.finalists[refit.name].arrangement
 
     def explain_residual(self, refit: Refit) -> ResidualExplanation:
-        """What would explain the residual that an effect leaves."""
+        """Further effects and unknown forces that would explain the residual after an effect."""
         others = [item for item in self.catalogue.candidates if item.name != refit.name]
         limit = self.thresholds.gain
         return self.run_step(
@@ -82,10 +82,10 @@ class Fits:
         )
 
     def fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
-        """Laws that the force of an effect may have instead, fitted; empty for an effect without any.
+        """Fits of the other laws that the force of an effect may have; empty if its kind has none.
 
-        The law that leaves least is fitted by the covariance of its own model as well, where it gains by that of the
-        effect, or noise and stated errors do not explain what the effect leaves.
+        The law with the smallest residual is also fitted with the covariance of its own model, if it gains with that of
+        the effect, or if noise and stated errors do not explain the residual after the effect.
         """
         if not has_other_laws(refit.effect):
             return []
@@ -108,20 +108,20 @@ class Fits:
         return [*(law for law in laws if law is not least), own]
 
     def find_better_law(self, refit: Refit) -> FittedLaw | None:
-        """The law of a force, if it is better than that of the effect by more than chance; else None."""
+        """Another law of the force that is better than that of the effect by more than chance; None without one."""
         chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_birge_ratio(refit)
         return find_better(self.fit_other_laws(refit), chance)
 
     def find_best_law(self, refits: Sequence[Refit]) -> tuple[Refit, FittedLaw] | None:
-        """Of some effects the one in whose place a better law describes all data best, and that law; None if none has.
+        """Effect and better law with the highest density of all data among some effects; None if no law is better.
 
-        An effect that is far from the law of the force may fit poorly, and be far behind others.
+        All effects are tried, since the right effect with the wrong law may fit worse than others.
         """
         laws = [(refit, law) for refit in refits if (law := self.find_better_law(refit)) is not None]
         return max(laws, key=lambda item: compute_law_density(*item), default=None)
 
     def fit_pair(self, refit: Refit, further: Refit) -> Pair:
-        """Two effects fitted together, and other finalists in place of the first."""
+        """Joint fit of two effects, and fits with other finalists instead of the first."""
         taken = {refit.name, further.name}
         others = [item.refit for name, item in self.finalists.items() if name not in taken and item.refit.gain > 0]
         numbers = f"{refit.strength:.6g} and {further.strength:.6g}"

@@ -1,9 +1,9 @@
 """Test of the law of an effect: whether the force has this law, or another one describes the data better.
 
-A stop, a play or a spring of another power changes the data much as the nearest known spring does. Each law that a kind
-names beside its own is fitted in place of the effect. It is another force if -2 ln p falls by more than chance lets it,
-a chi-square of one degree of freedom, for laws of at most one parameter more, less what the held-out data lose. It
-cannot be told from the effect where -2 ln p of all data rises by no more than what would refute it.
+A stop, a play or a spring of another power changes the data much as the nearest known spring does. Each alternative law
+of a kind is fitted instead of the effect. The alternative is accepted if -2 ln p falls, after subtraction of the loss
+of the held-out data, by more than chance: a quantile of chi-square with one degree of freedom, since a law has at most
+one parameter more. It is indistinguishable from the effect if -2 ln p of all data rises by less than would refute it.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,18 +25,18 @@ from diagnosis.fit.refit import fit_from
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FittedLaw:
-    """A law that was fitted in place of that of an effect.
+    """A law that was fitted instead of that of an effect.
 
     Parameters
     ----------
     refit
-        Its fit, and its test on held-out data.
+        Fit of the law, and its test on held-out data.
     gain, held_out_gain
-        Falls of -2 ln p of the training and of the held-out data, from those with the effect [-].
+        Falls of -2 ln p of the training and of the held-out data, relative to the fit with the effect [-].
     words
         Law with its values, in words.
     is_distinct
-        Whether it differs from the law of the effect.
+        Whether the law differs from that of the effect.
     """
 
     refit: Refit
@@ -47,7 +47,7 @@ class FittedLaw:
 
     @property
     def chi2_by_noise(self) -> float:
-        """Reduced chi-squared of training and of held-out data by noise and stated errors, together [-]."""
+        """Sum of the reduced chi-squared of training and of held-out data, by noise and stated errors [-]."""
         return self.refit.reduced_chi2_by_noise + self.refit.held_out_reduced_chi2_by_noise
 
     @property
@@ -56,7 +56,7 @@ class FittedLaw:
         return self.gain + self.held_out_gain
 
     def is_better(self, chance: float) -> bool:
-        """Whether the force has this law, and not that of the effect: held-out data count as they do for effects."""
+        """Whether the data prefer this law to that of the effect; held-out data count as for effects."""
         return self.is_distinct and discount_gain(self.gain, self.held_out_gain) > chance
 
     def is_alternative(self, refuted: float) -> bool:
@@ -65,7 +65,7 @@ class FittedLaw:
 
 
 def has_other_laws(effect: Effect | None) -> bool:
-    """Whether other laws may be tried in place of that of an effect."""
+    """Whether the kind of an effect names other laws."""
     return effect is not None and _other_laws(effect) is not None
 
 
@@ -75,9 +75,9 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
     Parameters
     ----------
     arrangement
-        Arrangement of the effect, without it.
+        Arrangement of the effect, without the effect added.
     beside
-        Cost of the effect's own fit, by `diagnosis.fit.arrangement.Arrangement.cost`.
+        Cost of the fit with the effect, see `diagnosis.fit.arrangement.Arrangement.cost`.
     refit
         Fit of the effect.
     """
@@ -96,16 +96,16 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
 def fit_by_own_covariance(
     law: FittedLaw, arrangement: Arrangement, beside: Refit, refit_one: Callable[[Comparison, Refit], Finalist]
 ) -> FittedLaw:
-    """Fit a law by the covariance of its own model: that of an effect which fits poorly is none for a law that is true.
+    """Fit a law with the covariance of its own model: the covariance of an effect that fits poorly is wrong for it.
 
     Parameters
     ----------
     law
-        Law, fitted by the covariance of the effect.
+        Law, fitted with the covariance of the effect.
     arrangement, beside
-        Arrangement of the effect, and its fit, which the law is compared with.
+        Arrangement and fit of the effect with which the law is compared.
     refit_one
-        Fits anew by another covariance, see `diagnosis.fit.finalist.refit_by_own_covariance`.
+        Refits with another covariance, see `diagnosis.fit.finalist.refit_by_own_covariance`.
     """
     refit, effect = refit_one(arrangement.train, law.refit).refit, cast("ForceLaw", law.refit.effect)
     count = len(effect.start)
@@ -119,18 +119,18 @@ def fit_by_own_covariance(
 
 
 def compute_law_density(beside: Refit, law: FittedLaw) -> float:
-    """2 ln of the density of all data with a law in place of that of an effect, up to a constant [-]."""
+    """2 ln of the density of all data with a law instead of that of an effect, up to a constant [-]."""
     return compute_log_density(beside) + law.whole_gain
 
 
 def find_better(laws: Sequence[FittedLaw], chance: float) -> FittedLaw | None:
-    """The law that describes the data best, if it is better than that of the effect; else None."""
+    """The best of the laws that the data prefer to that of the effect; None without one."""
     better = [law for law in laws if law.is_better(chance)]
     return max(better, key=lambda law: law.whole_gain, default=None)
 
 
 def find_alternatives(laws: Sequence[FittedLaw], refuted: float) -> list[FittedLaw]:
-    """Laws that the data do not refute, the best first; of those of one kind the best."""
+    """Laws that the data do not refute, best first; only the best one of each kind."""
     result: dict[str, FittedLaw] = {}
     for law in sorted(laws, key=lambda law: -law.whole_gain):
         if law.is_alternative(refuted) and law.refit.effect is not None:

@@ -1,4 +1,4 @@
-"""Effects that no data of these tests can tell apart, such as preload and gap of a contact that stays closed."""
+"""Effects that these tests cannot distinguish, such as preload and gap of a contact that stays closed."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,23 +13,23 @@ from diagnosis.fit.problem import Refit
 
 
 def find_same(refits: Sequence[Refit], directions: Mapping[str, Vector]) -> Bool[NDArray[np.bool_], "n n"]:
-    """Which effects no data of these tests can tell apart, shape (n, n).
+    """Pairs of effects that these tests cannot distinguish, shape (n, n).
 
     Parameters
     ----------
     refits
         Effects that pass.
     directions
-        Change by each of them, calibration parameters projected out, by its name: a unit vector.
+        Change of the data by each effect, calibration parameters projected out, by its name: a unit vector.
     """
     return np.array([[one is other or _is_same(one, other, directions) for other in refits] for one in refits])
 
 
 def _is_same(one: Refit, other: Refit, directions: Mapping[str, Vector]) -> bool:
-    """Whether two effects change the data alike, to odds of one in twenty, and gain alike.
+    """Whether two effects change the data in the same direction, to odds of 1 to 20, and have similar gains.
 
-    An effect gains less than another one by the share 1 - cos^2 at most, of which the cosine is that of their changes.
-    Strong effects are not linear: what they gain may tell them apart.
+    To first order the gain of one effect is below that of the other by at most the share 1 - cos^2, with the angle
+    between their changes. Strong effects are nonlinear and may differ in their gains nevertheless.
     """
     if one.name not in directions or other.name not in directions:
         return False

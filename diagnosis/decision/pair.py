@@ -1,7 +1,7 @@
-"""Two effects that are missing at once, fitted together, each tested against a fit with the other alone.
+"""Two missing effects, fitted together, each tested against a fit with the other alone.
 
-The model error that one effect leaves is what the other one is taken for. So each fit has a model error of its own: by
-that of the first effect alone, an unknown force would seem to explain what is only less model error.
+With one effect alone, the second one is mistaken for model error. The model error is therefore estimated for each fit
+separately: with that of the first effect alone, an unknown force would seem to explain a mere fall of model error.
 """
 
 from collections.abc import Sequence
@@ -28,13 +28,13 @@ class Pair:
     Parameters
     ----------
     first, second
-        The fit with both, tested as one of each effect: it gains what both gain beyond the other one alone.
+        The fit with both, as a test of each effect: its gain is relative to the fit with the other one alone.
     alone
-        The second effect alone.
+        Fit with the second effect alone.
     alternatives
-        Fits of other effects in place of the first one, beside the second.
+        Fits with other effects instead of the first one, together with the second.
     force
-        Excess gain of an unknown force beside both [-].
+        Excess gain of an unknown force added to both [-].
     """
 
     first: Finalist
@@ -45,46 +45,46 @@ class Pair:
 
     @property
     def ranked(self) -> list[Finalist]:
-        """The first effect, then the alternatives by falling density."""
+        """The first effect, then the alternatives in order of decreasing density."""
         return [self.first, *sorted(self.alternatives, key=lambda item: -compute_log_density(item.refit))]
 
 
 def fit_pair(
     arrangement: Arrangement, baseline: Refit, first: Refit, further: Refit, others: Sequence[Refit] = ()
 ) -> Pair:
-    """Fit two effects together, and others in place of the first one.
+    """Fit two effects together, and other effects instead of the first one.
 
     Parameters
     ----------
     arrangement
-        Arrangement by the covariance of the model with the first effect, and the fit with it.
+        Arrangement with the covariance of the model with the first effect, and the fit with it.
     baseline
         Fit without an effect.
     first, further
-        The first effect alone, and the further one beside it.
+        Fit with the first effect alone; fit with the further effect added to it.
     others
-        Other effects alone.
+        Fits with one other effect each.
     """
     one, second = _effect_of(first), _effect_of(further)
     (values_of_both, own), nearby = _split(further.fit.values, second), further.fit.prediction
     calibrated, _ = _split(values_of_both, one)
 
     def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Arrangement:
-        """The further effect beside others."""
+        """Fit with the further effect added to others."""
         return arrangement.with_refit_from([*effects, second], np.append(start, own), nearby, by)
 
     def test(arrangement: Arrangement) -> Finalist:
-        """A fit as one of the further effect, with the density of all data."""
+        """A fit as a test of the further effect, with the density of all data."""
         tested = arrangement.tested(second, arrangement.fit)
         return Finalist(refit=replace(tested, cost=arrangement.cost + tested.held_out_cost), arrangement=arrangement)
 
     def beside(effect: Effect, finalist: Finalist) -> Finalist:
-        """The fit with both as one of an effect beside the further one."""
+        """The fit with both as a test of an effect relative to the further one alone."""
         return _compare(replace(finalist, refit=replace(finalist.refit, effect=effect, beside=second)), alone)
 
     both = test(fit([one], values_of_both))
-    # What the first effect has moved the calibration parameters to may be far from the minimum without it. Where it is
-    # not there, the model error is no larger without it, and a larger one would keep the fit from the minimum.
+    # The first effect may have moved the calibration parameters far from the minimum without it. If it is not present,
+    # the model error is no larger without it; a fit that starts with a larger model error would miss that minimum.
     starts = ((calibrated, None), (calibrated, both.arrangement.train), (baseline.fit.values, None))
     alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
     strengths = [(_effect_of(item), _split(item.fit.values, _effect_of(item))[1]) for item in others]
@@ -101,13 +101,13 @@ def fit_pair(
 
 
 def _compare(both: Finalist, alone: Finalist) -> Finalist:
-    """The fit with both effects, and its gains over the fit with one of them."""
+    """The fit with both effects, with its gains over the fit with one of them."""
     gain = alone.arrangement.cost - both.arrangement.cost
     return replace(both, refit=compare(both.refit, alone.refit, gain))
 
 
 def _split(values: Values, effect: Effect) -> tuple[Values, Values]:
-    """Values before those of the last effect, and its own."""
+    """Values before those of the last effect, and the values of this effect."""
     count = len(values) - len(effect.parameters)
     return values[:count], values[count:]
 

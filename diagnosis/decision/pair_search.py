@@ -1,4 +1,4 @@
-"""Search for two effects that are missing together, where one alone leaves what another explains."""
+"""Search for two missing effects, where a second effect explains the residual after the first."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,21 +15,21 @@ from diagnosis.threshold.detection_threshold import Thresholds
 
 
 class FoundPair(NamedTuple):
-    """Two effects that are missing together, if there are, or the further one that is to be judged alone."""
+    """A pair of missing effects, if one was found; or the further effect, which is to be judged alone."""
 
     pair: Pair | None = None
     instead: Finalist | None = None
 
 
 def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
-    """An effect, or one in its place, and a further one that explain together what either does not.
+    """An effect, or an alternative to it, and a further effect that together explain what neither explains alone.
 
     Parameters
     ----------
     fits
-        Makes the fits with both.
+        Computes the fits with both.
     refit, further
-        An effect alone, and the best further one beside it, if one was fitted.
+        Fit with an effect alone; fit with the best further effect added to it, if there is one.
     """
     thresholds = fits.thresholds
     if further is None or not passes(further, thresholds):
@@ -41,7 +41,7 @@ def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
     if first is None:
         return FoundPair()
     if first is not pair.first:
-        # By its own covariance it is tested beside the further one as the other was.
+        # The new first effect is tested with the covariance of its own model, as the other one was.
         beside_it = replace(first.refit, effect=further.effect, beside=None)
         pair = fits.fit_pair(fits.finalists[first.name].refit, beside_it)
     if not (passes(pair.first.refit, thresholds) and passes(pair.second.refit, thresholds)):
@@ -54,9 +54,9 @@ def find_pair(fits: Fits, refit: Refit, further: Refit | None) -> FoundPair:
 
 
 def find_pair_that_passes(fits: Fits) -> FoundPair:
-    """Two effects for which the held-out data speak, and of which the one that gains most does not pass alone.
+    """Two effects that the held-out data support, although the one with the highest density does not pass alone.
 
-    Both leave no more than noise and stated errors explain: what each alone leaves is why it does not pass.
+    Noise and stated errors explain the residual after both. The first fails alone because of the residual it leaves.
     """
     gaining = [item for item in fits.refits if exceeds_threshold(item, fits.thresholds)]
     first = max(gaining, key=compute_log_density, default=None)
@@ -74,7 +74,7 @@ def find_pair_that_passes(fits: Fits) -> FoundPair:
 
 
 def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:
-    """The most probable first effect of a pair; none if two at one place are far more probable than any others."""
+    """The most probable first effect of a pair; None if two effects at one place are far more probable."""
     apart = [item for item in (pair.first, *pair.alternatives) if _may_be_first(item, pair, thresholds)]
     best = max(apart, key=lambda item: compute_log_density(item.refit), default=None)
     if best is None or compute_log_density(best.refit) < compute_log_density(pair.first.refit) - DECISIVE:
@@ -83,11 +83,11 @@ def _choose_first(pair: Pair, thresholds: Thresholds) -> Finalist | None:
 
 
 def _is_strained(refit: Refit) -> bool:
-    """Whether even two effects leave a large held-out error, with calibration parameters beyond their priors."""
+    """Whether even two effects leave a large held-out error and calibration parameters beyond their priors."""
     return errs_on_held_out(refit) and bool(list_beyond_priors(refit.fit))
 
 
 def _may_be_first(first: Finalist, pair: Pair, thresholds: Thresholds) -> bool:
-    """Whether an effect passes beside the second one, at another place: two at one place are one force."""
+    """Whether an effect passes together with the second one, at another place: two at one place are one force."""
     place = first.refit.place
     return passes(first.refit, thresholds) and not (place and place == pair.second.refit.place)

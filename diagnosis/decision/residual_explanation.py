@@ -1,4 +1,4 @@
-"""What would explain the residual that is left beside an effect: further effects, and places of unknown forces."""
+"""Explanations of the residual after an effect: further effects, and places of unknown forces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,20 +21,20 @@ MAX_FURTHER_FITS = 2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResidualExplanation:
-    """Gains that further effects and unknown forces would have beside an effect.
+    """Gains of further effects and unknown forces when added to an effect.
 
     Parameters
     ----------
     gain
-        Fall of chi^2 by the best further effect: linear, or by a fit where the linear one exceeds the threshold.
+        Fall of chi^2 by the best further effect: from a fit if the linear gain exceeds the threshold, else linear [-].
     effect_name
-        Name of this effect.
+        Name of the best further effect.
     places
-        Places where an unknown force would explain the rest, best first.
+        Places where an unknown force would explain the residual, best first.
     known_effect_gain
-        Largest gain of a known effect by the covariances of `places`, to first order.
+        Largest gain of a known effect with the covariances of `places`, to first order [-].
     refit
-        That effect beside the first one, where it was fitted.
+        Fit with the best further effect added to the first one, if it was made.
     """
 
     gain: float
@@ -54,15 +54,15 @@ def add_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
 
 
 def explain_residual(arrangement: Arrangement, effects: Sequence[Effect], threshold: float) -> ResidualExplanation:
-    """What would explain the residual once an effect is added, see `add_effect`.
+    """Explanations of the residual of an arrangement to which an effect was added, see `add_effect`.
 
     Parameters
     ----------
     arrangement
         Arrangement with the effect.
     effects
-        Candidates; the best few whose linear gain exceeds `threshold` are fitted, since the linear gain of an effect on
-        contacts that begin to slip may be far too large.
+        Candidates. The best few with a linear gain above `threshold` are fitted: for contacts at the onset of slip the
+        linear gain may be far too large.
     threshold
         Linear gain above which an effect is fitted [-].
     """

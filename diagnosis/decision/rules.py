@@ -1,8 +1,8 @@
 """Rules that lead from refits to a verdict: those of docs/diagnose_method.md, whose numbers are those of the comments.
 
-An effect passes if the training data gain more by it than the detection threshold, less what the held-out data lose: an
-effect that fits noise makes these worse by as much as it gains. Effects are ranked by the density of all data, each by
-its own covariance.
+An effect passes if its gain of the training data, less the loss of the held-out data, exceeds the detection threshold:
+an effect that fits noise worsens the held-out data by as much as it gains. Effects are ranked by the density of all
+data, each with its own covariance.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,20 +43,20 @@ from diagnosis.step import RunStep, remember_steps
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import UnknownForce, compute_excess_gain
 
-#: |cos| of the changes by two effects from which on the data cannot tell them apart [-].
+#: |cos| between the changes by two effects above which the data cannot distinguish them [-].
 SAME_DIRECTION = 0.99
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Criteria:
-    """Basis of every judgement: candidates, their scores, detection thresholds, and a resonance that is far off."""
+    """Basis of a verdict: candidates, their scores, detection thresholds, and a far or absent resonance if any."""
 
     catalogue: Catalogue
     scores: Sequence[Score]
     thresholds: Thresholds
     far: FarResonance | AbsentPeak | None = None
     refit_by_own_covariance: Callable[[Comparison, Refit], Finalist] | None = None
-    """Fits an effect that turns out to explain most to the end; without it such a one is not judged."""
+    """Fits an effect to the end that is to be judged alone, see `Verdict.instead`; if None, this is left out."""
 
 
 def judge(
@@ -69,7 +69,7 @@ def judge(
     baseline
         Fit and test of the model without a further effect.
     finalists
-        Effects by their own covariance.
+        Effects, each fitted with its own covariance.
     places
         Places where an unknown force would explain the residual of `baseline`, best first.
     by
@@ -122,9 +122,9 @@ def decide(
     run_step
         Looks up the stored result of a step, or computes it.
     model_error_size
-        Model error that is left without an effect; where one passes, that which is left beside it counts.
+        Model error without an effect; if an effect passes, the model error of the fit with it is used.
     beyond_priors
-        Calibration parameters of `baseline` that are as far as their priors let a fit go.
+        Calibration parameters of `baseline` beyond their priors.
     """
     nothing = Verdict(
         finding=Finding.NOTHING, effects=[], baseline=baseline, threshold=by.thresholds.gain,
@@ -192,7 +192,7 @@ def _decide_with_effect(nothing: Verdict, fits: Fits, passed: Sequence[Refit]) -
 
 
 def _find_law_of_another(fits: Fits, best: Refit, pair: Pair | None) -> tuple[Refit, FittedLaw | None]:
-    """Another effect with a law that is more probable than the best effect and than two; else the best, and None."""
+    """Another effect and its law, if decisively more probable than the best effect and the pair; else the best."""
     result = fits.find_best_law([item for item in fits.refits if item.name != best.name and item.gain > 0])
     known = max(compute_log_density(item) for item in (best, *([] if pair is None else [pair.first.refit])))
     if result is None or compute_law_density(*result) <= known + DECISIVE:
@@ -201,7 +201,7 @@ def _find_law_of_another(fits: Fits, best: Refit, pair: Pair | None) -> tuple[Re
 
 
 def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: Pair | None) -> Verdict:
-    """The best effect is missing, or one of those that the data cannot tell from it; of two, the first.
+    """Verdict that names the best effect and those that the data cannot distinguish from it; of a pair, the first.
 
     Parameters
     ----------
@@ -210,10 +210,10 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
     passed
         Effects that pass alone, best first.
     pair
-        The best one, or one in its place, and a further one that is missing as well; None if one explains enough.
+        The best effect or an alternative, and a second missing effect; None if one effect explains enough.
     """
     ranked = passed if pair is None else [item.refit for item in pair.ranked]
-    # Beside a further effect directions are others.
+    # With a second effect in the model the directions differ.
     same = find_same(ranked, fits.directions) if pair is None else None
     weights = (compute_log_density, compute_whole_gain) if pair is None else (compute_log_density,)
     chances = compute_probabilities(ranked, same, weights)
@@ -222,7 +222,7 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
     count = 1 + int(np.searchsorted(np.cumsum(probabilities), CREDIBLE))  # rule 14
     best, alone = ranked[0], fits.finalists[ranked[0].name].refit
     laws = find_alternatives(fits.fit_other_laws(alone), DECISIVE)  # rule 11
-    # Rule 15 but for the interval of the strength, which is known later: see `Verdict.with_fits`.
+    # Rule 15, except for the interval of the strength, which is computed later: see `Verdict.with_fits`.
     is_sure = count == 1 and not laws and is_confirmed(best, alone, pair, fits.baseline)
     return replace(
         nothing, finding=Finding.MISSING if is_sure else Finding.AMBIGUOUS, effects=ranked[:count],
@@ -231,16 +231,16 @@ def _name_effects(nothing: Verdict, fits: Fits, passed: Sequence[Refit], pair: P
 
 
 def _name_law(nothing: Verdict, fits: Fits, refit: Refit, law: FittedLaw) -> Verdict:
-    """An unknown force that has a law in place of that of an effect."""
+    """Verdict that an unknown force at the place of an effect has another law."""
     place = next((item for item in fits.places if item.name == refit.place), None)
     reason = describe_law(refit, law, fits.baseline)
     return _decide_unknown(nothing, fits, fit=law.refit, place=place, nearest=refit, laws=[law], reason=reason)
 
 
 def _decide_unknown(nothing: Verdict, fits: Fits, *, fit: Refit | None = None, **known: Any) -> Verdict:
-    """Something unknown is missing; where parameters are beyond their priors, all that is known are these.
+    """Verdict that something unknown is missing; if parameters are beyond their priors, it reports only these.
 
-    They are those of the fit with the effect that passes, or with the law that was found; else of that without any.
+    They are those of the fit with the passing effect, or with the law that was found; else of the baseline.
     """
     beyond_priors = fits.beyond_priors if fit is None else list_beyond_priors(fit.fit)
     if beyond_priors:
@@ -250,7 +250,7 @@ def _decide_unknown(nothing: Verdict, fits: Fits, *, fit: Refit | None = None, *
 
 
 def _makes_model_sound(fits: Fits, refit: Refit) -> bool:
-    """Whether an effect that the held-out data confirm takes the place of an error that no sound model has."""
+    """Whether an effect that the held-out data confirm removes a model error too large for a sound model."""
     left = max(refit.reduced_chi2_by_noise, refit.held_out_reduced_chi2_by_noise)
     is_confirmed_by_data = refit.gain > 0 and refit.held_out_gain >= DECISIVE and not refit.worsens
     is_sound = left <= UNEXPLAINED_CHI2 and not fits.arrangement_of(refit).model_error_size.is_far
@@ -258,7 +258,7 @@ def _makes_model_sound(fits: Fits, refit: Refit) -> bool:
 
 
 def _is_force_missing(fits: Fits) -> bool:
-    """Whether an unknown force explains more than chance, and than effects that the held-out data speak against."""
+    """Whether the gain of an unknown force, less that of effects that the held-out data contradict, exceeds chance."""
     if not fits.places:
         return False
     refuted = max((item.gain for item in fits.refits if item.held_out_gain < 0), default=0.0)
@@ -267,7 +267,7 @@ def _is_force_missing(fits: Fits) -> bool:
 
 
 def _find_law_that_generalises(fits: Fits) -> tuple[Refit, FittedLaw] | None:
-    """The best effect that gains, and another law of its force by which alone the held-out error falls; else None."""
+    """The best effect with a gain beyond chance, and another law with which the held-out error falls; else None."""
     refit = next((item for item in fits.refits if exceeds_threshold(item, fits.thresholds)), None)
     law = None if refit is None else fits.find_better_law(refit)
     if refit is None or law is None or refit.held_out_gain + law.held_out_gain <= 0:
@@ -276,17 +276,17 @@ def _find_law_that_generalises(fits: Fits) -> tuple[Refit, FittedLaw] | None:
 
 
 def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
-    """The verdict, or that nothing could be tested.
+    """The verdict, or `Finding.NOT_TESTABLE` if no effect could have been detected.
 
-    That nothing is missing says something only where an effect would have shown. And what is far off, where no motion
-    stands out of its scatter, is noise.
+    "Nothing is missing" is meaningful only if an effect would have been visible. If no motion exceeds its scatter, a
+    large deviation is noise.
 
     Parameters
     ----------
     verdict
         Verdict by the rules.
     is_seen
-        Whether any motion stands out of its scatter.
+        Whether any motion exceeds its scatter.
     """
     why = ""
     detectable = np.array([*verdict.detectable.values()])
@@ -301,7 +301,7 @@ def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
 
 
 def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Sequence[Finalist]) -> list[str]:
-    """Effects that change the data as the best does and were not fitted to the end, where all that were are named."""
+    """Effects with the direction of the best one that were not fitted to the end, if all finalists are named."""
     directions = {score.effect.name: score.direction for score in scores}
     best = directions.get(effects[0].name) if effects else None
     if best is None or len(effects) < max(2, len(finalists)):

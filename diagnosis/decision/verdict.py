@@ -33,20 +33,20 @@ class Finding(Enum):
     MISSING = "missing"
     """One effect is missing, or two."""
     AMBIGUOUS = "ambiguous"
-    """One of several is missing, or one that held-out data or its interval do not confirm; these data cannot tell."""
+    """One of several effects is missing, or one that held-out data or its interval do not confirm."""
     NOTHING = "nothing"
     """Nothing is missing beyond noise and numerical error."""
     UNKNOWN = "unknown"
-    """Something is missing, and none of the known effects is it."""
+    """Something is missing that is none of the known effects."""
     NOT_CLOSE = "not close"
-    """The model is too far from the measurements to tell what is missing."""
+    """The model is too far from the measurements to identify a missing effect."""
     NOT_TESTABLE = "not testable"
-    """No effect would show in these measurements."""
+    """No effect would be visible in these measurements."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Verdict(Tabular):
-    """Verdict of one round: which effects are missing, and with what probability.
+    """Verdict of one round: the missing effects and their probabilities.
 
     Parameters
     ----------
@@ -57,35 +57,35 @@ class Verdict(Tabular):
     baseline
         Fit of the calibration parameters and added effects alone.
     detectable
-        Smallest detectable strength of each candidate, from its vanishing value, by name; infinite if there is none.
+        Smallest detectable strength of each candidate, from its neutral value, by name; infinite if there is none.
     units
         Units of these strengths, by name.
     threshold
-        Detection threshold of the fall of chi^2; none by the held-out error.
+        Detection threshold of the fall of chi^2; None if the held-out error decides.
     place
         Place of the missing force, if the cause is unknown.
     nearest
-        The best of the known effects that pass, if the cause is unknown all the same.
+        Best known effect that passes, if the cause is unknown nevertheless.
     model_error_size
-        Model error that is left beside noise: beside the effect that passes, or without any.
+        Model error beyond noise, of the fit with the passing effect, or without an effect.
     pair
-        Fits of the first of them with a further one that is missing as well.
+        Fits of the first effect with a second missing effect.
     instead
-        An effect that is to be judged alone, since the best one does not pass beside it.
+        Effect that is to be judged alone, since the best one does not pass together with it.
     alike
-        Names of other effects that change the data as the first of them does.
+        Names of other effects that change the data in the same way as the first effect.
     laws
-        Laws that the force of the first of them may have instead; the law of the force, if the cause is unknown and a
-        law was found.
+        Other laws that the force of the first effect may have; if the cause is unknown and a law was found, this law.
     probabilities
-        Probability of each named effect, if one that passes is the true one [-]; none by the held-out error.
+        Probability of each named effect, given that one of the passing effects is true [-]; empty if the held-out error
+        decides.
     replaces_error
-        Whether these effects take the place of a model error that no sound model has, and may be that error.
+        Whether these effects replace a model error too large for a sound model, and may be that error themselves.
     beyond_priors
-        Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown; of
-        the fit with the effect that passes, if one does.
+        Calibration parameters beyond their priors, if the cause is unknown; of the fit with the passing effect, if
+        there is one.
     reason
-        Finding in words where no effect is named; derived from threshold and place if it is empty.
+        Finding in words if no effect is named; derived from threshold and place if empty.
     """
 
     finding: Finding
@@ -107,7 +107,7 @@ class Verdict(Tabular):
     reason: str = ""
 
     def with_fits(self, baseline: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
-        """The same with other intervals: an effect whose interval holds no effect is not missing without doubt."""
+        """The same with other intervals; `AMBIGUOUS` if the interval of a named effect contains its neutral value."""
         named = [*effects[:1], *([] if pair is None else [pair.second.refit])]
         doubtful = self.finding is Finding.MISSING and any(item.may_vanish for item in named)
         finding = Finding.AMBIGUOUS if doubtful else self.finding
@@ -115,11 +115,11 @@ class Verdict(Tabular):
 
     @property
     def further(self) -> Refit | None:
-        """The effect that is missing beside the first of those named, of the fit with both."""
+        """The second missing effect, from the fit with both."""
         return None if self.pair is None else self.pair.second.refit
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """One row per fit, the model as it is first; errors relative to what was measured."""
+        """One row per fit, the baseline first; errors relative to the measured values."""
         import pandas
 
         fits = [self.baseline, *self.effects]
@@ -157,7 +157,7 @@ class Verdict(Tabular):
         return f"{self.name_effects(self._format_strength, self._fall(self.effects[0]), 'data')}{alike}"
 
     def name_effects(self, describe: Callable[[Refit], str], fall: str, data: str) -> str:
-        """Effects that are missing, or may be, in one sentence.
+        """Sentence about the effects that are missing or may be missing.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class Verdict(Tabular):
         fall
             Words for the change of the held-out error by the best effect.
         data
-            What cannot tell several effects apart, such as "data".
+            Noun for what cannot distinguish several effects, such as "data".
         """
         further = [] if self.further is None else [self.further]
         if len(self.effects) > 1:
@@ -183,14 +183,14 @@ class Verdict(Tabular):
 
     @property
     def _alternative(self) -> str:
-        """Alternative to an effect that is named alone, but is not confirmed, in words."""
+        """Words for the alternative to a single named effect that is not confirmed."""
         if self.laws:
             return "another force at its place"
         return "the model errs in a way that looks like it, which these data cannot tell"
 
     @property
     def _other_laws(self) -> str:
-        """Laws that the force of the best effect may have as well, as a sentence that follows one; empty if none."""
+        """Following sentence about other possible laws of the force of the best effect; empty without any."""
         words = " or ".join(law.words for law in self.laws)
         return f" There it may be {words} as well." if words else ""
 
@@ -214,9 +214,9 @@ class Verdict(Tabular):
 
 
 def compute_detectable_strengths(scores: Sequence[Score], threshold: float) -> dict[str, float]:
-    """Strength of each candidate, from its vanishing value, at which its expected gain is the threshold, by name.
+    """Strength of each candidate, from its neutral value, at which the expected gain equals the threshold, by name.
 
-    Infinite where that lies beyond the bounds of the effect: at no strength that it may have.
+    Infinite if that strength is outside the bounds of the effect.
     """
     return {
         score.effect.name: _within(score.effect.parameters[0], threshold**0.5 * score.detectable) for score in scores
@@ -229,7 +229,7 @@ def _within(parameter: EffectParameter, strength: float) -> float:
 
 
 def count_digits(value: float, half: float) -> int:
-    """Significant digits of a value with half its interval: down to the second digit of the half, at least four."""
+    """Significant digits of a value, down to the second digit of the half-width of its interval; at least four."""
     if not (np.isfinite([value, half]).all() and value and half > 0):
         return 4
     return max(4, int(np.floor(np.log10(abs(value))) - np.floor(np.log10(half))) + 2)

@@ -13,14 +13,14 @@ from geometry.plain_number import format_number
 
 
 def claim(effects: Sequence[Refit], strengths: Sequence[str], chances: Sequence[str], joint: str) -> str:
-    """That effects are missing, or that what they scale is another, as the beginning of a sentence.
+    """Beginning of a sentence: effects are missing, or the quantities that they scale differ from the case.
 
     Parameters
     ----------
     effects
         Fits with one effect each, one or more.
     strengths, chances
-        Words for the strength of each, and for what is added to it, empty or such as "probability 60 %".
+        Words for the strength of each, and an addition such as "probability 60 %" or an empty string.
     joint
         "and" or "or".
     """
@@ -41,13 +41,13 @@ def claim(effects: Sequence[Refit], strengths: Sequence[str], chances: Sequence[
 
 
 def _is_ratio(refit: Refit) -> bool:
-    """Whether an effect is a factor on what the case says."""
+    """Whether an effect is a factor on a value of the case."""
     assert refit.effect is not None
     return refit.effect.parameters[0].unit == "-" and refit.effect.parameters[0].vanishes == 1.0
 
 
 def _begin(text: str, refit: Refit) -> str:
-    """A sentence that begins with an effect: in upper case, unless it begins with a name of the case."""
+    """Sentence that begins with an effect, in upper case unless it begins with a name of the case."""
     assert refit.effect is not None
     if refit.name.startswith(refit.effect.kind):
         return text[0].upper() + text[1:]
@@ -55,7 +55,7 @@ def _begin(text: str, refit: Refit) -> str:
 
 
 def describe_law(refit: Refit, law: FittedLaw, baseline: Refit) -> str:
-    """An unknown force at the place of an effect, with its law."""
+    """Sentence about an unknown force at the place of an effect, with its law."""
     falls = describe_held_out_fall(baseline, law.refit)
     return (
         f"Something is missing, and it is none of the known effects: near {refit.place}, {law.words}, by which "
@@ -64,7 +64,7 @@ def describe_law(refit: Refit, law: FittedLaw, baseline: Refit) -> str:
 
 
 def describe_stand_in(name: str, residual: ResidualExplanation, thresholds: Thresholds) -> str:
-    """An effect that stands in for something else, and what explains what it leaves."""
+    """Sentence about an effect that stands in for the cause, and the explanation of its residual."""
     unknown = compute_excess_gain(residual.places[0]) - thresholds.misfit if residual.places else -np.inf
     if residual.gain - thresholds.gain > unknown:
         return (
@@ -76,7 +76,7 @@ def describe_stand_in(name: str, residual: ResidualExplanation, thresholds: Thre
 
 
 def describe_held_out_error(baseline: Refit) -> str:
-    """A large error of the held-out data, beside that of the training data."""
+    """Sentence about a large held-out error, with the training error for comparison."""
     held_out, others = (f"{format_number(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
     if baseline.reduced_chi2_by_noise > UNEXPLAINED_CHI2:
         return (
@@ -90,7 +90,7 @@ def describe_held_out_error(baseline: Refit) -> str:
 
 
 def describe_held_out_fall(before: Refit, after: Refit) -> str:
-    """Change of the held-out error by an effect, in words; of each record where there are records."""
+    """Change of the held-out error by an effect, in words; for each record if there are records."""
     if not after.held_out_names:
         chi2 = before.held_out_reduced_chi2_by_noise, after.held_out_reduced_chi2_by_noise
         return describe_held_out_change((before.held_out_error, after.held_out_error), chi2)
@@ -102,7 +102,7 @@ def describe_held_out_fall(before: Refit, after: Refit) -> str:
 
 
 def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[float, float]) -> str:
-    """Change of the held-out error in words; of the reduced chi-squared where the error does not fall.
+    """Change of the held-out error in words; of the reduced chi-squared if the error does not fall.
 
     Parameters
     ----------
