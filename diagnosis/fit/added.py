@@ -15,17 +15,17 @@ class AddedEffect:
     values: Values
 
     def listed_in(self, catalogue: Catalogue) -> "AddedEffect":
-        """The same with the typical size and the bounds of a catalogue, which go with the levels of the data.
+        """The same with typical size and bounds from a catalogue; these depend on the levels of the data.
 
         Raises
         ------
         EffectError
-            A value is beyond these bounds: a fit would take another one.
+            A value is outside these bounds, so that a fit would change it.
         """
         try:
             effect = catalogue.effect(self.effect.name)
         except EffectError:
-            return self  # The data say nothing about it, yet it is there.
+            return self  # The data contain no information about this effect, but the model has it.
         for parameter, value in zip(effect.parameters, self.values, strict=True):
             if not parameter.lower <= value <= parameter.upper:
                 unit = parameter.unit.replace("-", "")

@@ -1,7 +1,7 @@
-"""Fits that begin where that of another effect ended which changes the data in the same way, but fits them better.
+"""Fits started from the fit of another effect that changes the data in the same way, but fits them better.
 
-At the onset of slip a derivative tells little of a strong effect, and of two effects that do the same, such as the
-preload and the gap of a closed contact, one fit may find the minimum that the other one misses.
+At the onset of slip a derivative predicts little of a strong effect. Of two equivalent effects, such as preload and gap
+of a closed contact, the fit of one may therefore reach a minimum that the other one misses.
 """
 
 from collections.abc import Sequence
@@ -18,16 +18,16 @@ from diagnosis.fit.refit import fit_from_starts
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
 
-#: Share of the gain of the best effect that one with another direction loses at most, to be like it: a cosine of 0.92.
+#: Largest share of the best gain that an effect like the best one loses by its direction: a cosine of 0.92.
 MAX_SHARE_BEHIND = 0.15
-#: Times that another effect becomes the best one by such a fit, and the rest begins anew from that.
+#: Largest number of rounds; each starts the other fits again from the effect that has become the best one.
 ROUNDS = 3
 
 
 def fit_alike(
     problem: FitProblem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], run_step: RunStep = compute_step
 ) -> list[tuple[Score, Fit]]:
-    """The fits, and better ones of effects that should fit as well as the best one and do not.
+    """The fits, improved for effects that should fit as well as the best one but do not.
 
     Parameters
     ----------
@@ -55,10 +55,11 @@ def fit_alike(
 def list_starts_alike(
     problem: FitProblem, scores: Sequence[Score], fits: Sequence[tuple[Score, Fit]], best: Score, best_fit: Fit
 ) -> list[tuple[Effect, Values]]:
-    """Effects that should fit as well as the best one and do not, with values from which their fits may begin.
+    """Effects that should fit as well as the best one but do not, with start values for their fits.
 
-    An effect gains less than another one by the share 1 - cos^2 at most, of which the cosine is that of their changes.
-    A fit of it that gains far less ended in another minimum, or was never made, as its slope misled the screening.
+    To first order the gain of an effect is below that of another by at most the share 1 - cos^2, with the angle between
+    their changes. If it gains far less, its fit ended in another minimum, or was not made, because its slope misled the
+    screening.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ def list_starts_alike(
 
 
 def _start_like(problem: FitProblem, score: Score, best: Score, fit: Fit) -> Values:
-    """Values of a fit with its effect replaced by another one, of the strength that changes as much or a far one."""
+    """Values of a fit with its effect replaced by another one, at the equivalent strength or at a far one."""
     own, other, n_fitted = score.effect.parameters[0], best.effect.parameters[0], len(problem.fit.values)
     share = (fit.values[n_fitted] - other.vanishes) / (other.typical - other.vanishes) * best.size / score.size
     equal = own.vanishes + share * np.sign(score.direction @ best.direction) * (own.typical - own.vanishes)

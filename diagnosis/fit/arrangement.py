@@ -55,7 +55,7 @@ class Arrangement:
         Comparisons with the measurements of a fit, and with those that test it.
     held_out_without_jitter, jitter
         Held-out comparison without jitter in its covariance, and the jitter as effects with priors, which a test on
-        other repeats may set.
+        other repeats fits.
     fit
         Fit of the calibration parameters and the added effects to `train`.
     budget
@@ -93,7 +93,7 @@ class Arrangement:
         return make_unknowns(self.base, self.calibration, [*self.added, *effects])
 
     def with_fit(self, train: Comparison, fit: Fit) -> "Arrangement":
-        """The same with another fit, and the model error that it leaves."""
+        """The same with another fit and its model error."""
         size = get_error_size(train)
         return replace(
             self, train=train, fit=fit, held_out=resize_model_error(self.held_out, size),
@@ -101,7 +101,7 @@ class Arrangement:
         )  # fmt: skip
 
     def with_refit(self, fit: Fit, by: Comparison) -> "Arrangement":
-        """The same with a fit of other parameters, from its values on, and the model error that it leaves.
+        """The same with a fit of other parameters, continued from its values, and its model error.
 
         Parameters
         ----------
@@ -110,32 +110,32 @@ class Arrangement:
         by
             Comparison that it was fitted to.
         """
-        # The error of another fit would pull the values astray first.
+        # With the model error of another fit the first steps would lead away from the minimum.
         train = update_model_error(self.train, fit.prediction)
         slopes = reweigh_slopes(fit, by, train)
         train, last = alternate(train, recalibrate(train, fit, slopes=slopes, ending=Ending.QUICK))
         return self.with_fit(train, recalibrate(train, last, slopes=last.jacobian))
 
     def with_refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
-        """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
+        """The same with a fit without an effect that starts from one with it, and its model error."""
         return self.with_refit_from([], fit.values[: len(fit.values) - len(effect.parameters)], fit.prediction)
 
     def with_refit_from(
         self, effects: Sequence[Effect], values: Values, nearby: Prediction, by: Comparison | None = None
     ) -> "Arrangement":
-        """The same with a fit of effects that begins from given values, and the model error that it leaves.
+        """The same with a fit of effects that starts from given values, and its model error.
 
         Parameters
         ----------
         effects
-            Effects beside the calibration parameters and the added effects.
+            Effects in addition to the calibration parameters and the added effects.
         values
             Values of all of these, shape (p,).
         nearby
-            Prediction that the states of the fit begin near.
+            Prediction from which the states of the fit start.
         by
-            Comparison that the fit begins with; by default with the model error that the given values leave, so that
-            the fit does not explain by them at first what it cannot.
+            Comparison for the first fit; by default with the model error at the given values, so that the parameters
+            do not first absorb residuals that they cannot explain.
         """
         unknowns = self.unknowns(effects)
         if by is None:
@@ -143,7 +143,7 @@ class Arrangement:
         return self.with_refit(calibrate(by, unknowns, values, nearby, ending=Ending.QUICK), by)
 
     def cost_with_error_left(self, fit: Fit) -> float:
-        """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
+        """Cost of a fit with its model error estimated again; without model error if `train` has none [-]."""
         if get_error_size(self.train) == NO_ERROR:
             return fit.chi2 + self.train.log_weight
         train = self._with_error_left(fit)
@@ -151,11 +151,11 @@ class Arrangement:
         return float(residual @ residual + fit.residual[m:] @ fit.residual[m:]) + train.log_weight
 
     def find_error_left(self, fit: Fit) -> ErrorSize:
-        """Size of the model error that a fit leaves, where there is any without it."""
+        """Size of the model error of a fit; none if `train` has none."""
         return NO_ERROR if get_error_size(self.train) == NO_ERROR else get_error_size(self._with_error_left(fit))
 
     def _with_error_left(self, fit: Fit) -> Comparison:
-        """Training data with the model error that a fit leaves."""
+        """Training data with the model error of a fit."""
         return update_model_error(self.train, fit.prediction)
 
     @property
@@ -164,7 +164,7 @@ class Arrangement:
         return self.fit.chi2 + self.train.log_weight
 
     def downweight_other_branch(self, model: Model) -> "Arrangement":
-        """The same with next to no weight where a model is on another branch than the structure was."""
+        """The same with negligible weight where a model is on another branch than the structure was."""
         predicted = self.held_out.predictor.predict(model)
         train = downweight_other_branch(self.train, self.train.predictor.predict(model))
         downweighted = replace(
@@ -174,22 +174,22 @@ class Arrangement:
         if train is self.train:
             return downweighted
         fit = recalibrate(train, self.fit, ending=Ending.QUICK)
-        # The points that have no weight now were a part of the model error.
+        # The downweighted points contributed to the model error.
         train, fit = alternate(train, fit)
         return downweighted.with_fit(train, recalibrate(train, fit, ending=Ending.EXACT))
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
+        """Test on the held-out data, with the jitter of their repeats fitted within its priors.
 
-        The model error of the held-out data has the size that they show: that of the training data is too small where a
-        model errs by more at other levels.
+        The model error is estimated from the held-out data: that of the training data is too small if the model error
+        is larger at other levels.
         """
         return self._test(effect, fit, *alternate(self.held_out_without_jitter, self._fit_jitter(fit)))
 
     def test_uncalibrated(self, model: Model) -> Refit:
-        """The same test of a model that nothing was fitted to, by the model error of the fit.
+        """The same test of an uncalibrated model, with the model error of the fit.
 
-        Its own is large and takes long to find.
+        Its own model error is large and slow to estimate.
         """
         prediction = self.train.predict(model, self.fit.prediction)
         residual = self.train.residual(prediction)
@@ -198,7 +198,7 @@ class Arrangement:
         return self._test(None, fit, self.held_out_without_jitter, self._fit_jitter(fit))
 
     def _fit_jitter(self, fit: Fit) -> Fit:
-        """Fit of the jitter of the held-out data to their residual of a fit."""
+        """Fit of the jitter to the residual of the held-out data."""
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
         return calibrate(self.held_out_without_jitter, unknowns, unknowns.vanishing, fit.prediction)
 
@@ -236,7 +236,7 @@ def arrange(
     added
         Effects added in earlier rounds, with their start values.
     catalogue_of
-        Effects of a finer model, which the added ones are looked up in.
+        Effects of a finer model, in which the added ones are looked up.
 
     Raises
     ------
@@ -284,7 +284,7 @@ def _compared(
     # The error of a mesh does not depend on the measurements.
     known = all(item.shift is not None for item in finer)
     prediction = data_sets[0].predictor.predict(model)
-    # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
+    # Jitter and numerical error depend on where the contacts slip, and thus on the fit that they weight.
     refined = [item.compose(values) for item in finer]
     first, _ = make_comparison(data_sets[0], model, prediction, budget, refined, FEW_DRAWS, fitted=False)
     first, fit = fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
@@ -304,7 +304,7 @@ def _compared(
 
 
 def expect_usual_error(arrangement: Arrangement) -> Arrangement:
-    """The same training data with model error of its usual size, which hides no large effect, and the fit by it."""
+    """The same with model error of its usual size in the training data, which hides no large effect, and its fit."""
     of, usual = arrangement.fit, ErrorSize.usual(arrangement.budget.model)
     train = allow_model_error(
         leave_out_model_error(arrangement.train), of.model, of.prediction, arrangement.budget.model, usual
@@ -316,11 +316,11 @@ def expect_usual_error(arrangement: Arrangement) -> Arrangement:
 def arrange_with_effect(
     campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, catalogue_of: Callable[[Model], Catalogue]
 ) -> Arrangement:
-    """The same measurements by the covariance of the model with an effect, and the fit by it, effect included.
+    """The same measurements with the covariance of the model with an effect, and the fit including the effect.
 
-    The modes of friction histories, jitter and a coarse mesh depend on where contacts slip, and so on the model; and
-    what is model error without the effect may be none with it. What outlies stays the same, so that no effect gains by
-    what it leaves out.
+    The modes of friction histories, jitter and a coarse mesh depend on where contacts slip, and thus on the model.
+    A model error without the effect may disappear with it. The outliers stay the same, so that no effect gains by
+    downweighting other points.
 
     Parameters
     ----------
@@ -355,13 +355,13 @@ def _weigh_data_sets(
     refined: Sequence[Model],
     likes: Sequence[Comparison] | None = None,
 ) -> list[tuple[Comparison, Scatter]]:
-    """Comparisons of training and held-out data by the covariance of a fitted model, which solves each state once."""
+    """Comparisons of training and held-out data with the covariance of a fitted model; each state is solved once."""
     prediction = join_measured(data_sets).predictor.predict(fit.model, fit.prediction)
     return make_comparisons(data_sets, fit.model, prediction, budget, refined, likes=likes)
 
 
 def _arrange_held_out(weighed: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: ErrorSize) -> dict[str, Any]:
-    """Fields of an arrangement for the held-out data, with model error of the size that the training data show."""
+    """Fields of an arrangement for the held-out data, with model error of the size found in the training data."""
     comparison, scatter = weighed
     prediction = comparison.predictor.predict(fit.model, fit.prediction)
     held_out = allow_model_error(comparison, fit.model, prediction, budget.model, size)
@@ -390,7 +390,7 @@ def _take_out_jitter(
 
 
 def _log_width(fit: Fit) -> float:
-    """-2 ln of the share of its priors that a fit of all its parameters leaves, by Laplace's approximation [-]."""
+    """-2 ln of the ratio of posterior to prior volume of all parameters of a fit, by Laplace's approximation [-]."""
     scaled = fit.jacobian * fit.unknowns.prior
     return float(np.linalg.slogdet(scaled.T @ scaled)[1])
 

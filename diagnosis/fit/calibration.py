@@ -2,9 +2,9 @@ r"""Calibration of parameters: generalised least squares with priors and bounds,
 
 .. math:: \chi^2 = |S^{-1/2} (y - \varphi(\theta))|^2 + \sum_j ((\theta_j - \theta_{0j}) / \sigma_j)^2
 
-The Jacobian follows from the implicit function theorem. As long as the steps gain what it predicts it is only updated
-by Broyden's formula, since the features are nearly linear in the parameters and a Jacobian costs three predictions. A
-parameter at a bound that a step would leave is fixed there.
+The Jacobian follows from the implicit function theorem. As long as steps achieve the predicted gain, it is only updated
+by Broyden's formula: the features are nearly linear in the parameters, and a Jacobian costs three predictions. A
+parameter is fixed at a bound that a step would cross.
 
 References
 ----------
@@ -30,17 +30,18 @@ Matrix = Float[NDArray[np.float64], "m p"]
 
 #: Gain of chi^2 that matters (1 is a standard deviation).
 MIN_GAIN = 0.3
-#: Marquardt's factor at first, its decrease after a success, its increase after a failure, and what is increased at
-#: least: less changes no step. On 566 fits to six rigs 19 % fewer predictions than with 8 and 1e-4, and ends as good.
+#: Marquardt's factor: initial value, decrease after a success, increase after a failure, and least value before an
+#: increase (smaller values do not change a step). In 566 fits to six rigs these need 19 % fewer predictions than 8 and
+#: 1e-4, and reach the same chi^2.
 FIRST_DAMPING, LESS, MORE, LEAST_DAMPING = 1e-3, 0.1, 30.0, 1e-3
-#: Steps after which a fit is left that is still above its ceiling: Marquardt's steps fall fast or not at all.
+#: Steps after which a fit above its ceiling is abandoned: chi^2 falls within few of Marquardt's steps or not at all.
 STEPS_TO_FALL = 6
-#: Shares of the way from no effect to a start; the first one whose model has a prediction is taken, else no effect.
+#: Shares of the way from the neutral values to a start; the first one with a prediction is used, else the neutral ones.
 START_SHARES = (1.0, 0.5, 0.25)
 #: Share of the expected gain below which the Jacobian is computed again.
 MIN_AGREEMENT = 0.5
-#: Probability that priors leave the parameters of a model that lacks nothing so far from their centres: that of three
-#: standard deviations of a single one [-].
+#: Probability that the parameters of a complete model are this far from their prior centres: that of three standard
+#: deviations of a single parameter [-].
 CHANCE_BEYOND_PRIORS = 0.0027
 
 
@@ -53,9 +54,9 @@ class Search:
     steps, failures
         Largest numbers of steps, and of failed steps in a row [-].
     gain, share
-        Gain of chi^2, and share of chi^2 added to it, below which the expected gain of a step ends a fit [-].
+        A fit ends if the expected gain of a step is below this gain plus this share of chi^2 [-].
     updated
-        Whether the Jacobian is updated while the steps gain what it predicts.
+        Whether the Jacobian is updated while steps achieve the predicted gain.
     """
 
     steps: int = 30
@@ -73,15 +74,15 @@ class Ending(Enum):
     """Jacobian that a fit ends with."""
 
     QUICK = "quick"
-    """Any, one that was updated as well."""
+    """Any, including an updated one."""
     CONFIRMED = "confirmed"
-    """One that was computed where the fit ends, unless it runs out of steps."""
+    """Computed at the final values, unless the fit runs out of steps."""
     EXACT = "exact"
-    """One that was computed where the fit ends, in any case."""
+    """Computed at the final values in any case."""
 
 
 class Data(Protocol):
-    """Measurements of one kind to compare a model with; a prediction is steady states, or time series with starts."""
+    """Measurements of one kind to compare a model with; predictions are steady states, or time series with starts."""
 
     @property
     def search(self) -> Search:
@@ -89,12 +90,12 @@ class Data(Protocol):
         ...
 
     def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> Any:
-        """Prediction of a model, from one nearby, and from the starts of the data.
+        """Prediction of a model, continued from a prediction nearby, with the initial values of the data.
 
         Raises
         ------
         ModelError
-            The model has no prediction, such as one that diverges.
+            The model has no prediction, for example because it diverges.
         """
         ...
 
@@ -126,7 +127,7 @@ class Fit:
     values
         Their values, shape (p,).
     covariance
-        Covariance of the values by the data, shape (p, p); `diagnosis.threshold.parametric_bootstrap` and
+        Covariance of the values, shape (p, p); `diagnosis.threshold.parametric_bootstrap` and
         `diagnosis.fit.finer_model` widen it.
     chi2
         chi^2 with the contribution of the priors [-].
@@ -135,7 +136,7 @@ class Fit:
     residual
         Whitened residual with the rows of the priors below, shape (m + p,) [-].
     jacobian
-        Jacobian of -residual, shape (m + p, p); of its values if the fit ends `EXACT`, else it may be an updated one.
+        Jacobian of -residual, shape (m + p, p); at `values` if the fit ends `EXACT`, else it may be an updated one.
     """
 
     unknowns: Unknowns
@@ -164,12 +165,12 @@ class Fit:
 
     @property
     def is_beyond_priors(self) -> bool:
-        """Whether values are further from the centres of their priors than these leave them by chance."""
+        """Whether values are further from their prior centres than chance explains."""
         residuals, n_prior = self.unknowns.prior_residuals(self.values), int(np.isfinite(self.unknowns.prior).sum())
         return bool(residuals @ residuals > chdtri(max(n_prior, 1), CHANCE_BEYOND_PRIORS))
 
     def reweigh(self, change: Callable[[Matrix], Matrix]) -> Matrix:
-        """Jacobian by another covariance, shape (m + p, p): with its rows of data changed, and not those of priors."""
+        """Jacobian with another covariance, shape (m + p, p): the rows of the data change, those of priors do not."""
         return np.concatenate([change(self.jacobian[: self.n_number]), self.jacobian[self.n_number :]])
 
 
@@ -203,19 +204,19 @@ def calibrate(
     ending
         Jacobian that the fit ends with.
     ceiling
-        chi^2 above which a fit is left after `STEPS_TO_FALL` steps: it is hopeless.
+        chi^2 above which a fit is abandoned after `STEPS_TO_FALL` steps.
 
     Raises
     ------
     ModelError
-        Even the model without any change has no prediction.
+        Not even the model with neutral values has a prediction.
     """
     begin = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), nearby)
     return _minimise(comparison, unknowns, begin, report, slopes=slopes, ending=ending, ceiling=ceiling)
 
 
 def recalibrate(comparison: Data, fit: Fit, *, slopes: Matrix | None = None, ending: Ending = Ending.CONFIRMED) -> Fit:
-    """Minimise chi^2 by other weights of the same points from where a fit ended, whose prediction serves.
+    """Minimise chi^2 with other weights of the same points, starting from a fit and its prediction.
 
     Parameters
     ----------
@@ -252,7 +253,7 @@ def _minimise(
     ending: Ending,
     ceiling: float,
 ) -> Fit:
-    """Steps of Levenberg and Marquardt; parameters as of `calibrate`."""
+    """Levenberg-Marquardt iteration; parameters as for `calibrate`."""
     size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
     jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
@@ -290,7 +291,8 @@ def _minimise(
 def invert_curvature(jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
     """Inverse of the curvature of chi^2 / 2, J^T J, shape (p, p).
 
-    Its eigenvalues are at least those of round-off, so that what the data do not tell is uncertain beyond all bounds.
+    Eigenvalues of the curvature are limited from below by round-off, so that unidentifiable directions have a very
+    large variance.
 
     Parameters
     ----------
@@ -331,7 +333,7 @@ def _compute_residual(comparison: Data, unknowns: Unknowns, values: Values, pred
 
 
 def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
-    """As `_evaluate`, nearer to no effect where the model of the start has no prediction."""
+    """As `_evaluate`, nearer to the neutral values if the model of the start has no prediction."""
     for share in START_SHARES:
         try:
             return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), nearby)
@@ -341,7 +343,7 @@ def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) ->
 
 
 def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:
-    """As `_evaluate`; chi^2 is infinite where the model has no prediction, so that the fit turns back."""
+    """As `_evaluate`; chi^2 is infinite if the model has no prediction, so that the step is rejected."""
     try:
         return _evaluate(comparison, unknowns, values, here.prediction)
     except ModelError:
@@ -349,7 +351,7 @@ def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluati
 
 
 def _gain(comparison: Data, here: _Evaluation, there: _Evaluation) -> float:
-    """Fall of chi^2, to which numbers that lose their prediction add nothing: a state that is lost is no better fit."""
+    """Fall of chi^2; a number that loses its prediction contributes no fall, since a lost state is no better fit."""
     if there is here or np.isinf(there.chi2):
         return here.chi2 - there.chi2
     lost = comparison.has_prediction(here.prediction) & ~comparison.has_prediction(there.prediction)
@@ -358,9 +360,9 @@ def _gain(comparison: Data, here: _Evaluation, there: _Evaluation) -> float:
 
 
 def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: float) -> tuple[Values, float]:
-    """Values after a step of Levenberg and Marquardt, and the expected fall of chi^2.
+    """Values after a Levenberg-Marquardt step, and the expected fall of chi^2.
 
-    Parameters that would pass a bound stop there; the step of the others is the best one then.
+    Parameters that would cross a bound stop there; the step of the others is optimal under this constraint.
     """
     size, (lower, upper) = unknowns.size, np.array(unknowns.bounds).reshape(-1, 2).T
     gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)

@@ -1,7 +1,7 @@
-"""Calibration parameters: kt, kn, mu, zeta, E and bearing, which every fit sets before an effect is called missing.
+"""Calibration parameters kt, kn, mu, zeta, E and bearing, which are fitted together with every effect.
 
-They are factors on the values of the model, common to all contacts or parts, with the same `apply` as an effect and a
-prior. They are applied before the effects, so that zeta does not scale an added dashpot.
+They are factors on the values of the model, common to all contacts or parts, with a prior and with the same `apply` as
+an effect. They are applied before the effects, so that zeta does not scale an added dashpot.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
 from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
 
-#: Relative standard deviation of the prior of each [-]; bearing is calibrated only if it is given one.
+#: Relative standard deviation of each prior [-]; bearing is calibrated only if a value is given.
 DEVIATION = {"kt": 0.10, "kn": 0.10, "mu": 0.10, "zeta": 0.20, "E": 0.01, "bearing": 0.0}
 #: Field of `FrictionContact` that each scales.
 CONTACT = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
@@ -27,9 +27,9 @@ WHAT = {
     "E": "Young's modulus of all parts.",
     "bearing": "Distance of all contacts from the middle of their lines.",
 }
-#: Standard deviations of the prior beyond which no fit goes: once in two million draws is a value further off.
+#: Limit of a fit in standard deviations of the prior: one in two million draws is further from the centre.
 MAX_PRIOR_RESIDUAL = 5.0
-#: Distance of a bound from 1 below which nothing is left to calibrate, over the deviation of the prior [-].
+#: Distance of a bound from 1, over the deviation of the prior, below which there is nothing to calibrate [-].
 LEAST_REACH = 0.01
 #: Bounds of the factor: contacts and damping are known to an order of magnitude, a modulus far better.
 BOUNDS = {
@@ -63,16 +63,16 @@ class CalibrationParameter:
     kind: str = "calibration"
     signature: str = "It is calibrated with every effect, and with none."
 
-    #: Whether a case can have a value of it.
+    #: Whether a case can contain a value of it.
     is_of_case: ClassVar[bool] = True
 
     @property
     def stated_deviation(self) -> float:
-        """Standard deviation as the case states it, whatever the prior of a fit allows [-]."""
+        """Standard deviation stated in the case; the prior of a fit may be wider [-]."""
         return self.deviation
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """Model with the factor; 1 changes nothing, and a test without contacts has none to change."""
+        """Model with the factor; 1 changes nothing, nor does a contact factor on a test without contacts."""
         (factor,) = values
         system = model.system
         if self.name in CONTACT:
@@ -83,14 +83,14 @@ class CalibrationParameter:
             return with_contact_position(model, factor)
         whole = np.sum([part.stiffness for part in model.parts if part.name not in model.elastic_bodies], axis=0)
         loss = system.structural_damping
-        # What a load cell reads of a displacement is stiffness too.
+        # The row of a load cell is a stiffness too.
         sensors = [replace(one, row=factor * one.row) if isinstance(one, LoadCell) else one for one in model.sensors]
         changed = replace(model, sensors=tuple(sensors)).with_material(
             system.mass, system.stiffness + (factor - 1) * whole
         )
         # Young's modulus is complex where the material has a loss factor.
         changed = changed.with_system(structural_damping=None if loss is None else factor * loss)
-        # The springs of a clamp are no part's material.
+        # The springs of a clamp do not belong to the material of a part.
         for name, body in model.elastic_bodies.items():
             changed = changed.with_elastic_body(name, body.scale_stiffness(factor))
         return changed
@@ -98,7 +98,7 @@ class CalibrationParameter:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CalibratedEffect(CalibrationParameter):
-    """An effect of one parameter with a prior about the model as it is, within its own bounds: see `from_effect`.
+    """An effect with one parameter, its prior centred at the neutral value, within its bounds: see `from_effect`.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class CalibratedEffect(CalibrationParameter):
 
     effect: Effect
 
-    #: A case names it among its added effects.
+    #: A case lists it among its added effects.
     is_of_case = False
 
     @classmethod
@@ -165,7 +165,7 @@ def list_calibration_parameters(
     Raises
     ------
     EffectError
-        An unknown name, or a deviation that is negative or no number.
+        An unknown name, or a deviation that is negative or not finite.
     """
     given = dict(deviation or {})
     for name, value in given.items():
@@ -194,14 +194,14 @@ def _factor(models: Sequence[Model], name: str, deviation: float) -> EffectParam
 
 
 def make_factor(name: str, lower: float, upper: float, deviation: float) -> EffectParameter:
-    """A factor with a prior about 1, within bounds and within what no fit goes beyond.
+    """A factor with a prior about 1, within bounds and within `MAX_PRIOR_RESIDUAL` standard deviations.
 
     Parameters
     ----------
     name
-        Name of what it scales.
+        Name of the scaled quantity.
     lower, upper
-        Bounds, 1 among them [-].
+        Bounds, which include 1 [-].
     deviation
         Standard deviation of its prior [-].
 
@@ -211,7 +211,7 @@ def make_factor(name: str, lower: float, upper: float, deviation: float) -> Effe
         Bounds that leave nothing to calibrate.
     """
     lower, upper = max(lower, 1 - MAX_PRIOR_RESIDUAL * deviation), min(upper, 1 + MAX_PRIOR_RESIDUAL * deviation)
-    # A law may refuse all beyond 1 on one side: the search starts on the wider one.
+    # A law may admit no value beyond 1 on one side: the search starts on the wider side.
     typical = max(min(1 + deviation, upper), max(1 - deviation, lower), key=lambda value: abs(value - 1))
     if abs(typical - 1) < LEAST_REACH * deviation:
         raise EffectError(f'a factor on "{name}" may only be {lower:.9g} to {upper:.9g}: do not calibrate it')

@@ -1,4 +1,4 @@
-"""Measured features beside those of a model, in units of what noise and numerical error explain."""
+"""Comparison of measured and predicted features, in standard deviations of noise and numerical error."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,15 +19,15 @@ from diagnosis.fit.calibration import Matrix, Search, Vector, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.reading_slopes import differentiate_readings
 
-#: Factor on the deviations of numbers that a calibration leaves out.
+#: Factor on the standard deviations of numbers that a calibration excludes.
 EXCLUDED_FACTOR = 1e3
-#: Residual of a number that a model has no prediction of, in standard deviations: such a model fits badly.
+#: Residual of a number without a prediction: it penalises such a model [standard deviations].
 NOT_FOUND = 10.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
-    """Observed features, their covariance, and the prediction of the same.
+    """Observed features, their covariance, and the predictor of the same features.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ class Comparison:
     noise
         Standard deviation of each number in a single repeat by noise alone, shape (m,).
     model_error
-        Model error in the covariance, if it has any.
+        Model error in the covariance, if there is any.
     deviation_factor
-        Factors on the deviations of outlying numbers in the covariance, shape (m,); None where none outlies.
+        Factors on the standard deviations of outliers, shape (m,); None without outliers.
     """
 
     observed: Observation
@@ -87,10 +87,10 @@ class Comparison:
         return np.nan_to_num(self.measured - self.features.of_values(prediction.value))
 
     def error(self, prediction: Prediction) -> float:
-        """Error of the fundamentals of motion relative to what was measured, of each curve and over all [-].
+        """Relative error of the fundamentals of motion: root mean square over each curve, then over all curves [-].
 
-        Both are root mean squares. Without a phase moduli are compared. Between a measured and a predicted jump the
-        model is compared on the branch that the structure was on: the jump errs by its frequency.
+        Without a phase, moduli are compared. Between a measured and a predicted jump the model is evaluated on the
+        branch of the structure: the error of the jump is its frequency error.
         """
         value = take_measured_branch(self.observed, prediction, self.predictor.sweeps)
         measured = self.observed.value
@@ -101,9 +101,10 @@ class Comparison:
 
     @cached_property
     def shares(self) -> Float[NDArray[np.float64], " k"]:
-        """Weight of the squared relative error of each row in that of all, shape (k,): fundamentals of motion alone.
+        """Weight of the squared relative error of each row, shape (k,); nonzero for fundamentals of motion alone.
 
-        A curve is one sensor at one level; all of them count alike, and the points of a curve by their squares.
+        A curve is one sensor at one level of one configuration. All curves have equal weight; the points of a curve are
+        weighted by their squared modulus.
         """
         points, rows = self.features.points, np.flatnonzero(self.features.fundamental)
         sensor = np.unique(points.sensor, return_inverse=True)[1]
@@ -117,7 +118,7 @@ class Comparison:
 
     @property
     def log_weight(self) -> float:
-        """-2 ln of the density of the measurements and the model error, beside chi^2 [-]."""
+        """-2 ln of the density of the measurements and the model error, less chi^2 [-]."""
         prior = 0.0 if self.model_error is None else self.model_error.prior
         return self.whitening.log_determinant + prior
 

@@ -1,12 +1,12 @@
 r"""Position of the contacts along their lines: nearer to the middle, or further out, than in the model.
 
-With the places x_i of a line's contacts, measured from the middle of their load, the true ones are s x_i. Rows and gaps
-there follow by quadratic interpolation between neighbours; shares of stiffness and preload are moved between middle and
-ends so that the line keeps its sum and its moment of inertia,
+The contacts of a line are at x_i from the centre of their load in the model, and at s x_i in the structure. Rows and
+gaps at s x_i are interpolated quadratically between neighbours. Shares w_i of stiffness and preload are moved between
+middle and ends so that their sum and second moment are preserved,
 
 .. math:: \sum_i w_i' = \sum_i w_i, \qquad \sum_i w_i' (s x_i)^2 = \sum_i w_i x_i^2 ,
 
-and with them the stuck structure its stiffness. Only the onset of slip at each end changes.
+and with them the stiffness of the stuck structure. Only the onset of slip at each end changes.
 """
 
 from dataclasses import replace
@@ -22,7 +22,7 @@ from reduction.jointed_system import FrictionContact, Joint
 Vector = Float[NDArray[np.float64], " n"]
 
 SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
-#: Least part of its share that a contact keeps: what the inner contacts gain, those at the ends lose.
+#: Least part of its share that a contact keeps, since shares are moved between inner and end contacts.
 MIN_SHARE_LEFT = 0.1
 
 
@@ -44,7 +44,7 @@ def with_contact_position(model: Model, factor: float) -> Model:
 
 
 def contact_position_bounds(model: Model, lower: float, upper: float) -> tuple[float, float]:
-    """Bounds of the factor within the given ones, such that every contact keeps a share."""
+    """Bounds of the factor within the given ones such that every contact keeps `MIN_SHARE_LEFT` of its share."""
     for names in model.lines.values():
         if len(names) < 3:
             continue
@@ -80,7 +80,7 @@ def _values(contacts: list[FrictionContact], name: str) -> Vector:
 
 
 def _places(contacts: list[FrictionContact]) -> Vector:
-    """Even places along the line, from the middle of the load."""
+    """Evenly spaced positions along the line, from the centre of the load."""
     place, weight = np.linspace(-1, 1, len(contacts)), _values(contacts, "normal_stiffness")
     return np.asarray(place - weight @ place / weight.sum())
 

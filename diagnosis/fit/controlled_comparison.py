@@ -1,7 +1,8 @@
-"""Measured features beside those of a model that moves as it was measured to move, and measured ends of branches.
+"""Comparison of measured features with a model under response control (motion prescribed), and of ends of branches.
 
-Far from the truth chi^2 of responses under a given force has many minima, one for each way in which a wrong peak can
-lie over a measured one. Under response control it has one as a rule, which is where fits of responses begin.
+Far from the true parameters, chi^2 of responses under a given force has many minima, one for each wrong overlap of
+predicted and measured peaks. Under response control it usually has a single one, which serves as a start of the fits of
+responses.
 """
 
 from collections.abc import Iterator
@@ -25,13 +26,13 @@ from diagnosis.fit.fit_parameter import Unknowns, Values
 
 #: Step of a difference of predictions, relative to the typical size of a parameter.
 STEP = 1e-3
-#: Relative change of frequencies and of damping by which their errors are taken [-].
+#: Relative change of frequencies and of damping for the difference quotients of their errors [-].
 SHIFT = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ControlledComparison:
-    """Features at measured motions, with standard deviations of their own.
+    """Features at measured motions, with their standard deviations.
 
     Parameters
     ----------
@@ -40,8 +41,8 @@ class ControlledComparison:
     measured
         Features of the measurements, shape (m,).
     deviation
-        Standard deviation of each by noise and model error, and of the force of each fold, relative to it,
-        shape (m + f,).
+        Standard deviation of each feature by noise and model error, then relative standard deviation of the force of
+        each fold, shape (m + f,).
     predictor
         Predictor at the measured motions.
     """
@@ -62,7 +63,7 @@ class ControlledComparison:
         comparison
             Measurements under the given force, with the noise of a single repeat.
         model, size
-            Model whose errors have this size.
+            Model, and the size of its errors.
         """
         of, features = comparison, comparison.features
         folds = list(_list_folds(of.observed, of.predictor.sweeps, size.reading))
@@ -83,13 +84,13 @@ class ControlledComparison:
         return cls(features=features, measured=of.measured, deviation=deviation, predictor=predictor)
 
     def scaled(self, factor: float) -> "ControlledComparison":
-        """The same with all deviations multiplied."""
+        """The same with all standard deviations multiplied by a factor."""
         return replace(self, deviation=factor * self.deviation)
 
     def predict(
         self, model: Model, nearby: ControlledPrediction | None = None, starts: Values | None = None
     ) -> ControlledPrediction:
-        """States of the model at the measured motions, which have no starts."""
+        """States of the model at the measured motions; `starts` is unused."""
         del starts
         return self.predictor.predict(model, nearby)
 
@@ -136,7 +137,7 @@ def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) ->
             continue
         left, reached = (rows[above - 1], rows[above])[:: jump.sweep]
         beside = rows[above - 2] if jump.sweep > 0 else rows[above + 1]
-        # The force of a fold rises with the frequency at least as fast as the amplitude on the branch that ends.
+        # On the branch that ends, the force of a fold grows with frequency at least as fast as the amplitude.
         slope = 1 + abs(np.log(size[left] / size[beside]) / np.log(points.frequency[left] / points.frequency[beside]))
         deviation = float(np.hypot(slope * width / np.sqrt(12) / jump.frequency, error))
         lower, upper = sorted((float(size[left]), float(size[reached])))
@@ -145,7 +146,7 @@ def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) ->
 
 
 def _damped(model: Model, factor: float) -> Model:
-    """A model with all of its damping times a factor."""
+    """Model with all damping multiplied by a factor."""
     loss = model.system.structural_damping
     return model.with_system(
         damping=factor * model.system.damping, structural_damping=None if loss is None else factor * loss

@@ -1,4 +1,4 @@
-"""Starts of fits far from the truth, from fits under response control."""
+"""Start values for fits far from the true parameters, from fits under response control."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from diagnosis.fit.problem import EffectSelection, Screened
 from diagnosis.screening import compute_slope_gains
 from hbsolve.errors import ModelError
 
-#: Usual error of the readings of a model for which none is stated [-].
+#: Usual error of the readings of a model without a stated one [-].
 USUAL_MODEL_ERROR = 1e-3
-#: Fits, each with deviations that the misfit of the one before asks for.
+#: Number of fits; each scales its standard deviations by the misfit of the previous one.
 ROUNDS = 4
 
 
@@ -29,7 +29,7 @@ class ControlledFit:
     Parameters
     ----------
     comparison
-        Measurements, with deviations so large that chi^2 is as expected.
+        Measurements, with standard deviations scaled so that chi^2 has its expected value.
     fit
         The fit.
     error_factor
@@ -65,9 +65,9 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
     comparison
         Measurements under the given force.
     unknowns, start
-        Parameters, and where the fit begins.
+        Parameters, and their start values.
     usual
-        Usual error of readings [-]; zero for what is usual elsewhere.
+        Usual error of readings [-]; zero for `USUAL_MODEL_ERROR`.
     """
     size, values, error_factor, fit = ErrorSize.usual(usual or USUAL_MODEL_ERROR), unknowns.clipped(start), 1.0, None
     weighed = ControlledComparison.from_comparison(comparison, unknowns.compose(values), size)
@@ -75,10 +75,10 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
         model = unknowns.compose(values)
         plain = ControlledComparison.from_comparison(comparison, model, size) if number else weighed
         if fit is None:
-            # A large error first, so that priors count.
+            # Start with a large error, so that the priors have weight.
             error_factor = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))
         weighed, before = plain.scaled(error_factor), weighed
-        # The predictions are the same: their deviations are others.
+        # The predictions are the same; only their standard deviations differ.
         ratio = (before.deviation / weighed.deviation)[:, None]
         slopes = None if fit is None else fit.reweigh(partial(np.multiply, ratio))
         fit = calibrate(weighed, unknowns, values, slopes=slopes, ending=Ending.QUICK)
@@ -92,12 +92,12 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
 def find_controlled_starts(
     problem: Screened, comparison: Comparison, effects: Sequence[Effect], usual: float
 ) -> list[tuple[Effect, Values]]:
-    """Effects that explain most at measured motions, best first, and the values of their fits.
+    """Effects that explain most under response control, best first, and their fitted values.
 
     Parameters
     ----------
     problem
-        Parameters of the fits, and how many effects deserve one.
+        Parameters of the fits, and number of effects to fit.
     comparison
         Measurements under the given force.
     effects
@@ -118,7 +118,7 @@ def find_controlled_starts(
         try:
             result.append((effect, fit_under_control(comparison, more, start, usual)))
         except ModelError:
-            continue  # a structure with so much of it is not supported
+            continue  # with this strength the structure is not supported
     return [(effect, item.fit.values) for effect, item in sorted(result, key=lambda pair: pair[1].error_factor)]
 
 

@@ -1,13 +1,13 @@
-r"""Calibration onto families: parameters whose bands hold the measured families as tightly as possible.
+r"""Calibration onto families: parameters whose bands contain the measured families as tightly as possible.
 
-The score of a model costs the sampled bands of all levels, and has kinks: a simplex of eight parameters is lost in it.
-The limits at the readings are smooth. In each iteration they are linearised about the best parameters, amplitudes by
-their logarithms, and the score of these limits, with a prior of standard deviations sigma around zero,
+The score of a model requires the sampled bands of all levels, and has kinks: a simplex search in eight parameters
+fails. The limits at the readings are smooth. In each iteration they are linearised about the best parameters (the
+logarithms of amplitudes), and the score of these limits, with a prior of standard deviations sigma around zero,
 
 .. math:: C(l_0 + L \,\Delta s) + \sum_j \frac{s_j^2}{2 \sigma_j^2}, \qquad |\Delta s_i| \le r,
 
-is minimised within a trust region r, which grows where it was right and shrinks where it was not. It costs a fraction
-of a second, where the bands of one model take seconds. Parameters are scaled to steps that matter.
+is minimised within a trust region of radius r, which grows after a good prediction and shrinks after a poor one. This
+takes a fraction of a second, the bands of one model take seconds. Parameters are scaled to steps of significant size.
 
 References
 ----------
@@ -34,37 +34,38 @@ from hbsolve.errors import NoSteadyState
 Values = Float[NDArray[np.float64], " p"]
 #: Standard deviations of a prior, or one for all parameters [steps].
 Prior = Values | float
-#: Limits at some parameters; raises `InputError` or `NoSteadyState` where there is no such model.
+#: Limits at some parameters; raises `InputError` or `NoSteadyState` if there is no such model.
 ComputeLimits = Callable[[Values], FamilyLimits]
 
-#: Radius of the trust region at the start and at most, and at which the fit ends [steps].
+#: Initial and largest radius of the trust region, and radius at which the fit ends [steps].
 FIRST_RADIUS, MOST_RADIUS, LAST_RADIUS = 1.5, 5.0, 0.05
-#: Shares of the fall of the score that was predicted from which the region grows and below which it shrinks.
+#: Ratio of actual to predicted fall of the score above which the region grows, and below which it shrinks [-].
 GOOD_SHARE, POOR_SHARE = 0.7, 0.3
 GROW, SHRINK = 2.0, 0.4
-#: Difference over which a slope is taken, over the radius, and in steps at most; over a radius that has shrunk it is
-#: taken anew from this share on.
+#: Step of a difference quotient over the radius [-], and its largest value [steps]; slopes are computed again when this
+#: step exceeds the last share of a shrunk radius [-].
 SLOPE_SHARE, MOST_SLOPE, WIDE_SLOPE_SHARE = 0.2, 0.3, 0.6
 #: Least fall of the score, where 1.92 is the end of a 95 % interval [-].
 LEAST_FALL = 0.02
 UNBOUNDED = scipy.optimize.Bounds()
-#: Within it the simplex follows Powell's lines, as long as it gains a share of that fall: both end at kinks, seldom at
-#: the same ones. First size of the simplex over the radius, rounds of both, and evaluations of one of them, at most.
+#: Powell's method and a simplex alternate within the region, as long as the simplex gains this share of `LEAST_FALL`:
+#: both stop at kinks, but seldom at the same ones. First size of the simplex over the radius, largest number of rounds,
+#: largest number of evaluations of one search [-].
 GAIN_SHARE, SIMPLEX_SHARE, MOST_ROUNDS, MOST_LINEAR = 0.2, 0.1, 4, 2000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearLimits:
-    """Limits at the n readings of a target that are linear in p parameters, amplitudes and deviations by logarithms.
+    """Limits at the n readings of a target, linearised in p parameters; amplitudes and deviations as logarithms.
 
     Parameters
     ----------
     target
         Readings.
     at
-        Parameters about which they are linear, shape (p,) [steps].
+        Parameters about which the limits are linearised, shape (p,) [steps].
     value, slopes
-        Limits and deviations there, and their slopes, shapes (2, 2, n) and (p, 2, 2, n).
+        Limits and deviations at these parameters, and their slopes, shapes (2, 2, n) and (p, 2, 2, n).
     """
 
     target: FamilyTarget
@@ -82,9 +83,9 @@ class LinearLimits:
         step: float,
         bounds: scipy.optimize.Bounds = UNBOUNDED,
     ) -> "LinearLimits":
-        """By central differences: limits at a resonance are curved, and one difference turns the way of a fit.
+        """By central differences: limits at a resonance are curved, and one-sided differences mislead the fit.
 
-        To a side where there is no model, or no limit at a reading, the other difference counts alone.
+        If there is no model on one side, or no limit at a reading, the difference to the other side is used alone.
 
         Parameters
         ----------
@@ -93,13 +94,13 @@ class LinearLimits:
         compute
             Limits at some parameters.
         at
-            Where, shape (p,) [steps].
+            Parameters about which to differentiate, shape (p,) [steps].
         limits
-            Limits there.
+            Limits at these parameters.
         step
             Difference of each parameter [steps].
         bounds
-            Of the parameters, shapes (p,) [steps].
+            Bounds of the parameters, shapes (p,) [steps].
         """
         value = _to_linear(target, limits)
         slopes = np.zeros((len(at), *value.shape))
@@ -143,7 +144,7 @@ class FamilyFit:
     values
         Parameters, shape (p,) [unit of each, or steps].
     before, after
-        Score with its prior at the start and at the end [-].
+        Score including the prior at the start and at the end [-].
     n_evaluation
         Models whose bands were sampled [-].
     """
@@ -177,9 +178,9 @@ def fit_limits(
     start
         Parameters to start from, shape (p,) [steps].
     most
-        Evaluations at most; the last iteration is finished [-].
+        Largest number of evaluations; the last iteration is finished [-].
     bounds
-        Of the parameters, shapes (p,) [steps].
+        Bounds of the parameters, shapes (p,) [steps].
     report
         Called with the number of evaluations, and their largest number [-].
 
@@ -226,7 +227,7 @@ def minimise_linear(
     radius: float,
     bounds: scipy.optimize.Bounds = UNBOUNDED,
 ) -> Values:
-    """Parameters of the least score of linear limits within a radius about a start, all shapes (p,) [steps]."""
+    """Parameters that minimise the score of linear limits within a radius about a start, shape (p,) [steps]."""
     lower, upper = np.maximum(bounds.lb, start - radius), np.minimum(bounds.ub, start + radius)
     free = upper > lower
     fixed = np.clip(start, lower, upper)
@@ -268,20 +269,20 @@ def fit_families(
     most: int = 150,
     report: Callable[[float, float], None] | None = None,
 ) -> FamilyFit:
-    """Fit calibration parameters to families from a fit to the mean.
+    """Fit calibration parameters to families, starting from a fit to the mean.
 
     Parameters
     ----------
     compose
-        Model with some values of the parameters, which has the sensors of the families.
+        Model for given values of the parameters, with the sensors of the families.
     calibration_parameters
-        With their priors about what changes nothing.
+        Parameters with priors centred at their neutral values.
     start
         Values to start from, shape (p,) [unit of each].
     target
         Families, and the score of a model.
     most
-        Evaluations at most [-].
+        Largest number of evaluations [-].
     report
         Called with the number of evaluations, and their largest number [-].
 
@@ -305,13 +306,13 @@ def fit_families(
 
 
 def compute_prior(scaled: Values, prior: Prior) -> float:
-    """What a prior of these standard deviations around zero adds to the score [-]."""
+    """Contribution to the score of a prior with these standard deviations around zero [-]."""
     return 0.5 * float(np.sum((scaled / prior) ** 2))
 
 
 def compute_if_possible(compute: ComputeLimits, scaled: Values) -> FamilyLimits | None:
-    """Limits at some parameters; None where there is no such model, or no steady state of it."""
+    """Limits at some parameters; None if there is no such model, or no steady state of it."""
     try:
         return compute(scaled)
-    except (InputError, NoSteadyState):  # a damper out of its groove, say
+    except (InputError, NoSteadyState):  # for example a damper that leaves its groove
         return None

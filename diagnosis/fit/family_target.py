@@ -1,31 +1,31 @@
-r"""What a calibration onto families minimises: how tightly the bands of a model hold measured families.
+r"""Objective of a calibration onto families: a score of how tightly the bands of a model contain measured families.
 
-Least squares on the mean of the repeats takes friction history for noise. Here the prediction is a band, and the score
-comes from the mean width w of a band that noise widens by v in all, the mean interval score S, and the mean range r of
-the readings at one frequency, of each of F families with c_f set-ups and n_f readings:
+Least squares on the mean of the repeats treats friction history as noise. Here the prediction is a band. For each of F
+families with c_f set-ups and n_f readings, the score uses the mean width w of the band, which includes a total
+widening v by noise, the mean interval score S, and the mean range r of the readings at one frequency:
 
 .. math:: C = \sum_f \left[\frac{2}{F} \ln \frac{w_f}{\bar x_f} + c_f \ln \frac{\bar S_{\alpha_f}}{w_f}
           + \left(c_f - \frac{2}{F}\right) \ln \frac{\max(r_f, v_f)}{\bar x_f}\right],
           \qquad \alpha_f = \frac{1}{n_f + 1} .
 
-Readings that fill their bands evenly would have the likelihood of -c ln S in each family. But set-ups are made by the
-same hands: they fill an unknown part of each band, and much the same part of all. With the ends a and b of this part
-evenly distributed, and W the width of a band, many readings away from its ends have
+Readings uniformly distributed in their bands would have the log-likelihood -c ln S in each family. But all set-ups are
+assembled in the same way: they fill an unknown part of each band, and nearly the same part of all bands. With uniformly
+distributed ends a and b of this part, and W the width of a band, many readings away from its ends have
 
 .. math:: \int_0^W \!\! \int_a^W p(x | a, b)\, \frac{2}{W^2}\, db\, da \to W^{-2} .
 
-A common factor of all widths is therefore told by two powers, however many families and readings there are; to take the
-mean over families for this factor is a choice. The other powers are those of what the readings do fill, or of the noise
-where that is wider: a model that makes its own noise wide, by steep flanks whose frequency is not sure, gains nothing.
-A reading outside counts in each set-up; its curves up and down share one history. An error that all readings of a
-family share, as that of the model's limits, is one draw, and widens the band as the noise of a family of one reading
-would, by 0.67 standard deviations. That is a choice: in each set-up and level a larger one counts again. The score does
-not depend on the size of a family, so that a static force near zero counts as much as a resonance: bands hold all
-readings, and are hardly wider than that takes.
+A common factor of all widths therefore enters with the power two, regardless of the number of families and readings;
+the mean over families as this factor is a choice. The remaining powers act on the range of the readings, or on the
+noise width where it is larger: a model gains nothing by a wide noise band, as from steep flanks of uncertain frequency.
+A reading outside the band counts once per set-up, since its upward and downward curves share one history. An error
+common to all readings of a family, such as that of the limits, is one draw: it widens the band by 0.67 standard
+deviations, as noise does for a single reading. That is a choice; a larger error counts again in each set-up and level.
+The score does not depend on the magnitude of a family, so that a static force near zero counts as much as a resonance.
+The resulting bands contain all readings and are hardly wider than necessary.
 
-A search for limits is too slow for a fit: the band in the loop is what a population of slider states and random
-histories reach, the same ones in every iteration, so that the score changes with the parameters alone. The limits
-themselves judge the result.
+A search for the limits is too slow for a fit. The band in the loop is the range reached by a population of slider
+states and random histories. These are the same in every iteration, so that the score depends on the parameters alone.
+The result is judged with the limits themselves.
 
 References
 ----------
@@ -58,22 +58,22 @@ Both = Float[NDArray[np.float64], "2 n"]
 
 #: Slider states and random histories of the band in the loop, and their seed.
 POPULATION, SAMPLES, SEED = 8, 8, 5
-#: Width of a band that is one line, over the mean of the readings [-].
+#: Least width of a band, over the mean of the readings [-].
 LEAST_WIDTH = 1e-6
-#: Standard deviations by which an error widens a band that all of its readings share: that of one reading.
+#: Standard deviations by which an error common to all readings widens a band: the noise width for one reading.
 SHARED_WIDTH = float(compute_noise_width(1 / 2))
-#: Powers of a common factor of all widths.
+#: Exponent of a common factor of all widths.
 WIDTH_POWERS = 2.0
 
 
 class FamilyLimits(NamedTuple):
-    """Limits at the n readings of a target, and the deviations by which a score widens them, lower then upper.
+    """Limits at the n readings of a target, and the standard deviations by which a score widens them, lower then upper.
 
-    These are standard deviations of noise, with errors that readings share as far as they widen a band.
+    They contain the noise, and errors common to all readings scaled to their effect on the width of a band.
     """
 
     value: Both
-    """Shape (2, n) [SI unit of each sensor]; a reading of which one is NaN has no limits."""
+    """Shape (2, n) [SI unit of each sensor]; a reading has no limits if one of them is NaN."""
     deviation: Both
 
 
@@ -96,12 +96,12 @@ class FamilyTarget:
     errors
         Noise and frequency jitter.
     shift
-        Standard deviation of the frequency, of set-ups and of the model, relative [-].
+        Relative standard deviation of the frequency, from set-ups and model [-].
     nominal
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
     numerical
         Standard deviations of the limits by the numerical error of the model, taken from a similar model, lower then
-        upper, shape (2, n) [SI unit of each sensor]; 0 by default. The readings of a family share such an error.
+        upper, shape (2, n) [SI unit of each sensor]; 0 by default. The error is common to the readings of a family.
     seed
         Seed of the slider states and random histories of the bands.
     """
@@ -125,7 +125,7 @@ class FamilyTarget:
 
     @cached_property
     def is_amplitude(self) -> Bool[NDArray[np.bool_], " n"]:
-        """Whether a reading is an amplitude and no mean, which may be negative."""
+        """Whether a reading is an amplitude, rather than a mean, which may be negative."""
         harmonic = np.array([family.harmonic for family in self.families])
         return np.asarray(harmonic[self._family_number] > 0)
 
@@ -144,17 +144,17 @@ class FamilyTarget:
                 at = bands[family.sensor, family.harmonic, family.level].at(family.frequency, self.shift)
                 noise = self.errors.noise[family.sensor, family.harmonic].deviation(family.value)
                 value.append(at.value)
-                # Of the readings themselves: wide limits would have more noise, of which the readings have none.
+                # Widened at the readings: the noise at wide limits would be larger than that of the readings.
                 both = np.broadcast_to(family.value, at.value.shape)
                 deviation.append(np.hypot(family.widen(at.deviation, both), noise))
-        # The score widens by the noise width of the family, what is shared by that of one reading.
+        # The score multiplies by the noise width of the family; a common error needs that of one reading.
         shared = self.numerical * SHARED_WIDTH / np.maximum(self._noise_width, SHARED_WIDTH)
         return FamilyLimits(np.concatenate(value, axis=1), np.hypot(np.concatenate(deviation, axis=1), shared))
 
     def score(self, limits: FamilyLimits) -> float:
-        """How tightly limits hold the readings, less is better [-].
+        """Score of limits: how tightly they contain the readings, less is better [-].
 
-        A reading without limits, at a frequency of the bands, is outside by its own size.
+        A reading at a frequency of the bands but without limits counts as outside by its absolute value.
         """
         covered, n_family = self._is_covered, len(self._n_set_up)
         number, x, noise_width = self._family_number[covered], self.value[covered], self._noise_width[covered]
@@ -176,7 +176,7 @@ class FamilyTarget:
 
     @cached_property
     def _is_covered(self) -> Bool[NDArray[np.bool_], " n"]:
-        """Whether the frequency of a reading is one of the bands."""
+        """Whether the bands cover the frequency of a reading."""
         return np.concatenate(
             [is_covered(group.frequency, family.frequency) for group in self.groups for family in group.families]
         )
@@ -201,12 +201,12 @@ class FamilyTarget:
 
     @cached_property
     def _size(self) -> Float[NDArray[np.float64], " families"]:
-        """Sum of the sizes of the readings of each family."""
+        """Sum of the absolute readings of each family."""
         return np.maximum(self._sum(np.abs(self.value)), np.finfo(float).tiny)
 
     @cached_property
     def _spread(self) -> Float[NDArray[np.float64], " families"]:
-        """Sum over the readings of each family of the range of the readings at their point."""
+        """Sum over the readings of each family of the range of all readings at the same point."""
         result = []
         for family in self.families:
             _, point = np.unique(common_points(family.curves), return_inverse=True)
@@ -231,7 +231,7 @@ def list_numerical_errors(families: Sequence[Family], verdicts: Sequence[FamilyV
     families
         Families in the order of their target.
     verdicts
-        Families over the limits of a model; of a family that is none of them the errors are 0.
+        Families with the limits of a model; the errors of a family that is not among them are 0.
     """
     bands = {(item.family.sensor, item.family.harmonic, item.family.level): item.band for item in verdicts}
     return np.concatenate(
@@ -251,7 +251,7 @@ def sampled_bands(
     nominal: Float[NDArray[np.float64], " s"] | None = None,
     seed: int = SEED,
 ) -> dict[tuple[str, int, float], PredictedBand]:
-    """Bands that a population and random histories reach, by sensor, harmonic and level: within the limits.
+    """Bands reached by a population and random histories, by sensor, harmonic and level; they lie within the limits.
 
     Raises
     ------

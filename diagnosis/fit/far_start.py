@@ -1,7 +1,7 @@
-"""Starts of fits far from the vanishing strength, for effects whose derivative there says little about them.
+"""Start values far from the neutral strength, for effects whose derivative at that strength is not representative.
 
-A contact that slips at the vanishing strength may stick at a larger one, and no derivative sees the way there. Nor does
-one see what twice the stiffness of a line does to peaks that calibration parameters have moved already.
+A contact that slips at the neutral strength may stick at a larger one, which no derivative predicts. Nor does a
+derivative predict the effect of a doubled line stiffness on peaks that the calibration has already moved.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,9 +19,9 @@ from diagnosis.fit.refit import MAX_BY_SLIP, acts_by_slip_alone
 
 
 def list_far_starts(problem: FitProblem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
-    """The fitted values with far strengths of the first few effects that are ratios of joints, or act through slip.
+    """Fitted values with far strengths of the first few effects that are factors on joints, or act through slip alone.
 
-    To either side, the far strength that leaves the lesser chi^2.
+    Of the two far strengths on either side, the one with the lower chi^2 is taken.
     """
     fit, model = problem.fit, problem.fit.model
     far = [
@@ -39,14 +39,14 @@ def list_far_starts(problem: FitProblem, effects: Sequence[Effect]) -> list[tupl
 def choose_start(
     problem: FitProblem, effect: Effect, fitted: Values, strengths: Iterable[float], nearby: Prediction
 ) -> Values:
-    """Fitted values with that strength of an effect which leaves the least chi^2, from a prediction nearby."""
+    """Fitted values with the strength of an effect that has the lowest chi^2, computed from a prediction nearby."""
     unknowns = problem.unknowns([effect])
     begins = [make_start(fitted, effect, strength) for strength in strengths]
     return min(begins, key=lambda begin: compute_chi2(problem.train, unknowns, begin, nearby))
 
 
 def list_far_strengths(parameter: EffectParameter) -> Float[NDArray[np.float64], "2 2"]:
-    """Strengths halfway to either bound, of a ratio in logarithms, and the bound, shape (2, 2) [its unit]."""
+    """Strength halfway to each bound (geometric for a ratio) and the bound itself, shape (2, 2) [its unit]."""
     bounds, vanishes = np.array([parameter.lower, parameter.upper]), parameter.vanishes
     halfway = np.sqrt(bounds * vanishes) if parameter.is_ratio else (bounds + vanishes) / 2
     return np.column_stack([halfway, bounds])

@@ -1,4 +1,4 @@
-"""Data of other types than steady states in a fit: loops, ring-downs, modes, each through a few features."""
+"""Fits to data other than steady states: loops, ring-downs and modes, each described by a few features."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,21 +15,21 @@ from diagnosis.fit.calibration import Data, Ending, Fit, Matrix, Search, Vector,
 from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
-#: Step of a difference of predictions, relative to the typical size of a parameter: large beside their accuracy (1e-5
-#: of a backbone), small beside the curvature of what a parameter does.
+#: Step of a difference of predictions, relative to the typical size of a parameter: large compared with the accuracy of
+#: predictions (1e-5 for a backbone), and small enough that curvature is negligible.
 STEP = 0.02
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FeatureComparison:
-    """Features of some data, to compare a model with.
+    """Comparison of a model with features of some data.
 
     Parameters
     ----------
     data
         Measured data.
     features
-        Features of each.
+        Features of each datum.
     """
 
     data: tuple[Datum, ...]
@@ -49,11 +49,11 @@ class FeatureComparison:
 
     @property
     def deviation(self) -> Vector:
-        """Their standard deviations, shape (m,)."""
+        """Standard deviations of all features, shape (m,)."""
         return np.concatenate([[], *(item.deviation for item in self.features)])
 
     def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> Vector:
-        """Prediction of all features, shape (m,); NaN where the model has none.
+        """Prediction of all features, shape (m,); NaN for features without a prediction.
 
         Parameters
         ----------
@@ -62,12 +62,12 @@ class FeatureComparison:
         nearby
             Prediction of a model that this one is a variation of; None for the first one.
         starts
-            None of these data has any.
+            Unused: these data have no initial values.
 
         Raises
         ------
         CampaignError
-            The first model lacks what some data speak of.
+            The first model lacks something that the data refer to.
         """
         del starts
         predicted = []
@@ -75,7 +75,7 @@ class FeatureComparison:
             try:
                 predicted.append(DATA_TYPES[datum.type].predict(model, datum))
             except (CampaignError, np.linalg.LinAlgError):
-                # A trial value may take a mode out of a sensor's sight, or make a mass negative.
+                # A trial value may make a mode unobservable by a sensor, or a mass negative.
                 if nearby is None:
                     raise
                 predicted.append(np.full(len(features.value), np.nan))
@@ -143,21 +143,21 @@ class JoinedComparison:
         )
 
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
-        """That of the first's kind."""
+        """Covariance as the first comparison defines it."""
         return self.first.covariance(residual, jacobian, size)
 
 
 def fit_together(first: Data, fit: Fit, data: Sequence[Datum]) -> Fit:
-    """A fit to steady states continued with other data beside them.
+    """Continue a fit to steady states with other data in addition.
 
     Parameters
     ----------
     first
-        Steady states that the fit is to.
+        Steady states.
     fit
-        Fit to them alone.
+        Fit to these alone.
     data
-        Other data; without any the fit stays as it is.
+        Other data; without any the fit is returned unchanged.
 
     Returns
     -------

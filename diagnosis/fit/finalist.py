@@ -1,11 +1,11 @@
-"""Finalists: effects fitted to the end, each that gains more than chance by the covariance of its own model as well.
+"""Finalists: effects that are fitted to the end; if the gain exceeds chance, also with the covariance of their model.
 
 The covariance of a model that lacks an effect is wrong where the effect is present, and that of a model with the effect
-is wrong where it is absent. The gain of an effect is therefore the smaller one of its gains by both covariances.
+is wrong where it is absent. The gain of an effect is therefore the smaller of its gains with both covariances.
 
-By either covariance, the fits with the effect and without have model errors of their own sizes, since a missing effect
-may have been taken for model error. The gain is the fall of -2 ln p, in which a larger covariance costs its
-determinant.
+With either covariance, the model error is estimated separately for the fits with and without the effect, since a
+missing effect may have been mistaken for model error. The gain is the fall of -2 ln p, which includes the determinant
+of the covariance.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,15 +28,15 @@ from diagnosis.fit.problem import UNEXPLAINED_CHI2, Refit
 from diagnosis.fit.weighting import resize_model_error
 from diagnosis.step import RunStep, compute_step
 
-#: An effect is not named, whatever it gains, if the held-out data are further off by these factors: their reduced
-#: chi-squared by noise and stated errors, as far as it is beyond 1, and where these do not explain it, their error
-#: relative to what was measured. That is the error of peaks above all, which move with what is explained [-].
+#: An effect is not named, regardless of its gain, if a held-out error rises by more than these factors: the reduced
+#: chi-squared by noise and stated errors, limited from below by 1; and, where these do not explain it, the error
+#: relative to the measured values. The latter is dominated by peaks, which shift with an effect [-].
 MAX_CHI2_RISE, MAX_ERROR_RISE = 1.1, 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Finalist:
-    """An effect, or none, its fit, and the arrangement by the covariance that it was weighed by last."""
+    """Fit with one effect or none, and the arrangement with the covariance of the last fit."""
 
     refit: Refit
     arrangement: Arrangement
@@ -57,10 +57,10 @@ def refit_by_own_covariance(
     *,
     chance: float = -np.inf,
 ) -> Finalist:
-    """Fit an effect anew, by the covariance of its own model.
+    """Refit an effect with the covariance of its own model.
 
-    The gain of an effect is the smaller one by both covariances. Where chance explains that by the common one, no
-    verdict names the effect, and the other is left out.
+    The gain of an effect is the smaller one with both covariances. If chance explains the gain with the common one, no
+    verdict names the effect, and the fit with its own covariance is omitted.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def refit_by_own_covariance(
     catalogue_of
         As in `diagnosis.fit.arrangement.arrange`.
     by, refit
-        Fit with the effect, and the comparison that it was fitted to.
+        Comparison, and the fit with the effect to it.
     chance
-        Gain that chance explains; every effect is fitted by its own covariance by default.
+        Gain that chance explains; by default every effect is fitted with its own covariance.
     """
     assert refit.effect is not None
-    # By the covariance that all fits have in common, which is that of `arrangement`, and by its own.
+    # First with the common covariance of all fits, that of `arrangement`; then with the own covariance.
     common, fit = _refit(arrangement, refit.fit, by)
     if arrangement.cost - common.cost <= chance:
         tested = _test_by_covariances(refit.effect, [common], [arrangement], [baseline])
@@ -85,7 +85,7 @@ def refit_by_own_covariance(
     own_without = own.with_refit(baseline.fit, arrangement.train)
     common_without = arrangement
     if min(common_without.cost - common.cost, own_without.cost - own.cost) > arrangement.selection.least_gain:
-        # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
+        # A fit without the effect that is not converged to its minimum would give the effect a spurious gain.
         common_without = min(
             common_without, common_without.with_refit_without(refit.effect, common.fit), key=attrgetter("cost")
         )
@@ -104,16 +104,16 @@ def _test_by_covariances(
     without_effect: Sequence[Arrangement],
     tests_without: Sequence[Refit],
 ) -> Refit:
-    """Test of an effect by the last of some covariances, with the least that it gains by any of them.
+    """Test of an effect with the last of some covariances, with the smallest of its gains with all of them.
 
     Parameters
     ----------
     effect
         The effect.
     with_effect, without_effect
-        Fits with the effect and without, one by each covariance.
+        Fits with and without the effect, one with each covariance.
     tests_without
-        Tests of the latter.
+        Tests of the fits without the effect.
     """
     tests = [item.tested(effect, item.fit) for item in with_effect]
     costs = [(one.held_out_cost, other.held_out_cost) for one, other in zip(tests_without, tests, strict=True)]
@@ -132,16 +132,18 @@ def refit_each_by_own_covariance(
     refit_one: Callable[[Refit], Finalist],
     run_step: RunStep = compute_step,
 ) -> list[Finalist]:
-    """Fit effects anew, each by the covariance of its own model, until the rest is too far behind one that gains.
+    """Refit effects, each with the covariance of its own model.
+
+    Once an effect gains on training and held-out data, only those with a cost close to the lowest one are refitted.
 
     Parameters
     ----------
     screening
-        Arrangement that the effects were fitted by.
+        Arrangement of the given fits.
     refits
         Fits with each effect, the best first.
     refit_one
-        Fits one of them, as `refit_by_own_covariance` does with its other arguments given.
+        Refits one of them: `refit_by_own_covariance` with its other arguments given.
     run_step
         Looks up the stored result of a step, or computes it.
     """
@@ -157,11 +159,12 @@ def refit_each_by_own_covariance(
 
 
 def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangement, Fit]:
-    """Fit with an effect and the model error that it leaves, and the quick fit that it began with.
+    """Fit with an effect and its model error, and the quick fit from which it started.
 
-    Where contacts slip in the model at frequencies at which they stick in the test, chi^2 has several minima, and a fit
-    without the effect may have moved the calibration parameters into the wrong one. That leaves an unusual model error.
-    Another fit then begins with the lowest level alone, where the model is almost linear, and the more probable counts.
+    If contacts slip in the model at frequencies at which they stick in the test, chi^2 has several minima, and the fit
+    without the effect may have moved the calibration parameters to the wrong one. The model error is then unusually
+    large. A second fit starts with the lowest level alone, where the model is almost linear; the more probable fit is
+    taken.
     """
     result, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
     if result.model_error_size.is_within(usual):
@@ -173,13 +176,13 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
 
 
 def compare(refit: Refit, without: Refit, gain: float) -> Refit:
-    """The test of a fit with its gains beyond one that lacks an effect, of which that of the training data is given."""
+    """The test of a fit with its gains over a fit without the effect; `gain` is that of the training data."""
     held_out_gain = without.held_out_cost - refit.held_out_cost
     return replace(refit, gain=gain, held_out_gain=held_out_gain, worsens=is_worse(refit, without))
 
 
 def is_worse(refit: Refit, without: Refit) -> bool:
-    """Whether held-out data are further off with an effect than without it."""
+    """Whether an effect raises the error of the held-out data beyond `MAX_CHI2_RISE` or `MAX_ERROR_RISE`."""
     after, before = (max(item.held_out_reduced_chi2_by_noise, 1.0) for item in (refit, without))
     return after > MAX_CHI2_RISE * before or (
         after > UNEXPLAINED_CHI2 and refit.held_out_error > MAX_ERROR_RISE * without.held_out_error

@@ -1,9 +1,9 @@
-"""A finer model beside the calibrated one: the error of a coarse mesh that remains after calibration.
+"""A finer model for comparison with the calibrated one: the discretisation error that remains after calibration.
 
-A coarse mesh is too stiff, and calibration makes up for most of it by a softer material. The remaining error has little
-to do with the difference at equal parameters, which is mostly a shifted resonance. The finer model is therefore
-calibrated to the prediction of the model before the two are compared; the change of its parameters is a measure of the
-uncertainty of those of the model.
+A coarse mesh is too stiff, and calibration compensates most of it by a softer material. The remaining error differs
+from the difference at equal parameters, which is mostly a shift of resonances. The finer model is therefore calibrated
+to the prediction of the model before the two are compared; the change of its parameters is a measure of the uncertainty
+of those of the model.
 """
 
 from collections.abc import Sequence
@@ -26,12 +26,12 @@ class FinerModel:
     Parameters
     ----------
     unknowns
-        Its calibration parameters, then effects with the values of those of the model.
+        Calibration parameters of the finer model, then effects with the same values as in the model.
     n_calibration
         Number of calibration parameters, which come first [-].
     shift
-        Calibration parameters less those of the model at equal predictions, shape (n_calibration,); none before it is
-        calibrated.
+        Calibration parameters less those of the model at equal predictions, shape (n_calibration,); None before
+        calibration.
     """
 
     unknowns: Unknowns
@@ -39,7 +39,7 @@ class FinerModel:
     shift: Values | None = None
 
     def compose(self, values: Values) -> Model:
-        """Finer model for the model with these values."""
+        """Finer model that corresponds to the model with these values."""
         shifted = np.array(values)
         if self.shift is not None:
             shifted[: self.n_calibration] += self.shift
@@ -50,7 +50,7 @@ class FinerModel:
         return replace(self, unknowns=replace(self.unknowns, effects=(*self.unknowns.effects, *effects)))
 
     def calibrated(self, comparison: Comparison, fit: Fit) -> "FinerModel":
-        """The same calibrated to the prediction of the model, from its last values; added effects stay.
+        """The same calibrated to the prediction of the model, from its last values; added effects are not fitted.
 
         Parameters
         ----------
@@ -63,7 +63,7 @@ class FinerModel:
         if not n:
             return replace(self, shift=np.zeros(0))
         own, added = fit.values[:n], fit.values[n:]
-        # The order of the effects matters: damping does not scale a dashpot that was added.
+        # The order of the effects matters: zeta does not scale an added dashpot.
         free = replace(self.unknowns, prior=self.unknowns.prior[:n], centre=own, pinned=tuple(added.tolist()))
         # Points without a steady state of the model have no weight.
         there = np.isfinite(predicted)

@@ -1,4 +1,4 @@
-"""Parameters of a fit: calibration parameters with their priors, strengths of effects without."""
+"""Parameters of a fit: calibration parameters with priors, parameters of effects without."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ Values = Float[NDArray[np.float64], " p"]
 
 
 def make_start(fitted: Values, effect: Effect, strength: float) -> Values:
-    """Fitted values, then the strength of an effect, then its other parameters at what changes nothing."""
+    """Fitted values, then the strength of an effect, then its other parameters at their neutral values."""
     return np.array([*fitted, strength, *(parameter.vanishes for parameter in effect.parameters[1:])])
 
 
@@ -31,14 +31,14 @@ class Unknowns:
     effects
         Effects, applied one after another.
     prior
-        Standard deviation of the prior of each parameter, shape (p,); infinite for none.
+        Standard deviation of the prior of each parameter, shape (p,); infinite without a prior.
     centre
-        Centres of the priors, shape (p,); the values that change nothing by default.
+        Centres of the priors, shape (p,); the neutral values by default.
     pinned
         Values of the last parameters, which are not fitted.
     n_start
-        Number of parameters before those of the effects, without bounds, for the starts of the data, such as initial
-        states of ring-downs; the model does not depend on them [-].
+        Number of initial values of the data, such as initial states of ring-downs. They come first, have no bounds, and
+        do not change the model [-].
     """
 
     base: Model
@@ -76,7 +76,7 @@ class Unknowns:
 
     @property
     def vanishing(self) -> Values:
-        """Values that change nothing, shape (p,)."""
+        """Neutral values, which change nothing, shape (p,)."""
         return np.array([0.0] * self.n_start + [parameter.vanishes for parameter in self.parameters])
 
     @property
@@ -97,26 +97,26 @@ class Unknowns:
         return np.clip(values, lower, upper)
 
     def prior_residuals(self, values: Values) -> Values:
-        """How far values are from the centres of their priors, in standard deviations of these, shape (p,) [-]."""
+        """Distances of values from the centres of their priors, in standard deviations, shape (p,) [-]."""
         centre = self.vanishing if self.centre is None else self.centre
         return np.asarray((values - centre) / self.prior)
 
     def limited(self, covariance: Float[NDArray[np.float64], "p p"]) -> Float[NDArray[np.float64], "p p"]:
-        """A covariance of values whose standard deviations are no wider than the bounds, shape (p, p)."""
+        """Covariance of values, scaled so that no standard deviation exceeds the range of the bounds, shape (p, p)."""
         lower, upper = np.array(self.bounds).reshape(-1, 2).T
         deviation = np.sqrt(np.diag(covariance))
         share = np.minimum((upper - lower) / np.where(deviation > 0, deviation, 1.0), 1.0)
         return np.asarray(covariance * np.outer(share, share))
 
     def neighbour(self, values: Values, number: int, share: float) -> tuple[Model, float]:
-        """Model with one value moved by a share of its size, and by how much.
+        """Model with one value moved by a share of its typical size, and the signed step.
 
-        It moves down where it would pass its upper bound, or where the model takes no larger one.
+        The step is negative if a positive one would exceed the upper bound, or is invalid for the model.
 
         Raises
         ------
         ModelError
-            The model takes neither.
+            The model accepts neither.
         """
         step = share * self.size[number]
         sides = (step, -step) if values[number] + step <= self.bounds[number][1] else (-step,)
@@ -136,8 +136,8 @@ class Unknowns:
         Raises
         ------
         ModelError
-            Values that together make a joint that there is not, such as a friction coefficient beyond any two solids: a
-            fit turns back from them.
+            Values that together define an invalid joint, such as a friction coefficient beyond that of any two solids;
+            a fit rejects such a step.
         """
         model, given = self.base, iter([*(float(value) for value in values[self.n_start :]), *self.pinned])
         for effect in self.effects:

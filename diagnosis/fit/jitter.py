@@ -1,7 +1,7 @@
-"""Differences between repeats as effects with priors: the mean of a few repeats has a frequency and preload of its own.
+"""Jitter between repeats as effects with priors: the mean of a few repeats deviates in frequency and preload.
 
-The covariance of a fit contains them as linear modes. A test on other repeats fits them instead, since near a sharp
-resonance the curvature of a frequency shift is larger than the noise.
+The covariance of a fit contains jitter as linear modes. A test on other repeats fits it instead, since near a sharp
+resonance the curvature of a frequency shift exceeds the noise.
 """
 
 from collections.abc import Sequence
@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter
 
-#: Largest relative difference between repeats of a frequency, of a force (a gain of an amplifier may be set anew) and
-#: of a preload, and a typical one [-]. Two repeats that scatter by 3 % leave 12 % for their preload.
+#: Largest relative difference between repeats of a frequency, of a force (the gain of an amplifier may be readjusted)
+#: and of a preload, and a typical difference [-]. Two repeats that scatter by 3 % leave 12 % for their preload.
 MOST_FREQUENCY, MOST_FORCE, MOST_PRELOAD, TYPICAL = 0.1, 0.5, 0.9, 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrequencyShift:
-    """Relative shift of the true frequency of all points of one configuration above its label."""
+    """Relative shift of the true frequency of all points of one configuration from the nominal one."""
 
     configuration: str
     kind: str = "jitter"
@@ -44,7 +44,7 @@ class FrequencyShift:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceExcess:
-    """Relative excess of the force of all points of one configuration over its label."""
+    """Relative excess of the true force of all points of one configuration over the nominal one."""
 
     configuration: str
     kind: str = "jitter"
@@ -67,7 +67,7 @@ class ForceExcess:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreloadJitter:
-    """Joint change of all preloads, each by its share of the amount."""
+    """Simultaneous change of all preloads, each by its share of the amount."""
 
     shares: tuple[tuple[str, float], ...]
     name: str
@@ -88,7 +88,7 @@ class PreloadJitter:
 
 
 def list_jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
-    """Effects with the standard deviations of their numbers, for the blocks of `NuisanceModes.jitter`."""
+    """Effects with the standard deviations of their parameters, for the blocks of `NuisanceModes.jitter`."""
     result: list[tuple[Effect, float]] = []
     singles = [kind(configuration=name) for kind in (FrequencyShift, ForceExcess) for name in ("jointed", "free")]
     for effect, covariance in zip(singles, covariances, strict=False):

@@ -1,7 +1,7 @@
-"""Errors of natural frequencies that a fit sets, where readings are no linear function of them.
+"""Errors of natural frequencies as fit parameters, where readings depend on them nonlinearly.
 
-The error of a mesh moves each natural frequency a little. Next to a sharp resonance a shift by a part of its width
-changes readings by far more than the linear theory of a covariance says; there it is a parameter with a prior.
+The error of a mesh shifts each natural frequency slightly. Near a sharp resonance a shift by a fraction of its width
+changes readings so much that a linear mode of the covariance is wrong; there it is a parameter with a prior.
 """
 
 from collections.abc import Sequence
@@ -19,17 +19,17 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import MAX_PRIOR_RESIDUAL, CalibrationParameter
 from diagnosis.fit.weighting import Measured
 
-#: The standard deviation of an error of a mesh is stated by rule of thumb: fits allow for so many times as much.
+#: Factor on the standard deviation of a mesh error in the prior of a fit, since it is stated by rule of thumb [-].
 PRIOR_WIDENING = 1.5
-#: An error is fitted if one standard deviation of it changes a reading by more than this share.
+#: An error is fitted if one standard deviation of it changes a reading by more than this share [-].
 SHARP_CHANGE = 0.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrequencyCorrection(CalibrationParameter):
-    """Factor on the natural frequencies of the structure with its contacts, beyond the factors without contacts.
+    """Factor on the natural frequencies of the structure with contacts, in addition to the factors without contacts.
 
-    Errors of all other modes, and of their shapes, have their part in them.
+    It accounts for errors of all other modes and of their shapes.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class FrequencyCorrection(CalibrationParameter):
 
     @property
     def stated_deviation(self) -> float:
-        """Standard deviation as the case states it [-]."""
+        """Standard deviation stated in the case [-]."""
         return self.deviation / PRIOR_WIDENING
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
@@ -59,9 +59,9 @@ class ModeCorrection(FrequencyCorrection):
     Parameters
     ----------
     number
-        Number of the mode, the lowest one first.
+        Index of the mode, in order of frequency.
     rate
-        Derivative of the stiffness matrix by the factor, shape (n, n) [N/m].
+        Derivative of the stiffness matrix with respect to the factor, shape (n, n) [N/m].
     """
 
     number: int
@@ -77,17 +77,17 @@ class ModeCorrection(FrequencyCorrection):
 
 
 def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> tuple[FrequencyCorrection, ...]:
-    """Errors of natural frequencies that measurements need as parameters.
+    """Errors of natural frequencies that must be parameters for these measurements.
 
-    Where the structure is measured without its contacts as well, its natural frequencies with them have an error of
-    their own.
+    If the structure is measured without its contacts as well, its natural frequencies with contacts have an additional
+    error.
 
     Parameters
     ----------
     measured
         Measurements.
     model, budget
-        Model with their sensors, and its numerical error.
+        Model with the sensors of the measurements, and its numerical error.
     """
     if not budget.frequency:
         return ()

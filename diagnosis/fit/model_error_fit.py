@@ -1,4 +1,4 @@
-"""Fits with a model error whose size is estimated with the parameters, in turn, until both are the most probable."""
+"""Fits in which parameters and size of the model error are estimated alternately, until both are most probable."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from diagnosis.fit.controlled_start import fit_under_control
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.weighting import allow_model_error, downweight_higher_levels, update_model_error
 
-#: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
+#: Largest number of alternations of fit and model error, and relative change of its sizes that ends them [-].
 ROUNDS, SETTLED = 6, 0.1
 #: Reduced chi-squared beyond which a calibration may have missed the minimum.
 MAX_CALIBRATION_CHI2 = 1.5
@@ -20,11 +20,11 @@ MAX_CALIBRATION_CHI2 = 1.5
 def fit_from_scratch(
     comparison: Comparison, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, usual: float
 ) -> tuple[Comparison, Fit]:
-    """Fit from start values, and the comparison with the model error that it leaves.
+    """Fit from start values, and the comparison with its model error.
 
-    The fit begins without model error. Where it ends badly, others begin with the error of the start, so that they need
-    not explain what they cannot. The most probable one is taken: by contacts that slip, each may end in a minimum that
-    is not the least.
+    The fit starts without model error. If its chi^2 is large, further fits start with the model error at the start
+    values, so that the parameters do not absorb residuals that they cannot explain. The most probable fit is taken,
+    since with slipping contacts each may end in a local minimum.
     """
     plain = allow_model_error(comparison, model, prediction, usual)
     if not usual:
@@ -40,16 +40,16 @@ def fit_from_scratch(
 
 
 def fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Comparison, Fit]:
-    """Fit that begins where another one ended, and the comparison with the model error that it leaves.
+    """Fit continued from another one, and the comparison with its model error.
 
-    One begins without model error, and one with that of the start, so that it need not explain what it cannot. The more
-    probable one is taken.
+    One fit starts without model error, a second one with the model error at the start values, see `fit_from_scratch`.
+    The more probable one is taken.
     """
     unknowns, values, prediction = fit.unknowns, fit.values, fit.prediction
     plain = allow_model_error(comparison, fit.model, prediction, usual)
     if not usual:
         return plain, _calibrated(plain, unknowns, values, prediction)
-    # A quick fit may end above its minimum.
+    # A quick fit may stop above its minimum.
     result = [alternate(plain, recalibrate(plain, fit))]
     wide = update_model_error(plain, prediction)
     if get_error_size(wide) != NO_ERROR:
@@ -58,7 +58,7 @@ def fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Compar
 
 
 def _finish_most_probable(fits: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:
-    """The fit of the least -2 ln p by its own covariance, brought to its minimum."""
+    """The fit with the lowest -2 ln p, each with its own covariance, converged to its minimum."""
     comparison, fit = min(fits, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
     if get_error_size(comparison) == NO_ERROR:
         return comparison, _calibrated(comparison, fit.unknowns, fit.values, fit.prediction)
@@ -66,7 +66,7 @@ def _finish_most_probable(fits: Sequence[tuple[Comparison, Fit]]) -> tuple[Compa
 
 
 def alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
-    """Size of the model error and quick fit in turn, by which -2 ln p of both falls, until neither changes."""
+    """Estimate the model error and refit alternately, which lowers -2 ln p, until the model error is stationary."""
     for _ in range(ROUNDS):
         resized = update_model_error(comparison, fit.prediction)
         if get_error_size(resized).is_near(get_error_size(comparison), SETTLED):
@@ -77,7 +77,7 @@ def alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
 
 
 def reweigh_slopes(fit: Fit, before: Comparison, after: Comparison) -> Matrix:
-    """Jacobian of a fit by another covariance of the same predictions, shape (m + p, p)."""
+    """Jacobian of a fit with another covariance of the same predictions, shape (m + p, p)."""
     return fit.reweigh(lambda slopes: after.whitening(before.whitening.unwhiten(slopes)))
 
 
@@ -92,11 +92,11 @@ def _calibrated(
     values: Values,
     prediction: Prediction,
 ) -> Fit:
-    """First fit; where it may have missed the minimum, a second one starts from a fit to the lowest level alone.
+    """Fit; if it may have missed the minimum, a second one starts from a fit to the lowest level alone.
 
-    Where a resonance is off by several of its widths, contacts slip in the model at frequencies at which they stick in
-    the test, and friction parameters make up for it. At the lowest level the model is almost linear and shows where the
-    resonance is. A missing effect makes a fit bad as well; both starts then end alike.
+    If a resonance is shifted by several of its widths, contacts slip in the model at frequencies at which they stick in
+    the test, and the friction parameters compensate for this. At the lowest level the model is almost linear and the
+    resonance can be located. A missing effect also causes a poor fit; both starts then lead to the same minimum.
     """
     fit = calibrate(comparison, unknowns, values, prediction, ending=Ending.EXACT)
     if fit.chi2 <= MAX_CALIBRATION_CHI2 * fit.n_number:
@@ -108,6 +108,6 @@ def _calibrated(
 def fit_from_lowest_level(
     comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, ending: Ending = Ending.EXACT
 ) -> Fit:
-    """Fit that begins where one to the lowest level alone ends; both end alike."""
+    """Fit started from a fit to the lowest level alone; `ending` applies to both."""
     near = calibrate(downweight_higher_levels(comparison), unknowns, values, prediction, ending=ending)
     return recalibrate(comparison, near, ending=ending)

@@ -1,4 +1,4 @@
-"""Interface of a diagnosis to data of any kind: data beside a model, a first fit, and fits with a further effect."""
+"""Interface of a diagnosis to data of any kind: comparison with a model, first fit, and fits with a further effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from diagnosis.fit.fit_parameter import Unknowns
 
 PerRecord = Float[NDArray[np.float64], " records"]
 
-#: Reduced chi-squared by noise and stated errors that these do not explain: what is left is as large as they are [-].
+#: Reduced chi-squared by noise and stated errors above which they do not explain it: the excess equals them [-].
 UNEXPLAINED_CHI2 = 2.0
 
 
@@ -62,31 +62,31 @@ class Refit:
     fit
         Fit to the training data.
     held_out_reduced_chi2
-        Reduced chi-squared of the held-out data, by the model error that they show [-].
+        Reduced chi-squared of the held-out data, with the model error estimated from them [-].
     error, held_out_error
         |measured - predicted| / |measured|, training and held-out [-].
     held_out_errors, held_out_names
-        The same error of each held-out record, and their names; empty without records.
+        The same error for each held-out record, and the names of the records; empty without records.
     blocks
         Mean squared residual of each block of the held-out records, shape (b,).
     n_held_out
-        Held-out numbers [-].
+        Number of held-out values [-].
     reduced_chi2_without_model_error, held_out_reduced_chi2_without_model_error
-        Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
+        Reduced chi-squared of both by noise and stated errors alone [-]; None if the covariance has no model error.
     held_out_jumps
         Jumps of the held-out sweeps between two steady states, measured and predicted.
     held_out_cost
         -2 ln of the density of the held-out data, their jitter integrated out, up to a constant [-].
     gain, held_out_gain
-        Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
-        the smaller ones of the falls of -2 ln p by both; that by the common one where chance explains it.
+        Falls of chi^2 of the training and the held-out data by the effect [-]. If each model has its own covariance:
+        the smaller fall of -2 ln p with the common covariance and with its own; only the former if chance explains it.
     cost
-        -2 ln of the density of all data by the covariance of the last fit, as a rule that of its own model, up to a
-        constant [-]; None where fits have no covariances of their own.
+        -2 ln of the density of all data with the covariance of the last fit, usually that of its own model, up to a
+        constant [-]; None if models do not have their own covariances.
     worsens
-        Whether the effect makes the held-out error larger, whatever it gains.
+        Whether the effect raises the held-out error, regardless of its gain.
     beside
-        Second effect of a fit with two, whose values come last.
+        Second effect of a fit with two; its values come last.
     """
 
     effect: Effect | None
@@ -110,13 +110,13 @@ class Refit:
 
     @property
     def reduced_chi2_by_noise(self) -> float:
-        """Reduced chi-squared of the training data by noise and stated errors, which fits have in common [-]."""
+        """Reduced chi-squared of the training data by noise and stated errors, which are common to all fits [-]."""
         without = self.reduced_chi2_without_model_error
         return self.fit.chi2 / self.fit.n_number if without is None else without
 
     @property
     def held_out_reduced_chi2_by_noise(self) -> float:
-        """Reduced chi-squared of the held-out data by noise and stated errors, which fits have in common [-]."""
+        """Reduced chi-squared of the held-out data by noise and stated errors, which are common to all fits [-]."""
         without = self.held_out_reduced_chi2_without_model_error
         return self.held_out_reduced_chi2 if without is None else without
 
@@ -127,7 +127,7 @@ class Refit:
 
     @property
     def place(self) -> str:
-        """Place of the effect; empty for one that acts at none."""
+        """Place of the effect; empty for an effect without a place."""
         return self.name.partition(" at ")[2]
 
     @property
@@ -147,20 +147,20 @@ class Refit:
 
     @property
     def may_vanish(self) -> bool:
-        """Whether the interval of the strength holds the value that changes nothing, or there is no interval."""
+        """Whether the 95 % interval of the strength contains the neutral value, or there is no interval."""
         if self.effect is None:
             return True
         return not abs(self.strength - self.effect.parameters[0].vanishes) > TWO_SIDED_95 * self.deviation
 
     @property
     def _first(self) -> int:
-        """Index of the first parameter of the effect, which come last, or before those of `beside`."""
+        """Index of the first parameter of the effect; its parameters come last, or before those of `beside`."""
         last = [item for item in (self.effect, self.beside) if item is not None]
         return len(self.fit.values) - sum(len(item.parameters) for item in last)
 
 
 class Screened(Protocol):
-    """Data beside a model whose calibration parameters, and added effects, are fitted."""
+    """Data and a model whose calibration parameters and added effects are fitted."""
 
     @property
     def selection(self) -> EffectSelection:
@@ -186,5 +186,5 @@ class FitProblem(Screened, Protocol):
     """The same with held-out data that test a fit."""
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """Test of a fit, with an effect or without, on the held-out data."""
+        """Test of a fit, with or without an effect, on the held-out data."""
         ...

@@ -9,8 +9,8 @@ from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.tangent import differentiate
 
-#: Step of a difference of predictions, relative to the typical size of a parameter; the error of Newton's method is
-#: then some 2 % of the slope, and so is that of the curvature of contacts that begin to slip.
+#: Step of a difference of predictions, relative to the typical size of a parameter. The errors of the slope by the
+#: tolerance of Newton's method and by the curvature at the onset of slip are then both about 2 %.
 STEP = 0.01
 
 
@@ -19,7 +19,7 @@ def differentiate_readings(
 ) -> Complex[NDArray[np.complex128], "k p"]:
     """Derivatives of predicted coefficients from value number `first` on, shape (k, p - first).
 
-    By the implicit function theorem; by a difference of predictions for a parameter that moves points.
+    By the implicit function theorem; by a difference of predictions for parameters that move points.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def differentiate_readings(
     model, prediction
         Model with these values, and its prediction.
     first
-        First value to differentiate with respect to.
+        Index of the first value to differentiate with respect to.
     """
     changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
     known = [change for change in changes if change is not None]

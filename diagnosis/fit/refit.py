@@ -1,6 +1,6 @@
 """Nonlinear fits of shortlisted effects with the calibration parameters, and their test on held-out data.
 
-The screening is linear, so that a refit may change its order.
+The screening is linear, so that refits may change its order.
 """
 
 from collections.abc import Sequence
@@ -17,22 +17,22 @@ from diagnosis.fit.problem import EffectSelection, FitProblem, Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
 
-#: An effect beside the best few is refitted if it is this parallel to one of them and has this share of its gain.
+#: Least |cos| to one of the best few effects, and least share of the best gain, for another effect to be refitted [-].
 MIN_COSINE, MIN_GAIN_SHARE = 0.6, 0.5
-#: Most effects that act through stick and slip alone and are refitted in any case: their derivative may have the wrong
-#: sign, and had for the true effect among several lines and weights.
+#: Largest number of effects acting through stick and slip alone that are refitted in any case. Their derivative may
+#: have the wrong sign; this was observed for the true effect with several lines and weights.
 MAX_BY_SLIP = 8
-#: A fit that gains less than this share of the gain of the screening is started again, from typical strength.
+#: A fit with less than this share of the gain of the screening is started again, from typical strength [-].
 MIN_GAIN_KEPT = 0.7
-#: chi^2 over that without an effect above which a fit from another start is hopeless after a few steps. Set on
+#: Ratio of chi^2 to that without an effect above which a fit from another start is abandoned after a few steps. Set on
 #: development seeds [-].
 MAX_CHI2_RATIO = 2.0
-#: Reduced chi-squared beyond which a fit is poor: a model that lacks a strong effect. Set on development seeds [-].
+#: Reduced chi-squared above which a fit is poor: the model lacks a strong effect. Set on development seeds [-].
 MAX_RESPONSE_FIT_CHI2 = 2.0
 
 
 def shortlist(scores: Sequence[Score], selection: EffectSelection, *, is_poor: bool = False) -> list[Score]:
-    """Scores of effects that a refit may bring to the top.
+    """Scores of effects that may become the best one in a refit.
 
     Parameters
     ----------
@@ -67,11 +67,11 @@ def baseline_fit(problem: FitProblem) -> Refit:
 
 
 def quick_fit(problem: FitProblem, score: Score) -> Fit:
-    """Quick fit from the strength of the screening; from typical strength where that gains too little.
+    """Quick fit from the strength of the screening, and from typical strength if the gain is too small.
 
-    The slopes of the screening are those without the effect. Where they lead astray, a fit with those of the start is
-    tried before. Where chi^2 may have a least value on either side, the derivative may point to the wrong one: such
-    effects are fitted from the other side as well.
+    The slopes of the screening are those without the effect. If they mislead the fit, a fit with the slopes at its
+    start is tried first. If chi^2 may have a minimum on either side of the neutral strength, the derivative may point
+    to the wrong one; such effects are fitted from the other side as well.
     """
     effect, baseline = score.effect, problem.fit
     begin = partial(fit_from, problem, effect, ceiling=MAX_CHI2_RATIO * baseline.chi2)
@@ -87,7 +87,7 @@ def quick_fit(problem: FitProblem, score: Score) -> Fit:
 
 
 def is_poor_fit(problem: FitProblem) -> bool:
-    """Whether the first fit is far from the minimum, by its reduced chi-squared."""
+    """Whether the first fit is poor, by its reduced chi-squared."""
     return problem.fit.chi2 >= MAX_RESPONSE_FIT_CHI2 * problem.fit.n_number
 
 
@@ -101,7 +101,7 @@ def fit_from_starts(
     like: str = "",
     nearby: Prediction | None = None,
 ) -> list[tuple[Score, Fit]]:
-    """Quick fits of effects, of each the better one of the given fit and that from another start.
+    """Quick fits of effects; for each the best of the given fit and those from other starts.
 
     Parameters
     ----------
@@ -112,11 +112,11 @@ def fit_from_starts(
     fits
         Effects with their `quick_fit`.
     starts
-        Effects with the values that their other fits begin from, several for an effect if need be.
+        Effects with start values of their other fits; an effect may have several.
     run_step
         Looks up the stored result of a step, or computes it.
     like, nearby
-        Name of the fit that the starts are taken from, if they are, and its prediction.
+        Name and prediction of the fit from which the starts are taken, if any.
     """
     result, by_name = (
         {score.effect.name: (score, fit) for score, fit in fits},
@@ -148,7 +148,7 @@ def fit_from(
     start
         Values of the calibration parameters, the added effects and the effect, shape (p,).
     nearby
-        Prediction that the states begin near; that of the first fit by default.
+        Prediction from which the states start; that of the first fit by default.
     ceiling
         As for `calibrate`.
     """
@@ -157,7 +157,7 @@ def fit_from(
 
 
 def _typical_start(problem: FitProblem, score: Score, side: float = 1.0) -> Values:
-    """Values of the first fit with typical strength, to the side of the strength of the screening or to the other."""
+    """Values of the first fit with typical strength, on the side found by the screening (1) or on the other (-1)."""
     parameter = score.effect.parameters[0]
     size = abs(parameter.typical - parameter.vanishes)
     other = parameter.vanishes + side * np.sign(score.strength - parameter.vanishes or 1.0) * size
@@ -168,10 +168,10 @@ def _typical_start(problem: FitProblem, score: Score, side: float = 1.0) -> Valu
 def choose_finalists(
     fits: Sequence[tuple[Score, Fit]], costs: Sequence[float], selection: EffectSelection
 ) -> list[tuple[Score, Fit]]:
-    """Quick fits that deserve a thorough fit and a test, the least cost first.
+    """Quick fits selected for a thorough fit and a test, lowest cost first.
 
-    Among them is the one that leaves the least chi^2: what a quick fit has not yet explained counts as model error in
-    its cost.
+    The one with the lowest chi^2 is always included, since the cost of a quick fit counts an incomplete convergence as
+    model error.
     """
     ranked = np.argsort(costs, kind="stable").tolist()
     best = [
@@ -195,7 +195,7 @@ def refit(problem: FitProblem, score: Score, quick: Fit | None = None) -> Refit:
     score
         Effect.
     quick
-        Quick fit of it; computed by default.
+        Quick fit of the effect; computed by default.
     """
     quick = quick_fit(problem, score) if quick is None else quick
     fit = recalibrate(problem.train, quick, slopes=quick.jacobian)
@@ -203,7 +203,7 @@ def refit(problem: FitProblem, score: Score, quick: Fit | None = None) -> Refit:
 
 
 def _slopes(score: Score, baseline: Fit) -> Matrix | None:
-    """Jacobian at the start from the screening; none for an effect of several parameters or without a slope."""
+    """Jacobian at the start from the screening; None for an effect with several parameters or without a slope."""
     if len(score.effect.parameters) > 1 or not score.slope.any():
         return None
     # The effect has no prior: its row below those of the calibration parameters is zero.

@@ -1,7 +1,7 @@
-"""Calibration parameters of one line, one joint or one part: a factor on one of its numbers.
+"""Calibration parameters of one line, joint or part: a factor on one of its values.
 
-Their names are those of the case, such as "wall.friction_coefficient" or "lap.limit_force". Unlike the parameters that
-are common to all contacts, they are calibrated only where a case accepts them.
+Their names are those of the case, such as "wall.friction_coefficient" or "lap.limit_force". Unlike the parameters
+common to all contacts, they are calibrated only if a case accepts them.
 """
 
 from collections.abc import Sequence
@@ -17,28 +17,28 @@ from diagnosis.effect.density import Density
 from diagnosis.fit.calibration_parameter import BOUNDS, CalibrationParameter, make_factor
 from reduction.joint_law.registry import Joint
 
-#: Numbers of a line and of a part that may be calibrated.
+#: Values of a line and of a part that may be calibrated.
 OF_LINE = ("tangential_stiffness", "normal_stiffness", "friction_coefficient")
 OF_PART = ("E", "density")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ScopedParameter(CalibrationParameter):
-    """A factor on one number of a line, a joint or a part.
+    """A factor on one value of a line, a joint or a part.
 
     Parameters
     ----------
     owner
         Name of the line, joint or part.
     key
-        Its number.
+        Name of the value.
     """
 
     owner: str
     key: str
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """Model with the factor; a test without contacts has no line to change."""
+        """Model with the factor; a test without contacts is unchanged if the owner is a line."""
         (factor,) = values
         if self.owner in model.lines:
             return scale_contacts(model, {self.owner: factor}, self.key)
@@ -60,14 +60,14 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
     model
         Model.
     name
-        Line, joint or part, a dot, and its number.
+        Line, joint or part, a dot, and the name of the value.
     deviation
         Standard deviation of the prior of the factor around 1 [-].
 
     Raises
     ------
     EffectError
-        The model has nothing of that name, or it is zero, or cannot be scaled by itself or at all.
+        The model has no such value, or it is zero, or it cannot be scaled, separately or at all.
     """
     owner, _, key = name.rpartition(".")
     joints: Sequence[Joint] = find_contacts(model, owner) or find_joints(model, owner)

@@ -1,8 +1,8 @@
 """Derivatives of a model's matrices, loads, joint parameters and gains with respect to the parameters of effects.
 
-They are closed forms of the parameters, so that central differences are exact to round-off for all linear and quadratic
-ones. The response is then differentiated by the implicit function theorem (`correlation.prediction`): without a second
-solution, and without derivatives from the effect.
+They are closed forms of the parameters, so that central differences are exact to round-off if they are linear or
+quadratic. The response is then differentiated by the implicit function theorem (`correlation.prediction`), without a
+second solution and without derivatives supplied by the effect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ def differentiate(
     bounds: Sequence[tuple[float, float]],
     first: int = 0,
 ) -> list[Tangent | None]:
-    """Rates of a model with each parameter; none for a parameter that moves points or directions of joints.
+    """Derivatives of a model with respect to each parameter; None if it moves points or directions of joints.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def differentiate(
     values, size
         Parameters, and the typical size of each, shape (p,) [unit of each].
     bounds
-        Bounds of the parameters; a difference is one-sided at a bound, and where the model takes no value beyond.
+        Bounds of the parameters; differences are one-sided at a bound, and where the model rejects the next value.
     first
         Index of the first parameter to differentiate; all by default.
 
@@ -49,7 +49,7 @@ def differentiate(
     EffectError
         An effect that changes the number of joints.
     ModelError
-        The model takes no value beside that of a parameter.
+        The model accepts no neighbouring value of a parameter.
     """
     result: list[Tangent | None] = []
     for number, (lower, upper) in enumerate(bounds):
@@ -92,7 +92,7 @@ def differentiate(
 
 
 def _end(compose: Compose, values: Float[NDArray[np.float64], " p"], number: int, value: float) -> tuple[float, Model]:
-    """A value of one parameter and its model; the present value where the model does not take the other."""
+    """A value of one parameter and its model; the present value if the model rejects the other."""
     moved = np.array(values, dtype=np.float64)
     moved[number] = value
     try:
@@ -102,7 +102,7 @@ def _end(compose: Compose, values: Float[NDArray[np.float64], " p"], number: int
 
 
 def _moves(before: Model, after: Model) -> bool:
-    """Whether points of joints or sensors move, or a shaken base, which the rates of matrices and loads do not tell."""
+    """Whether points of joints or sensors, or a base excitation, change, which rates of matrices do not cover."""
     joints = zip(before.system.joints, after.system.joints, strict=False)
     if any(not np.array_equal(a.directions, b.directions) for a, b in joints):
         return True
@@ -121,7 +121,7 @@ def _growth(before: Mapping[str, float], after: Mapping[str, float], configurati
 def _rates(
     before: JointedSystem, after: JointedSystem, step: float, shift: float, force_error: float
 ) -> ModelParameter:
-    """Rates of one configuration; Omega (1 + e) acts as (1 + 2 e) M and (1 + e) C do."""
+    """Rates of one configuration; Omega (1 + e) is equivalent to (1 + 2 e) M and (1 + e) C."""
     pair, shifted = (before, after), {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
 
     def rate(name: str) -> NDArray[np.float64] | None:

@@ -1,9 +1,9 @@
-r"""Gains that nobody knows: a sensor in volts, a shaker whose force follows a voltage by an unknown factor.
+r"""Unknown gains: a sensor in volts, or a shaker whose force is an unknown factor times a voltage.
 
-Each sensor that is not calibrated reads :math:`s` times its motion, and the force is :math:`g` times the level of a
-drive that is not calibrated. For any g the best s has a closed form, the median of :math:`\ln |X_m / X_p|` of its
-readings. What is left is a function of g alone, which is searched over many decades and then refined. A response that
-is proportional to the force leaves the same for every g: then only the product of g and s can be told, and g is fixed.
+An uncalibrated sensor reads :math:`s` times its motion; the force of an uncalibrated drive is :math:`g` times its
+level. For a given g the best ln s is the median of :math:`\ln |X_m / X_p|` over the readings of the sensor. The misfit
+is then a function of g alone, which is searched over many decades and refined. If the response is proportional to the
+force, the misfit does not depend on g: only the product of g and s is identifiable, and g is fixed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,34 +23,34 @@ from diagnosis.fit.calibration_parameter import CalibrationParameter
 from geometry.plain_number import format_number
 from hbsolve.errors import ModelError
 
-#: Names of gains begin with this; and the name of the gain of the drive.
+#: Prefix of the names of gains, and name of the gain of the drive.
 GAIN = "gain of "
 DRIVE = f"{GAIN}drive"
-#: Decades of the drive's gain that are searched to either side and values per decade: about the gain of the linear
-#: response of calibrated sensors, and about 1 without any; rounds of golden sections.
+#: Decades of the drive's gain searched to either side and values per decade: about the gain from the linear response of
+#: calibrated sensors, and about 1 without such sensors; rounds of the golden-section search.
 BESIDE_LINEAR, ANYWHERE, ROUNDS = (2, 4), (6, 4), 14
-#: The gain of the drive is told by the data if the mean square of ln |X_m / X_p| grows by this factor away from the
-#: best one, and by more than rounding.
+#: The gain of the drive is identifiable if the mean square of ln |X_m / X_p| away from the best gain is larger by this
+#: factor, and by more than rounding.
 MIN_COST_RATIO, ROUNDING = 1.2, 1e-6
-#: Most that the square of ln |X_m / X_p| of a reading counts: a factor of e^2 [-].
+#: Upper limit of the square of ln |X_m / X_p| of a reading: a factor of e^2 [-].
 MAX_SQUARE = 4.0
-#: Frequencies of each level that the search looks at.
+#: Largest number of frequencies of each level used by the search.
 MAX_FREQUENCIES = 40
-#: Bounds of what a fit may change after the search [-].
+#: Bounds of the factor by which a fit may change a gain after the search [-].
 BOUNDS = (0.02, 50.0)
 GOLDEN = (np.sqrt(5) - 1) / 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnknownGain(CalibrationParameter):
-    """Factor on the gain of one sensor, or on the force per level, about the value that the search found.
+    """Factor on the gain of one sensor, or on the force per level, relative to the value found by the search.
 
     Parameters
     ----------
     sensor
         Name of the sensor; empty for the drive.
     start
-        Gain at the factor 1 [reading per SI unit, or newton per unit of the level].
+        Gain for a factor of 1 [reading per SI unit, or newton per unit of the level].
     """
 
     sensor: str = ""
@@ -64,7 +64,7 @@ class UnknownGain(CalibrationParameter):
         if not self.sensor:
             return model.with_drive(factor)
         own = {sensor.name: sensor.gain for sensor in model.sensors}
-        # Without its contacts a structure has no sensors of their forces.
+        # The structure without contacts has no sensors of contact forces.
         return model.with_sensor(self.sensor, gain=factor * own[self.sensor]) if self.sensor in own else model
 
 
@@ -77,14 +77,14 @@ class SensorGains:
     parameters
         The gains as calibration parameters without a prior.
     fixed
-        What the data cannot tell, in a sentence; empty if they tell all of them.
+        Sentence about a gain that is not identifiable; empty if all are.
     """
 
     parameters: tuple[UnknownGain, ...] = ()
     fixed: str = ""
 
     def apply(self, model: Model) -> Model:
-        """The model, or a finer one of it, with the gains that were found."""
+        """The model, or a finer version of it, with the gains that were found."""
         for item in self.parameters:
             model = item.apply(model, [item.start])
         return model
@@ -103,16 +103,16 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
     model
         Model with the sensors of the campaign.
     campaign
-        Says which gains are unknown.
+        Campaign, which states the unknown gains.
     observed
-        Measurements to find them by.
+        Measurements from which they are estimated.
     sweeps
-        Directions in which they were swept.
+        Sweep directions of the measurements.
 
     Raises
     ------
     ModelError
-        A model that has no response to compare with.
+        The model has no response to compare with.
     """
     if not has_unknown_gains(campaign):
         return SensorGains()
@@ -186,12 +186,12 @@ class _Search:
             gains[name] = float(np.exp(mean))
             ratio = np.where(points.sensor == name, ratio - mean, ratio)
         fundamental = points.harmonic == 1
-        # A point at which the model has no state counts as far off; a few outlying ones do not decide.
+        # A point without a predicted state counts with the largest square; a few outliers do not dominate.
         squares = np.where(there, np.minimum(ratio**2, MAX_SQUARE), MAX_SQUARE)[fundamental]
         return float(squares.mean()) if (there & fundamental).any() else np.inf, gains
 
     def best(self) -> tuple[float, bool]:
-        """Best gain of the drive, and whether the data tell it."""
+        """Best gain of the drive, and whether it is identifiable."""
         middle = self._middle()
         decades, per_decade = ANYWHERE if middle is None else BESIDE_LINEAR
         steps = np.arange(-decades * per_decade, decades * per_decade + 1) / per_decade * np.log(10)
@@ -217,13 +217,13 @@ class _Search:
         return (low + high) / 2
 
     def _middle(self) -> float | None:
-        """Gain at which the linear response of the calibrated motions is as large as measured; None without any."""
+        """Gain at which the linear response of the calibrated motions is as large as measured; None without these."""
         points = self.observed.points
         rows = self.observed.motion & (points.harmonic == 1) & ~np.isin(points.sensor, self.unknown)
         if not rows.any():
             return None
         part = self.observed.where(rows)
-        # Next to no force shows the response that is proportional to it.
+        # At a very small force the response is proportional to it.
         small = 1e-6
         weak = self.model.with_drive(small)
         value = Predictor(points=part.points).predict(weak).value / small

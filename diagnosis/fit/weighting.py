@@ -1,4 +1,4 @@
-"""Covariance by which measurements are compared with a model."""
+"""Covariance for the comparison of measurements with a model."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -39,9 +39,9 @@ from diagnosis.fit.calibration import Vector
 from diagnosis.fit.comparison import EXCLUDED_FACTOR, Comparison
 from diagnosis.fit.jitter import list_preload_jitter
 
-#: Friction histories drawn for the covariance, and the seed that they are drawn with.
+#: Number of friction histories drawn for the covariance, and their seed.
 DRAWS, SEED = 16, 1
-#: Histories from which the jitter between repeats is estimated before all histories are drawn with it.
+#: Number of histories for a first estimate of the jitter between repeats, with which all histories are then drawn.
 FEW_DRAWS = 4
 
 
@@ -55,12 +55,12 @@ class Measured:
 
     @classmethod
     def prepare(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
-        """Prepare measurements that were swept in these directions, +1 up and -1 down.
+        """Prepare measurements with these sweep directions, +1 up and -1 down.
 
         Raises
         ------
         CampaignError
-            All amplitudes without a phase are those of noise, and there is nothing else.
+            There are only amplitudes without a phase, and all of them are noise.
         """
         observed = observed.where(~observed.amplitude_of_noise)
         if not len(observed.points):
@@ -99,7 +99,7 @@ def make_comparison(
     n_draw
         Number of friction histories.
     fitted
-        Whether the model is calibrated, so that states far from their neighbours get less weight.
+        Whether the model is calibrated, so that outliers get less weight.
     """
     return make_comparisons([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
 
@@ -118,21 +118,21 @@ def make_comparisons(
 ) -> list[tuple[Comparison, Scatter]]:
     """`make_comparison` for several sets of measurements of one campaign, such as training and held-out data.
 
-    Each changed model is solved once for all of them. The draws of preloads, and how far repeats are shifted to find
-    kinks, are those of the first set.
+    Each changed model is solved once for all sets. The draws of preloads, and the shifts of repeats that locate kinks,
+    are those of the first set.
 
     Parameters
     ----------
     data_sets
         Sets of measurements.
     prediction
-        At the points of all sets, see `join_measured`.
+        Prediction at the points of all sets, see `join_measured`.
     model, budget, refined, n_draw, fitted
         As for `make_comparison`.
     likes
-        Other comparisons of the same sets, whose outliers count.
+        Other comparisons of the same sets, whose outliers are used instead.
     predictor
-        Of all sets, with what `Predictor.share` keeps of the model; made anew by default.
+        Predictor of all sets, with the data of the model that `Predictor.share` keeps; created by default.
     """
     together = join_measured(data_sets)
     predictor = together.predictor.share(model) if predictor is None else predictor
@@ -174,18 +174,18 @@ def make_comparisons(
 def allow_model_error(
     comparison: Comparison, model: Model, prediction: Prediction, usual: float, size: ErrorSize = NO_ERROR
 ) -> Comparison:
-    """Comparison with model error in its covariance, where there is any.
+    """Comparison with model error in its covariance.
 
     Parameters
     ----------
     comparison
-        Comparison without it.
+        Comparison without model error.
     model, prediction
-        Model where its patterns are taken, and its prediction.
+        Model that determines the patterns of the error, and its prediction.
     usual
-        Usual error of readings [-]; zero for none.
+        Usual error of readings [-]; zero for no model error.
     size
-        Its size.
+        Size of the model error.
     """
     if not usual:
         return comparison
@@ -217,24 +217,24 @@ def _with_error(comparison: Comparison, error: ModelErrorCovariance) -> Comparis
 
 
 def leave_out_model_error(comparison: Comparison) -> Comparison:
-    """Comparison by noise and stated errors alone: what is beyond these shows."""
+    """Comparison with noise and stated errors alone in its covariance."""
     error = comparison.model_error
     return comparison if error is None else replace(comparison, whitening=error.without, model_error=None)
 
 
 def downweight_between_jumps(comparison: Comparison, prediction: Prediction) -> Comparison:
-    """The same with next to no weight between a measured jump and the predicted one; their distance is the error."""
+    """The same with negligible weight between a measured and a predicted jump; their distance is the error."""
     errors = compute_jump_errors(comparison.observed, prediction, comparison.predictor.sweeps)
     return _downweight_rows(comparison, find_rows_between_jumps(comparison.observed, errors))
 
 
 def downweight_other_branch(comparison: Comparison, prediction: Prediction) -> Comparison:
-    """The same with next to no weight for the points at which a model is on another branch than the structure was."""
+    """The same with negligible weight for points at which the model is on another branch than the structure."""
     return _downweight_rows(comparison, find_other_branch(comparison.observed, prediction, comparison.predictor.sweeps))
 
 
 def downweight_higher_levels(comparison: Comparison) -> Comparison:
-    """The same with next to no weight for the jointed structure above its lowest level, where it is almost linear."""
+    """The same with negligible weight for the jointed structure above its lowest level, where it is almost linear."""
     points, row = comparison.features.points, comparison.features.row
     higher = ~points.free & (points.level > points.level[~points.free].min(initial=np.inf))
     return comparison.scale_deviations(np.where(higher[row], EXCLUDED_FACTOR, 1.0))
@@ -244,7 +244,7 @@ def _downweight_rows(comparison: Comparison, rows: NDArray[np.bool_]) -> Compari
     numbers = rows[comparison.features.row]
     if not numbers.any():
         return comparison
-    # What was measured there is no error of the model: not even one of its own size counts.
+    # A difference in these rows is no model error: even one as large as the reading must have negligible weight.
     moduli = compute_moduli(comparison.features, comparison.measured)
     size = np.maximum(moduli / comparison.whitening.deviation, 1.0)
     return comparison.scale_deviations(np.where(numbers, EXCLUDED_FACTOR * size, 1.0))
@@ -269,14 +269,14 @@ def join_measured(data_sets: Sequence[Measured]) -> Measured:
 
 
 def take_prediction(prediction: Prediction, data_sets: Sequence[Measured], number: int) -> Prediction:
-    """The part of a prediction of joined measurements that is of one of their sets."""
+    """Part of a prediction of joined measurements that belongs to one set."""
     first = sum(len(data_set.features.points) for data_set in data_sets[:number])
     rows = first + np.arange(len(data_sets[number].features.points))
     return prediction.where(rows)
 
 
 def _split_rows(data_sets: Sequence[Measured], together: FeatureVector) -> list[NDArray[np.int64]]:
-    """Numbers of the joined features that are of each set, in the order of its own."""
+    """Indices of the joined features that belong to each set, in the order of the set."""
     ends = np.cumsum([len(data_set.features.points) for data_set in data_sets])
     owner = np.searchsorted(ends, together.row, side="right")
     return [np.flatnonzero(owner == number) for number in range(len(data_sets))]
@@ -291,7 +291,7 @@ def _finish_comparison(
     fitted: bool,
     like: Comparison | None,
 ) -> tuple[Comparison, Scatter]:
-    """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
+    """Comparison of one set with all modes in its covariance, and less weight for outliers of a fitted prediction."""
     n_repeat = float(np.median(data_set.observed.count))
     free = data_set.features.points.free[data_set.features.row]
     curvature = make_curvature_modes([item.smooth[rows] for item in remainders], free, n_repeat)
@@ -315,7 +315,7 @@ def _finish_comparison(
 
 
 def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> list[JitterShift]:
-    """Shifts by `NODE` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
+    """Shifts by `NODE` standard deviations: of the frequencies of all tests, and of the largest preload pattern."""
     sizes = [NODE * float(np.sqrt(item[0, 0])) for item in scatter.jitter[:2]]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
     result = [
@@ -335,5 +335,5 @@ def _list_shifts(model: Model, repeats: Sequence[Modes], scatter: Scatter) -> li
 
 
 def _make_shift(shifted: Callable[[float], Model], change: Vector) -> JitterShift:
-    """Shift of a model by its ends and halves."""
+    """Shift of a model, given by the models at its ends and halves."""
     return JitterShift(models=(shifted(1.0), shifted(-1.0)), halves=(shifted(0.5), shifted(-0.5)), change=change)
