@@ -2,11 +2,11 @@ r"""Basis functions of a free-form force law, and their forces along a motion.
 
 .. math:: f = k \frac{u}{R} + g_-(u) + g_+(u) + c \frac{v}{V} + h(v) + \sum_j w_j\, m_j[u], \qquad w_j \ge 0
 
-R and V are the largest displacement and velocity. g_- is odd, g_+ even, h odd, each of straight pieces. Before any data
-they are integrated Wiener processes: their slope changes anywhere alike much (the prior of a cubic smoothing spline,
-Wahba 1978), and they and their slopes vanish at zero, where k and c are. A kernel with the eigenvalues l_i and the
-eigenvectors q_i makes the functions sqrt(l_i) q_i, whose coefficients are independent and of one size. m_j is a Jenkins
-cell that slides at the displacement d_j, with its limit as unit. All coefficients are forces.
+R and V are the largest displacement and velocity. g_- is odd, g_+ even, h odd; all are piecewise linear. Their prior is
+an integrated Wiener process, which is that of a cubic smoothing spline (Wahba 1978): the change of slope is equally
+likely everywhere. Values and slopes are zero at zero, where k and c represent the slope. A kernel with the eigenvalues
+l_i and the eigenvectors q_i gives the functions sqrt(l_i) q_i, whose coefficients are independent with equal variance.
+m_j is the force of a Jenkins cell that slides at the displacement d_j, over its limit. All coefficients are forces.
 
 References
 ----------
@@ -21,18 +21,18 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-#: Straight pieces from zero to the largest displacement or velocity [-].
+#: Number of linear pieces from zero to the largest displacement or velocity [-].
 N_PIECE = 12
 #: Share of the largest eigenvalue of the kernel below which a function is left out [-].
 NEGLIGIBLE = 1e-6
-#: Displacements at which the cells slide, over the largest one: what slides earlier is Coulomb friction, and what
-#: slides later is a spring.
+#: Displacements at which the cells slide, over the largest one: a cell that slides earlier acts as Coulomb friction,
+#: one that slides later as a spring.
 SLIDES = tuple(np.geomspace(0.02, 0.75, 7).tolist())
-#: Groups of coefficients, each with a size of its own, in their order.
+#: Groups of coefficients in their order; each group has its own prior variance.
 GROUPS = ("stiffness", "odd spring", "even spring", "damping", "odd damper", "memory")
-#: Number of the group of forces that are the same on both sides.
+#: Number of the group of even forces.
 EVEN = GROUPS.index("even spring")
-#: Instants of a period.
+#: Number of instants of a period.
 N_INSTANT = 128
 
 Samples = Float[NDArray[np.float64], "s n"]
@@ -55,10 +55,10 @@ class LawBasis:
 
     @cached_property
     def curved(self) -> Float[NDArray[np.float64], "p c"]:
-        """Values of the curved functions at 1/p, 2/p, ..., 1 of the range, shape (p, c) [-]."""
+        """Values of the basis functions of g_-, g_+ and h at 1/p, 2/p, ..., 1 of the range, shape (p, c) [-]."""
         x = np.arange(1, N_PIECE + 1) / N_PIECE
         low, high = np.minimum.outer(x, x), np.maximum.outer(x, x)
-        # Of variance 1 at the end of the range.
+        # Covariance kernel with variance 1 at the end of the range.
         size, turn = np.linalg.eigh(low**2 * (3 * high - low) / 2)
         kept = size > NEGLIGIBLE * size[-1]
         return np.asarray((turn * np.sqrt(np.maximum(size, 0.0)))[:, kept][:, ::-1])
@@ -71,17 +71,17 @@ class LawBasis:
 
     @property
     def width(self) -> float:
-        """Width of a straight piece of the springs [m]."""
+        """Width of a linear piece of the springs [m]."""
         return self.reach / N_PIECE
 
     @property
     def width_of_speed(self) -> float:
-        """Width of a straight piece of the damper [m/s]."""
+        """Width of a linear piece of the damper [m/s]."""
         return self.speed / N_PIECE
 
     @property
     def is_positive(self) -> NDArray[np.bool_]:
-        """Mask of the coefficients that are not negative, shape (b,)."""
+        """Mask of the coefficients that must not be negative, shape (b,)."""
         return np.asarray(self.group == GROUPS.index("memory"))
 
     def forces(self, u: Samples, v: Samples) -> Float[NDArray[np.float64], "s n b"]:
@@ -111,7 +111,7 @@ class LawBasis:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Change of slope at 0, 1/p, 2/p, ... of the range, for u > 0, u < 0 and v > 0, shape (p,) each.
 
-        In N/m, N/m and N s/m; the slope for u < 0 is that of -f over -u.
+        In N/m, N/m and N s/m; the slope for u < 0 is that of -f with respect to -u.
         """
         k, odd, even, c, damper, _ = (coefficients[self.group == number] for number in range(len(GROUPS)))
         ahead = self._changes(k, odd + even)
@@ -129,7 +129,7 @@ class LawBasis:
         return np.asarray(np.diff(slopes, prepend=0.0))
 
     def _tabulated(self, x: Samples) -> Float[NDArray[np.float64], "s n c"]:
-        """Curved functions at x >= 0 in the unit of the range; beyond it they go on straight."""
+        """Functions `curved` at x >= 0 in units of the range; they are extrapolated linearly beyond it."""
         piece = np.minimum((x * N_PIECE).astype(np.int64), N_PIECE - 1)
         values = np.vstack([np.zeros(self.curved.shape[1]), self.curved])
         share = (x * N_PIECE - piece)[..., None]
@@ -147,14 +147,14 @@ def follow(
 
 
 def find_harmonics(forces: Float[NDArray[np.float64], "s n b"], count: int) -> Complex[NDArray[np.complex128], "s h b"]:
-    """Harmonics 0, 1, ... of forces at the instants of a period, peak amplitudes, shape (s, h, b) [N]."""
+    """Harmonics 0, 1, ... of forces sampled over a period, peak amplitudes, shape (s, h, b) [N]."""
     parts = np.fft.rfft(forces, axis=1)[:, :count] * (2.0 / forces.shape[1])
     parts[:, 0] /= 2
     return np.asarray(parts)
 
 
 def _slide(x: Samples) -> Float[NDArray[np.float64], "s n j"]:
-    """Forces over limits of Jenkins cells along periodic motions; the second period repeats."""
+    """Forces of Jenkins cells over their limits along periodic motions; the second period is periodic."""
     slides = np.array(SLIDES)
     n = x.shape[1]
     force, before = np.zeros((len(x), len(slides))), x[:, -1]

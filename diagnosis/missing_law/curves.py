@@ -5,8 +5,8 @@ Along u = A cos(omega t) with the force f,
 .. math:: k(A) = \frac{2}{n A} \sum_j f_j \cos\theta_j, \qquad
           W(A) = \oint f\, du = -\frac{2 \pi A}{n} \sum_j f_j \sin\theta_j
 
-are the secant stiffness and the work per cycle. The spring force is the mean of both branches of the largest loop: what
-is left of a loop without its width. All of them are linear in the coefficients, of which draws are taken.
+are the secant stiffness and the work per cycle. The spring force is the mean of both branches of the largest loop. All
+of them are linear in the coefficients, from which draws are taken.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from diagnosis.missing_law.place_law import PlaceLaw
 
 Draws = Float[NDArray[np.float64], "d ..."]
 
-#: Draws of the coefficients, amplitudes, and the seed.
+#: Number of draws of the coefficients, number of amplitudes, and seed of the draws.
 N_DRAW, N_AMPLITUDE, SEED = 400, 16, 20261127
 #: Quantiles of a 95 % band.
 BAND = (0.025, 0.975)
@@ -53,11 +53,11 @@ class RecoveredLoop:
     Parameters
     ----------
     level
-        [N].
+        Level [N].
     displacement, velocity
-        At the instants of the period, shape (n,) [m, m/s].
+        Motion at the instants of the period, shape (n,) [m, m/s].
     force
-        Without its mean; `x` is the phase over 2 pi [-], forces in N.
+        Force less its mean [N]; `x` is the phase over 2 pi [-].
     """
 
     level: float
@@ -68,12 +68,12 @@ class RecoveredLoop:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawCurves:
-    """Curves of a law over the excited range, and the draws behind them.
+    """Curves of a law over the excited range, and their draws.
 
     Parameters
     ----------
     loops
-        Of each level, the lowest first.
+        Loop of each level, lowest first.
     stiffness, work
         Secant stiffness [N/m] and work per cycle [J] against the amplitude [m].
     spring
@@ -81,13 +81,13 @@ class LawCurves:
     damper
         Force of the velocity alone [N] against the velocity [m/s].
     stiffness_draws, work_draws, spring_draws
-        The same in each draw, shape (d, n).
+        The same curves for each draw, shape (d, n).
     memory_share
-        Share of the work at the largest amplitude that the cells have, in each draw, shape (d,) [-].
+        Share of the cells in the work at the largest amplitude, for each draw, shape (d,) [-].
     units
-        Units at the place of the law; above, those of a displacement stand for them.
+        Units at the place of the law; the units above are those for a displacement.
     sees_even
-        Whether the data say anything of a force that is the same on both sides.
+        Whether the data determine an even force.
     """
 
     loops: tuple[RecoveredLoop, ...]
@@ -144,7 +144,7 @@ def compute_curves(law: PlaceLaw) -> LawCurves:
 
 
 def draw_coefficients(law: PlaceLaw, count: int = N_DRAW) -> Float[NDArray[np.float64], "d b"]:
-    """Draws of the coefficients, those that must not be negative cut at zero, shape (d, b) [N]."""
+    """Draws of the coefficients; those that must not be negative are clipped at zero, shape (d, b) [N]."""
     posterior, random = law.posterior, np.random.default_rng(SEED)
     scatter = random.standard_normal((count, len(posterior.mean))) @ symmetric_root(posterior.covariance)
     draws = posterior.mean + scatter
@@ -154,7 +154,7 @@ def draw_coefficients(law: PlaceLaw, count: int = N_DRAW) -> Float[NDArray[np.fl
 def _mean_branches(
     amplitude: float, theta: Float[NDArray[np.float64], " n"], functions: Float[NDArray[np.float64], "n b"]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Displacements, and the mean of both branches of a loop there, less its value at zero, shape (x, b)."""
+    """Displacements, and the mean of both branches of a loop less its value at zero, shape (x, b)."""
     n = len(theta)
     half = n // 2
     back = functions[(-np.arange(half + 1)) % n]

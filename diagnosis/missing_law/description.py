@@ -1,20 +1,20 @@
-r"""Description of a recovered law from its posterior draws: a word applies if it holds for 97.5 % of the draws.
+r"""Description of a recovered law from its posterior draws: a word applies if it is true for 97.5 % of the draws.
 
 hardening, softening
-    The secant stiffness at the largest amplitude, less that at a third of it (or at the smallest), is of one sign and
-    larger than a tenth of the largest secant stiffness.
+    The secant stiffness at the largest amplitude differs from that at a third of it (or at the smallest) by more than a
+    tenth of the largest secant stiffness.
 gap
-    A spring beyond a clearance, f = k max(u - g, 0), follows the draws of the spring force better than a power of the
+    A spring beyond a clearance, f = k max(u - g, 0), fits the draws of the spring force better than a power of the
     displacement, f = k u^p: the sum of squares is smaller by a factor of `BETTER`, and g is at least a tenth of the
-    range. Both have two numbers, so that their sums of squares are compared as they are.
+    range. Both have two parameters, so that their sums of squares are compared directly.
 asymmetry
-    The spring force of u > 0 and of u < 0 differ by more than a tenth of the largest one.
+    The spring forces for u > 0 and u < 0 differ by more than a tenth of the largest one.
 dissipation
-    The exponent p of W ~ A^p: a force of constant size, Coulomb's, has W = 4 F A and p = 1; a dashpot pi c omega A^2
-    and p = 2; the beginning slip of an Iwan joint, whose cells slide at evenly spread forces, p = 3 and less as more of
-    them slide (micro-slip, 2 to 3); drag d |v| v has W = (8/3) d omega^2 A^3 and p = 3.
+    The exponent p of W ~ A^p. Coulomb friction has W = 4 F A, p = 1; a dashpot W = pi c omega A^2, p = 2. At the onset
+    of slip of an Iwan joint with uniformly distributed slider limits p = 3, and less as more cells slide (micro-slip, 2
+    to 3). Drag d |v| v has W = (8/3) d omega^2 A^3, p = 3.
 memory
-    At least half of the work is that of the cells, which depend on the order of displacements, and not on velocity.
+    At least half of the work is done by the cells, which depend on the displacement history and not on velocity.
 
 References
 ----------
@@ -29,19 +29,19 @@ from numpy.typing import NDArray
 
 from diagnosis.missing_law.curves import BAND, LawCurves
 
-#: Change that matters, over the largest value [-].
+#: Least significant change, over the largest value [-].
 MATTERS = 0.1
-#: Amplitude that the largest is compared with, over it [-].
+#: Lower amplitude of a comparison with the largest one, over the latter [-].
 LOWER = 1 / 3
-#: Factor of the sums of squares by which a clearance must fit better than a power.
+#: Ratio of the sums of squares of a power and of a clearance above which the clearance is accepted [-].
 BETTER = 2.0
-#: Share of the work that the largest force does in quadrature, from which on a law dissipates [-].
+#: Least work of a dissipative law, over the work of the largest force if it were in quadrature [-].
 LEAST_WORK = 0.01
-#: Share of the work that the cells have where a law has memory [-].
+#: Share of the work done by the cells above which a law has memory [-].
 MOSTLY = 0.5
-#: Exponents of the work: Coulomb's is nearer to 1 than to a dashpot's 2; about a dashpot's; those of micro-slip.
+#: Exponents of the work: upper limit for Coulomb friction, halfway to a dashpot; ranges for a dashpot and micro-slip.
 COULOMB, VISCOUS, MICRO_SLIP = 1.5, (1.6, 2.4), (1.5, 3.5)
-#: Clearances and powers that are tried, the former over the range [-].
+#: Clearances (over the range) and powers that are tried [-].
 CLEARANCES, POWERS = np.linspace(0.1, 0.9, 33), np.linspace(1.0, 7.0, 25)
 
 
@@ -52,10 +52,10 @@ class LawDescription:
     Parameters
     ----------
     words
-        Words that hold: "hardening", "softening", "gap", "stop", "asymmetric", "dissipative", "Coulomb", "viscous",
+        Words that apply: "hardening", "softening", "gap", "stop", "asymmetric", "dissipative", "Coulomb", "viscous",
         "micro-slip", "drag", "memory".
     sentences
-        The same as sentences with numbers, and what the data cannot say.
+        The same as sentences with numbers, and properties that the data do not determine.
     """
 
     words: tuple[str, ...]
@@ -63,7 +63,7 @@ class LawDescription:
 
 
 def describe(curves: LawCurves) -> LawDescription:
-    """Words for the curves of a law."""
+    """Describe a law by its curves."""
     words, sentences = list[str](), list[str]()
     for feature_words, feature_sentences in (
         _describe_stiffness(curves),
@@ -117,7 +117,7 @@ def _describe_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
 
 
 def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np.float64], "d n"]) -> float | None:
-    """Clearance over the range of a side, median of the draws; None where a power of the displacement fits as well."""
+    """Clearance over the range of a side, median of the draws; None unless it fits better than a power law."""
     beyond = np.maximum(x - CLEARANCES[:, None], 0.0)
     power = x ** POWERS[:, None]
     left_gap, left_power = _residual_sums(force, beyond), _residual_sums(force, power)
@@ -154,7 +154,7 @@ def _describe_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     if not (np.quantile(draws[:, lower], BAND[0]) > 0) or lower == len(grid) - 1:
         return ["dissipative"], ["it dissipates; these data cannot say how this grows with the amplitude"]
-    # A few draws may have lost all work.
+    # A few draws may have no work.
     ends = np.maximum(draws[:, [lower, -1]], np.finfo(float).tiny)
     exponent = np.log(ends[:, 1] / ends[:, 0]) / np.log(grid[-1] / grid[lower])
     low, high = np.quantile(exponent, BAND)

@@ -1,4 +1,4 @@
-"""A recovered law as a file with an effect of one's own, which runs as it is and can be edited."""
+"""A recovered law as a file that defines a user effect; it can be run unchanged or edited."""
 
 import numpy as np
 
@@ -6,9 +6,9 @@ from diagnosis.missing_law.curves import LawCurves
 from diagnosis.missing_law.description import LawDescription
 from diagnosis.missing_law.place_law import PlaceLaw
 
-#: Digits of the numbers in the file.
+#: Significant digits of the numbers in the file.
 DIGITS = 6
-#: Cells whose limit is below this share of the largest force are left out [-].
+#: Cells whose limit is below this share of the largest force are omitted [-].
 SMALL_CELL = 1e-6
 
 TEMPLATE = '''"""The missing law at `PLACE`, recovered from measurements: {words}.
@@ -73,12 +73,12 @@ def candidates(model: Model) -> list[Effect]:
 
 
 def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawDescription) -> str:
-    """Text of a Python file with the law as an effect at its place of the model.
+    """Text of a Python file that defines the law as an effect at its place of the model.
 
     Parameters
     ----------
     law, curves, words
-        The law, its curves, and what is told of it.
+        The law, its curves, and their description.
     """
     ahead, back, damping = law.basis.pieces(law.posterior.mean)
     stiffness, limit = law.basis.cells(law.posterior.mean)

@@ -4,13 +4,14 @@ r"""Linear Gaussian model whose prior variances, one per group of coefficients, 
           -2 \ln p(y) = \frac{|y - \Phi c|^2}{\sigma^2} + m \ln \sigma^2 + \sum_i \frac{c_i^2}{s^2_{g(i)}} + \ln |A|
           + \sum_i \ln s^2_{g(i)}, \qquad A = \frac{\Phi^T \Phi}{\sigma^2} + S^{-2}
 
-c is the most probable vector, under the bound c_i >= 0 where it applies; coefficients at the bound take no part in the
-sums. The prior of the logarithm of a size s_g is normal about that of the largest fundamental of the force, F: what the
-data do not determine may be as large as what they do. The most probable sizes follow from
+c is the most probable vector, under the bound c_i >= 0 where it applies; coefficients at the bound are excluded from
+the sums. ln s_g has a normal prior about ln F, with F the largest fundamental of the force: groups that the data do not
+determine may be as large as those that they do. The most probable sizes follow from
 
 .. math:: \sum_{i \in g} \frac{c_i^2}{s_g^2} = \gamma_g + \frac{\ln(s_g / F)}{\tau^2}
 
-with gamma the number of well-determined coefficients of the group, and sigma from the residual, at least that of noise.
+with gamma the number of well-determined coefficients of the group. sigma follows from the residual, and is at least
+that of noise.
 
 References
 ----------
@@ -26,18 +27,18 @@ from scipy.optimize import nnls
 
 Vector = Float[NDArray[np.float64], " b"]
 
-#: Rounds of sizes, and the relative change that ends them [-].
+#: Largest number of iterations of the sizes, and relative change that ends them [-].
 ROUNDS, SETTLED = 60, 1e-3
-#: Standard deviation of the logarithm of a size before any data [-]: a factor of 4.
+#: Prior standard deviation of the logarithm of a size [-]: a factor of 4.
 SPREAD = 1.4
 #: Smallest and largest size over the largest fundamental of the force [-].
 SMALLEST, LARGEST = 1e-3, 4.0
-#: First sizes over those of a force that explains all by the functions that the data see best: from small ones zero may
-#: be a fixed point, and large ones may stay where functions cancel each other [-].
+#: Initial sizes over the size of a force that explains all data by the best determined functions. Small initial sizes
+#: may lead to the fixed point zero, large ones to solutions in which functions cancel each other [-].
 STARTS = (1.0, 100.0)
-#: Longest step of the logarithm of a size [-].
+#: Largest step of the logarithm of a size [-].
 STEP = 1.0
-#: Number of well-determined coefficients from which on the data say something of a group [-].
+#: Number of well-determined coefficients above which a group counts as determined by the data [-].
 MIN_DETERMINED = 0.5
 
 
@@ -50,15 +51,15 @@ class Posterior:
     mean
         Most probable coefficients, shape (b,).
     covariance
-        Their covariance, shape (b, b); of coefficients that must not be negative without this bound.
+        Covariance of the coefficients without the bound c_i >= 0, shape (b, b).
     size
-        Size of each coefficient before any data, shape (b,).
+        Prior standard deviation of each coefficient, shape (b,).
     noise
         sigma: scatter over that of noise [-].
     cost
         -2 ln p(y), up to a constant of the data [-].
     is_seen
-        Mask of the groups that the data say something of, shape (g,).
+        Mask of the groups that the data determine, shape (g,).
     """
 
     mean: Vector
@@ -89,11 +90,11 @@ def compute_posterior(
     group
         Number of the group of each coefficient, shape (b,).
     is_positive
-        Mask of coefficients that are not negative, shape (b,).
+        Mask of coefficients that must not be negative, shape (b,).
     fundamental
         Fundamental of the force by each coefficient in each state, shape (s, b) [-].
     n_free
-        Number of data beyond those that other parameters take up [-].
+        Number of data less the number of other fitted parameters [-].
     least_noise
         Least sigma [-].
     """
@@ -114,7 +115,7 @@ def _posterior_from(
     n_free: int,
     least_noise: float,
 ) -> Posterior:
-    """The same from first sizes."""
+    """The same from one initial size."""
     gram, moment, total = changes.T @ changes, changes.T @ residual, float(residual @ residual)
     n_group = int(group.max()) + 1
     begin = float(np.sqrt(max(total, 1.0) / max(np.trace(gram), 1e-300)))
@@ -151,9 +152,9 @@ def _posterior_from(
 def _most_probable(
     gram: NDArray[np.float64], moment: Vector, size: Vector, noise: float, is_positive: NDArray[np.bool_]
 ) -> tuple[Vector, NDArray[np.bool_]]:
-    """Coefficients, and which of them are not held at zero.
+    """Coefficients, and mask of those that are not at the bound zero.
 
-    Those of either sign are eliminated; what is left is a small problem of least squares without negative numbers.
+    Unbounded coefficients are eliminated, which leaves a small non-negative least-squares problem.
     """
     curvature = gram * np.outer(size, size) / noise**2 + np.eye(len(size))
     right_side, free = moment * size / noise**2, ~is_positive

@@ -1,4 +1,4 @@
-"""A free law as joints of a model: springs and a damper of straight pieces, and Jenkins cells."""
+"""A free-form law as joints of a model: piecewise linear springs and damper, and Jenkins cells."""
 
 import numpy as np
 from jaxtyping import Float
@@ -9,7 +9,7 @@ from reduction.jointed_system import JenkinsChain, Joint, PiecewiseDamper, Piece
 
 Vector = Float[NDArray[np.float64], " b"]
 
-#: Least limit of a cell over the force of the law: a cell of the balance has a stiffness.
+#: Least stiffness of a cell times the reach, over the largest coefficient: a cell must have a stiffness [-].
 MIN_LIMIT = 1e-9
 
 
@@ -19,11 +19,11 @@ def list_law_joints(name: str, row: Float[NDArray[np.float64], " r"], basis: Law
     Parameters
     ----------
     name
-        Beginning of their names.
+        Prefix of their names.
     row
         Row of the displacement, shape (r,) [-].
     basis, values
-        Functions and their coefficients, shape (b,) [N].
+        Basis functions and their coefficients, shape (b,) [N].
     """
     ahead, back, damping = basis.pieces(values)
     stiffness, limit = basis.cells(values)

@@ -1,6 +1,7 @@
-"""States of a model under further forces at a place, one set of harmonics per state, and their derivatives.
+"""States of a model under additional forces at a place, one set of harmonics per state, and their derivatives.
 
-The forces are given, and do not follow the motion: where a law would make two steady states there is one.
+The forces are prescribed and do not depend on the motion, so that there is a single steady state where a law would have
+two.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,22 +22,22 @@ from hbsolve.state import SteadyState
 
 Row = Float[NDArray[np.float64], " r"]
 
-#: Name of a sensor that follows a place.
+#: Prefix of the name of a virtual sensor at a place.
 FOLLOWS = "motion of "
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StateTable:
-    """States that were measured.
+    """Measured states.
 
     Parameters
     ----------
     keys
         Configuration, level [N] and frequency [Hz] of each state.
     force
-        Amplitude of the force in each, shape (s,) [N].
+        Amplitude of the force in each state, shape (s,) [N].
     number
-        State of each point of measurement, shape (k,); -1 where there is none.
+        Index of the state of each measured point, shape (k,); -1 without a state.
     """
 
     keys: tuple[Key, ...]
@@ -45,7 +46,7 @@ class StateTable:
 
     @classmethod
     def from_points(cls, points: Points, states: Mapping[Key, SteadyState]) -> "StateTable":
-        """States of points of measurement that a model has."""
+        """States of measured points for which a model has a solution."""
         keys = list(zip(points.free.tolist(), points.level.tolist(), points.frequency.tolist(), strict=True))
         force = {key: float(value) for key, value in zip(keys, points.force, strict=True) if key in states}
         number = {key: place for place, key in enumerate(force)}
@@ -68,13 +69,14 @@ class Response:
     value
         Readings, shape (k,).
     motion
-        Harmonics of each place, shape (s, p, h) [m].
+        Harmonics of the motion of each place, shape (s, p, h) [m].
     slopes
-        Change of each reading by the real and the imaginary part of a force at each place, shape (k, p, h, 2).
+        Derivatives of readings with respect to real and imaginary part of a force at each place, shape (k, p, h, 2).
     receptance
-        Change of the fundamental of each place by those of a force there, shape (s, p, 2) [m/N].
+        Derivatives of the fundamental motion of each place with respect to real and imaginary part of the fundamental
+        force at the place, shape (s, p, 2) [m/N].
     tangents
-        Change of each reading by further parameters, shape (k, t).
+        Derivatives of readings with respect to further parameters, shape (k, t).
     states
         States, by configuration, level and frequency.
     """
@@ -96,13 +98,13 @@ def compute_response(
     Parameters
     ----------
     predictor, model, prediction
-        Prediction of the points of measurement.
+        Predictor, model and prediction of the measured points.
     table
         States of the prediction.
     rows
         Places, rows over the degrees of freedom, shape (r,) each [-].
     count
-        Harmonics of the forces, the mean first [-].
+        Number of harmonics of the forces, the mean first [-].
     tangents
         Further parameters.
     """
@@ -118,7 +120,7 @@ def compute_response(
     listed = [*(tangent for row in rows for tangent in _list_forces(model, row, count)), *tangents]
     result = np.nan_to_num(replace(predictor, points=both).derivatives(seeing, prediction, listed))
     n = 2 * p * count
-    # Loads are those of a level of 1 N.
+    # Loads are defined for a level of 1 N.
     forces = (result[:, :n] / both.force[:, None]).reshape(-1, p, count, 2)
     places = np.arange(p)
     return Response(
@@ -140,9 +142,9 @@ def compute_loaded_response(
     Parameters
     ----------
     predictor, model
-        Points of measurement, and the model.
+        Predictor of the measured points, and the model.
     near
-        States to begin with, whose sliders are those at the start of each state.
+        Initial guesses of the states; they also give the initial slider positions.
     table, row, loads
         States, place and forces.
     tangents
@@ -173,7 +175,7 @@ def compute_loaded_response(
 
 
 def _take_sliders(state: SteadyState, balance: HarmonicBalance) -> NDArray[np.float64]:
-    """Sliders at the start of a state, for any balance."""
+    """Initial slider positions of a state, for any balance."""
     del balance
     return state.initial_slider
 
@@ -188,7 +190,7 @@ def _follow_places(model: Model, rows: Sequence[Row]) -> Model:
 
 
 def _load(model: Model, row: Row, per_level: Complex[NDArray[np.complex128], " h"], mean: float) -> Model:
-    """The model with forces at a row: harmonics for a level of 1 N, and a mean [N]."""
+    """The model with forces along a row: harmonics for a level of 1 N, and a mean [N]."""
     own = model.system.dynamic
     dynamic = np.zeros((max(len(own), len(per_level)), len(row)), dtype=np.complex128)
     dynamic[: len(own)] += own
@@ -197,7 +199,7 @@ def _load(model: Model, row: Row, per_level: Complex[NDArray[np.complex128], " h
 
 
 def _list_forces(model: Model, row: Row, count: int) -> list[Tangent]:
-    """Tangents of the real and imaginary part of a force in each harmonic; that of an imaginary mean is zero."""
+    """Tangents of the real and imaginary part of a force in each harmonic; zero for the imaginary part of the mean."""
     tangents = []
     for harmonic in range(count):
         for part in (1.0, 1j if harmonic else 0.0):

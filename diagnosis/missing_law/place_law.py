@@ -1,4 +1,4 @@
-"""The law at a place, and those of all places with their probabilities."""
+"""The recovered law at a place, and the laws of all places with their probabilities."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,36 +16,36 @@ from diagnosis.missing_law.loaded_states import StateTable
 Row = Float[NDArray[np.float64], " r"]
 Motion = Complex[NDArray[np.complex128], "s h"]
 
-#: Probability that the places of a set have together [-].
+#: Total probability of the places of a credible set [-].
 CREDIBLE = 0.95
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlaceLaw:
-    """The law that explains most at a place.
+    """The most probable law at a place.
 
     Parameters
     ----------
     name, row
         Place, and its row over the degrees of freedom, shape (r,) [-].
     basis
-        Functions of the law.
+        Basis functions of the law.
     units
-        Units at the place; below, those of a displacement stand for them.
+        Units at the place; the units below are those for a displacement.
     posterior
-        Their coefficients [N].
+        Posterior of the coefficients [N].
     motion
         Harmonics of the displacement of the place in each state, shape (s, h) [m].
     loads
         Harmonics of the force of the law on the structure, shape (s, h) [N].
     drive
-        The same with the fundamental that makes the readings as they were measured, shape (s, h) [N].
+        The same, with the fundamental estimated from the measured readings, shape (s, h) [N].
     table
         The states.
     values
-        Calibration parameters and effects added before, shape (p,).
+        Calibration parameters and previously added effects, shape (p,).
     evidence
-        ln of the density of the data with the law, less that without [-].
+        ln of the density of the data with the law, less that without it [-].
     """
 
     name: str
@@ -75,9 +75,9 @@ class MissingLaw:
     places
         The law of each place, the most probable place first.
     probability
-        Of each place, if there is one law at one place, shape (p,) [-].
+        Probability of each place, given that one law acts at one place, shape (p,) [-].
     credible
-        Names of the places that have 95 % together.
+        Names of the most probable places with a total probability of at least 95 %.
     """
 
     places: tuple[PlaceLaw, ...]

@@ -1,4 +1,4 @@
-"""Motion of a place, and the missing force there, estimated from the readings."""
+"""Motion of a place, and the missing force at it, estimated from the readings."""
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -12,17 +12,18 @@ from diagnosis.missing_law.loaded_states import Response, StateTable
 Row = Float[NDArray[np.float64], " r"]
 Motion = Complex[NDArray[np.complex128], "s h"]
 
-#: Singular values of a state's readings below this share of the largest tell nothing [-].
+#: Relative cut-off of singular values in the equations of a state: for motion and force, and for the force alone [-].
 RANK, FULL_RANK = 1e-2, 1e-8
 
 
 def find_motion(
     train: Comparison, table: StateTable, model: Model, row: Row, response: Response
 ) -> tuple[Motion, Complex[NDArray[np.complex128], " s"]]:
-    """Harmonics of the place in each state as measured, shape (s, h) [m], and the missing force there [N].
+    """Harmonics of the motion of the place in each state, shape (s, h) [m], and the missing force at the place [N].
 
-    Where a sensor follows it the fundamental is what that reads. Else it is that of the model, scaled, and moved by
-    a force at the place, as the readings say. The missing force explains the fundamentals of the readings best.
+    If a sensor measures the place, the fundamental follows from its reading. Otherwise it is that of the model, scaled
+    and changed by a force at the place, with both fitted to the readings. The missing force is the best fit to the
+    fundamentals of the readings.
     """
     motion = np.where(np.isfinite(response.motion[:, 0]), response.motion[:, 0], 0.0)
     missing = np.zeros(len(motion), dtype=np.complex128)
@@ -45,7 +46,7 @@ def find_motion(
             motion[number, 1] = train.observed.value[direct[0]] / turn
             continue
         own, force = motion[number, 1], response.receptance[number, 0]
-        # Of a size with the scaled motion, so that what the readings do not tell apart is shared evenly.
+        # Scaled to the size of the motion, so that indistinguishable parts are shared evenly.
         size = abs(own) / max(np.abs(force).max(), 1e-300)
         scaled = np.column_stack([value[at], 1j * value[at]]) * weight[at, None]
         parts = _solve_parts(np.column_stack([scaled, slopes * size]), left, RANK)
@@ -54,7 +55,7 @@ def find_motion(
 
 
 def _list_scales(model: Model, row: Row) -> dict[str, tuple[int, float]]:
-    """Time derivatives, and reading per displacement of the place, of the sensors that follow it."""
+    """For each sensor that measures the place: number of time derivatives, and reading per displacement."""
     sensors = [item for item in model.sensors if isinstance(item, Sensor) and not item.delay]
     return {
         item.name: (DERIVATIVE[item.quantity], item.gain * float(item.row @ row) / float(row @ row))
@@ -66,7 +67,7 @@ def _list_scales(model: Model, row: Row) -> dict[str, tuple[int, float]]:
 def _solve_parts(
     table: Complex[NDArray[np.complex128], "n p"], right: Complex[NDArray[np.complex128], " n"], rank: float
 ) -> Float[NDArray[np.float64], " p"]:
-    """Real numbers that solve complex equations best, shape (p,)."""
+    """Real least-squares solution of complex equations, shape (p,)."""
     return np.asarray(
         np.linalg.lstsq(np.concatenate([table.real, table.imag]), np.concatenate([right.real, right.imag]), rcond=rank)[
             0

@@ -1,19 +1,20 @@
-r"""Recovery of a missing law: at every place to first order, then at the best ones with the balance solved again.
+r"""Recovery of a missing law: to first order at every place, then with new solutions of the balance at the best ones.
 
-The force at a place drives the model as a load of its own in each state. About the states with the loads F of the last
-estimate the measurements are
+The force at a place is a prescribed load of the model in each state. About the states with the loads F of the previous
+estimate, the measurements satisfy
 
 .. math:: y - x(F, \theta) + H F = H f + J\, d\theta + e, \qquad f = \sum_i c_i F_i ,
 
-with H the response of the readings to forces at the place (contacts linearised), J that to the calibration parameters
-with their priors below, which are projected out, and F_i the harmonics of function i by alternating time and frequency.
-The functions are followed along the *measured* motion of the place. Where no sensor follows it, the force that explains
-the readings best says how it moves,
+with H the derivatives of the readings with respect to forces at the place (contacts linearised), J those with respect
+to the calibration parameters, with the rows of their priors below, which are projected out, and F_i the harmonics of
+function i from alternating frequency and time. The functions are evaluated along the *measured* motion of the place.
+Without a sensor at the place, the motion follows from the force G that explains the readings best and the receptance
+alpha of the place,
 
 .. math:: u = u(F, \theta) + \alpha \arg\min_G |S^{-1/2} (y - x(F, \theta) - H G)|^2 ,
 
-so that no feedback of a wrong law on the motion makes branches, and on a linear structure one step is exact, however
-strong the force is. The coefficients, their sizes and the scatter follow from `diagnosis.missing_law.evidence`; their
+so that a wrong law cannot cause branches through its effect on the motion. On a linear structure one step is exact for
+a force of any size. `diagnosis.missing_law.evidence` gives coefficients, their sizes and the scatter; the resulting
 forces are the loads of the next step.
 """
 
@@ -43,17 +44,17 @@ from hbsolve.errors import ModelError
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint
 
-#: Harmonics of a missing force that are followed, the mean first [-].
+#: Number of harmonics of a missing force, the mean first [-].
 N_HARMONIC = 6
-#: Places whose states are solved again at most, and how often.
+#: Largest number of places whose states are solved again, and number of such solutions.
 REFINED, ROUNDS = 4, 2
-#: How often the scatter is found anew.
+#: Largest number of estimates of the scatter.
 WEIGHINGS = 6
-#: Relative change of the forces that ends the rounds [-].
+#: Relative change of the scatter that ends its estimation [-].
 SETTLED = 0.01
-#: Rounds with the law in the model, shares of a step that are tried, and the fall of chi-squared that matters.
+#: Iterations with the law in the model, shares of a step that are tried, and the least significant fall of chi-squared.
 CLOSED_ROUNDS, SHARES, ENOUGH = 8, (1.0, 0.5, 0.25, 0.1), 1.0
-#: Least evidence of a law: odds of one in twenty.
+#: Least evidence of a law: odds of 20 to 1.
 MIN_EVIDENCE = float(np.log(20))
 
 
@@ -65,12 +66,12 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
     arrangement
         Measurements and calibrated model.
     rows
-        Places where it may act, rows over the degrees of freedom by name, shape (r,) each [-]; by default the places
-        of the model and those of its sensors.
+        Places where the force may act, rows over the degrees of freedom by name, shape (r,) each [-]; by default the
+        places of the model and of its sensors.
 
     Returns
     -------
-    The law at each place; None where nothing moves, or the best law has odds of less than twenty to one.
+    The law at each place; None if nothing moves, or the odds of the best law are less than 20 to 1.
     """
     rows = list_places(arrangement) if rows is None else {name: row for name, row in rows.items() if row.any()}
     if not rows:
@@ -85,7 +86,7 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
 
 
 def _without_model_error(arrangement: Arrangement) -> Arrangement:
-    """The same without model error: what a fit estimates as model error may be the missing law."""
+    """The same without model error, since the estimated model error may be the missing law."""
     if arrangement.train.model_error is None:
         return arrangement
     of, fit, m = arrangement.train, arrangement.fit, arrangement.fit.n_number
@@ -97,7 +98,7 @@ def _without_model_error(arrangement: Arrangement) -> Arrangement:
 
 
 def list_places(arrangement: Arrangement) -> dict[str, Row]:
-    """Places of the model and of its sensors that move apart from each other, by name."""
+    """Places of the model and of its sensors, by name; only one of places with parallel rows."""
     model = arrangement.fit.model
     rows: dict[str, Row] = {}
     named = [*model.places.items(), *((item.name, item.row) for item in model.sensors if isinstance(item, Sensor))]
@@ -108,7 +109,7 @@ def list_places(arrangement: Arrangement) -> dict[str, Row]:
 
 
 def _with_directions(state: SteadyState, joints: Sequence[Joint]) -> SteadyState:
-    """A state with the displacements of further joints, as they move with the structure."""
+    """A state with the displacements of additional joints, computed from the motion of the structure."""
     rows = np.concatenate([joint.directions for joint in joints])
     moved = state.coefficients[: len(state.displacement)] @ rows.T
     return replace(state, displacement=np.hstack([state.displacement, moved]))
@@ -116,7 +117,7 @@ def _with_directions(state: SteadyState, joints: Sequence[Joint]) -> SteadyState
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _ClosedLaw:
-    """A law as joints of the model: calibration parameters, coefficients of the law, and what the model predicts."""
+    """A law as joints of the model: calibration parameters, coefficients of the law, model and prediction."""
 
     values: Values
     mean: NDArray[np.float64]
@@ -135,13 +136,13 @@ class _Recovery:
     table: StateTable
     response: Response
     has_tangent: Bool[NDArray[np.bool_], " p"]
-    """Mask of the parameters with a tangent: one that moves points of the model has none, and keeps its value."""
+    """Mask of the parameters with a tangent; a parameter that moves points of the model has none and is not fitted."""
     cost: float
 
     @classmethod
     def begin(cls, arrangement: Arrangement, rows: Mapping[str, Row]) -> "_Recovery":
         train, fit, unknowns = arrangement.train, arrangement.fit, arrangement.unknowns([])
-        # A poor fit without the law may be further off than the model before calibration.
+        # A poor fit without the law may be further from the truth than the model before calibration.
         values = unknowns.vanishing if is_poor_fit(arrangement) else fit.values
         model = unknowns.compose(values)
         prediction = train.predict(model, fit.prediction) if values is not fit.values else fit.prediction
@@ -161,7 +162,7 @@ class _Recovery:
         )  # fmt: skip
 
     def compute_first_order_law(self, number: int) -> PlaceLaw | None:
-        """The law at a place about the states without it; None for a place that does not move."""
+        """The law at a place, linearised about the states without it; None for a place that does not move."""
         name, row = list(self.rows.items())[number]
         response = replace(
             self.response, motion=self.response.motion[:, [number]], slopes=self.response.slopes[:, [number]],
@@ -170,7 +171,7 @@ class _Recovery:
         return self._infer(name, row, self.values, np.zeros_like(response.motion[:, 0]), response)
 
     def refine(self, law: PlaceLaw) -> PlaceLaw:
-        """The law about states that move as was measured, then fitted as joints of the model."""
+        """The law linearised about states with the measured motion, then fitted as joints of the model."""
         laws, states = [law], self.response.states
         for _ in range(ROUNDS):
             here = laws[-1]
@@ -185,9 +186,9 @@ class _Recovery:
         return self._close(laws, states)
 
     def _close(self, laws: Sequence[PlaceLaw], states: Mapping[Key, SteadyState]) -> PlaceLaw:
-        """The law fitted as joints of the model, from where the data are explained best.
+        """The law fitted as joints of the model, started from the estimate with the lowest misfit.
 
-        That is one of the estimates, or a share of one; where a fit ends worse than the best estimate, others follow.
+        Starts are the estimates and shares of them. If a fit is worse than the best estimate, the next start is tried.
         """
         starts: list[tuple[float, int, _ClosedLaw]] = []
         for number, law in enumerate(laws):
@@ -207,7 +208,7 @@ class _Recovery:
         return best
 
     def _descend(self, law: PlaceLaw, closed: _ClosedLaw, states: Mapping[Key, SteadyState]) -> PlaceLaw:
-        """Damped Gauss-Newton steps: each is shortened until the fit improves."""
+        """Damped Gauss-Newton steps: each is shortened until the misfit falls."""
         noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(closed.prediction.value) ** 2))))
         here, known = replace(law, posterior=replace(law.posterior, noise=float(noise))), dict(states)
         for _ in range(CLOSED_ROUNDS):
@@ -233,7 +234,7 @@ class _Recovery:
     def _predict_with_law(
         self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], states: Mapping[Key, SteadyState]
     ) -> _ClosedLaw | None:
-        """States with the law in the model, from states near those that were measured."""
+        """Prediction with the law in the model, starting from given states; None if a state is missing."""
         model = self.arrangement.unknowns([]).compose(values)
         own = list_law_joints(f"law at {law.name}", law.row, law.basis, mean)
         model = model.with_system(joints=[*model.system.joints, *own])
@@ -249,7 +250,7 @@ class _Recovery:
         return _ClosedLaw(values=values, mean=mean, model=model, predictor=predictor, prediction=prediction)
 
     def _linearise(self, law: PlaceLaw, closed: _ClosedLaw) -> Response:
-        """Response about the states with the law, which takes several times as long as to find these."""
+        """Response linearised about the states with the law, which takes several times as long as solving for them."""
         unknowns = self.arrangement.unknowns([])
         changes = differentiate(unknowns.compose, closed.values, unknowns.size, unknowns.bounds)
         return compute_response(
@@ -260,7 +261,7 @@ class _Recovery:
     def _posterior_about_law(
         self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response
     ) -> PlaceLaw:
-        """The law about states of the model with it, which move as the model says."""
+        """The law linearised about states of the model with the law, along the motion of the model."""
         train, unknowns, motion = self.arrangement.train, self.arrangement.unknowns([]), response.motion[:, 0]
         forces = self._list_forces(law.basis, motion)
         loads = -forces @ mean
@@ -279,7 +280,7 @@ class _Recovery:
         )  # fmt: skip
 
     def _list_forces(self, basis: LawBasis, motion: Motion) -> Complex[NDArray[np.complex128], "s h b"]:
-        """Harmonics of the force of each function along the motion; without even ones that nothing shows."""
+        """Harmonics of the force of each function along the motion; even functions are zero if not measurable."""
         forces = find_harmonics(basis.forces(*follow(motion, self.table.angular_frequency)), motion.shape[1])
         if not self._sees_even():
             forces[..., basis.group == EVEN] = 0.0
@@ -309,7 +310,7 @@ class _Recovery:
     def _infer(
         self, name: str, row: Row, values: Values, loads: Motion, response: Response, noise: float | None = None
     ) -> PlaceLaw | None:
-        """The law about states with loads."""
+        """The law linearised about states with loads."""
         train, unknowns = self.arrangement.train, self.arrangement.unknowns([])
         motion, missing = find_motion(train, self.table, self.arrangement.fit.model, row, response)
         u, v = follow(motion, self.table.angular_frequency)
@@ -339,9 +340,9 @@ class _Recovery:
         self, data: NDArray[np.float64], law: NDArray[np.float64], others: NDArray[np.float64], values: Values,
         basis: LawBasis, fundamental: Motion, noise: float | None,
     ) -> tuple[Posterior, Values]:  # fmt: skip
-        """Coefficients of a law beside the calibration parameters, and the step of these.
+        """Posterior of the coefficients of a law, and the step of the calibration parameters.
 
-        Where the scatter is larger than that of noise, the priors of the parameters keep their weight.
+        The scatter scales the data alone, so that the priors of the parameters keep their weight.
         """
         unknowns, n = self.arrangement.unknowns([]), len(data)
         noise = max(1.0, float(np.sqrt(np.mean(data**2)))) if noise is None else noise
@@ -363,7 +364,7 @@ class _Recovery:
         return result, step * unknowns.size
 
     def _sees_even(self) -> bool:
-        """Whether an even harmonic was measured: without one, a force that is even is seen to second order at most."""
+        """Whether an even harmonic was measured; without one, an even force is visible to second order at most."""
         return bool((self.arrangement.train.features.points.harmonic % 2 == 0).any())
 
     def _read(
@@ -381,7 +382,7 @@ class _Recovery:
         """Whitened changes of the features.
 
         With x the reading of the model and y the measured one, F / X changes by -dx / (x y) F with a force and by
-        -dx / x^2 F with a stiffness, exactly where one spring changes; and so do ratios to X.
+        -dx / x^2 F with a stiffness, exactly if one spring changes. The same is true for ratios to X.
         """
         train, features = self.arrangement.train, self.arrangement.train.features
         if is_force:
