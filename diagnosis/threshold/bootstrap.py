@@ -2,8 +2,8 @@ r"""Detection thresholds of one layout of tests, sensors and model, by a bootstr
 
 Campaigns are simulated from the calibrated model, without any effect (see `simulation`), and diagnosed like measured
 ones: noise from the repeats, calibration, screening, refits, the test on held-out data, unknown forces. The largest
-gain of each campaign is the largest of many variables, so that its distribution is taken as Gumbel's, whose tail
-follows from some dozens of campaigns:
+gain of each campaign is the maximum of many variables. Its distribution is approximated by Gumbel's, so that some
+dozens of campaigns determine the tail:
 
 .. math:: P(g < x) = \exp(-e^{-(x - m) / s}), \qquad s = \sqrt 6\, \sigma_g / \pi, \qquad m = \bar g - \gamma s .
 
@@ -36,8 +36,8 @@ from diagnosis.unknown_force import compute_excess_gain, find_unknown_forces
 
 #: Number of simulated campaigns per layout.
 TRIALS = 40
-#: Ratio of the gains of campaigns of a real structure to those of simulated ones: the budget does not contain all
-#: errors of the model. With this ratio 3 of 100 campaigns of the virtual bench without any effect passed the
+#: Ratio of the gains in campaigns of a real structure to those in simulated ones, since the budget does not contain all
+#: errors of the model. With this ratio, 3 of 100 campaigns of the virtual bench without any effect exceeded the
 #: thresholds.
 REAL_STRUCTURE_MARGIN = 1.5
 
@@ -51,10 +51,10 @@ class Trial:
     seed
         Seed of the simulation.
     gain
-        Largest fall of chi^2 by an effect that the held-out data do not object to, over what its fit leaves; 0 if there
-        is none [-].
+        Largest fall of chi^2 by an effect, less the loss of the held-out data, over the squared Birge ratio of its fit;
+        0 if the held-out data refute all effects [-].
     misfit
-        Largest gain of an unknown force beyond the number of its parameters [-].
+        Largest gain of an unknown force less the number of its parameters, over the squared Birge ratio [-].
     """
 
     seed: int
@@ -92,10 +92,9 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
 
 
 def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
-    """Detection thresholds that a share of campaigns without any effect exceeds, by Gumbel's law.
+    """Detection thresholds that a share of campaigns without any effect exceeds, by Gumbel's distribution.
 
-    That of the gain of an effect is `REAL_STRUCTURE_MARGIN` times as high, that of an unknown force as in the simulated
-    campaigns.
+    The threshold of an effect includes `REAL_STRUCTURE_MARGIN`; that of an unknown force does not.
 
     Raises
     ------

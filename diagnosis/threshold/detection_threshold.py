@@ -11,12 +11,12 @@ from scipy.special import chdtri
 from correlation.noise.symmetric_root import symmetric_root
 from diagnosis.screening import Score
 
-#: Factor on the gains of the linear theory: refits gain more, by experience.
+#: Factor on the gains of the linear theory: by experience refits gain more [-].
 LINEAR_MARGIN = 2.0
 #: Threshold of the gain of an unknown force as a multiple of that of an effect, by experience.
 UNKNOWN_FORCE_RATIO = 1.5
-#: Least threshold of the gain of an unknown force by the linear theory, however few effects there are: chance gain of
-#: eight parameters at one of ten places. A bootstrap knows the chance gains of its layout.
+#: Least threshold of the gain of an unknown force by the linear theory, for any number of effects: the chance gain of
+#: eight parameters at one of ten places. A bootstrap computes the chance gains of its layout.
 LEAST_UNKNOWN_FORCE_GAIN = 18.0
 
 
@@ -29,7 +29,7 @@ class Thresholds:
     gain
         Fall of chi^2 by the best effect that a share `false_alarms` of campaigns without any effect exceeds [-].
     misfit
-        Gain of an unknown force at one place, beyond the number of its parameters, of the same share [-].
+        Gain of an unknown force at one place, less the number of its parameters, that the same share exceeds [-].
     false_alarms
         Share of campaigns [-].
     n_trial
@@ -42,15 +42,15 @@ class Thresholds:
     n_trial: int = 0
 
 
-#: For data whose effects the held-out error tests.
+#: For data on which the held-out error decides about effects.
 NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 
 def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
     """Detection thresholds of the linear theory with a margin, for a layout without a bootstrap.
 
-    Where model error hides all effects at first, one alone is expected to gain as much as a chi-square of one degree of
-    freedom.
+    The least threshold is based on a chi-square of one degree of freedom, for the case that model error hides all
+    effects in the screening.
     """
     least = float(chdtri(1, false_alarms))
     gain = LINEAR_MARGIN * max(find_threshold(draw_null_gains(scores), false_alarms), least)
@@ -59,16 +59,16 @@ def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.0
     )
 
 
-#: Residuals drawn, the seed they are drawn with, and how many at a time.
+#: Number of drawn residuals, their seed, and number of residuals drawn at once.
 DRAWS, SEED, BATCH = 20_000, 2, 2_000
 
 
 def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]:
-    """Best gain in each of many residuals without any effect, ascending, shape (n,).
+    """Largest gain in each of many random residuals without any effect, ascending, shape (n,).
 
     Without an effect the whitened residual is a vector of independent standard normals with the calibration parameters
-    projected out; the best of all candidates is sought in each, within its bounds. What this leaves out (the curvature
-    of the model, errors beyond the covariance) is measured on campaigns in which nothing is missing.
+    projected out. The largest gain of all candidates, within their bounds, is computed for each draw. The curvature of
+    the model and errors beyond the covariance are not included; they are measured on campaigns without an effect.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]
     directions = np.array([score.direction for score in seen])
     # The gains depend on the directions' inner products alone: draw in the space that they span.
     root = symmetric_root(directions @ directions.T)
-    # Directions are towards the typical strength: a strength that is bounded where it vanishes only grows along them.
+    # Directions point to the typical strength; a strength with a bound at its neutral value only grows along them.
     strengths = [score.effect.parameters[0] for score in seen]
     one_sided = np.array([item.vanishes in (item.lower, item.upper) for item in strengths])
     generator = np.random.default_rng(SEED)

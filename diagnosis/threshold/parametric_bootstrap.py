@@ -1,9 +1,9 @@
-"""Parametric bootstrap: standard deviations of a fit from campaigns that are simulated with the fitted model.
+"""Parametric bootstrap: standard deviations of a fit from campaigns simulated with the fitted model.
 
-The curvature of chi^2 gives them for a linear model and normally distributed errors. Friction histories are neither: a
-state that begins to slip in one repeat and sticks in the next moves an estimate by many of its standard deviations. A
-few campaigns are therefore simulated, each history followed through stick and slip, and each fit is carried over to
-each of them to first order.
+The curvature of chi^2 gives standard deviations for a linear model with normally distributed errors. The effect of
+friction histories is neither: a state that slips in one repeat and sticks in the next changes an estimate by many
+standard deviations. A few campaigns are therefore simulated, with each history followed through stick and slip, and the
+change of each fit is computed to first order.
 """
 
 from collections.abc import Sequence
@@ -27,24 +27,24 @@ from diagnosis.threshold.simulation import Simulation
 
 #: Number of simulated campaigns, and the seed.
 DRAWS, SEED = 8, 1
-#: Factor on the deviations: of 95 effects that random rigs hid and a diagnosis named, 90 lie within intervals with it,
-#: 87 without it. The simulation has neither the contacts of the specimen nor the curvature of effects.
+#: Factor on the standard deviations. Of 95 hidden effects of random rigs that a diagnosis named, intervals with this
+#: factor cover 90, without it 87. The simulation lacks the contacts of the specimen and the curvature of effects.
 INTERVAL_WIDENING = 1.1
-#: Factor on a deviation from so few campaigns, by Student's distribution.
+#: Factor on a standard deviation estimated from `DRAWS` campaigns, by Student's distribution.
 STUDENT_FACTOR = float(stdtrit(DRAWS, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
 
 
 def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]) -> list[Refit]:
-    """Refits whose deviations are at least those over campaigns that are simulated with the best of them.
+    """Refits with standard deviations that are at least those over campaigns simulated with the best fit.
 
-    The covariance of calibration parameters is widened by finer models as well.
+    The covariance of calibration parameters is also widened by finer models.
 
     Parameters
     ----------
     campaign
         Measurements.
     best
-        Fit whose model campaigns are simulated with.
+        Fit with whose model campaigns are simulated.
     fits
         Fits of the same measurements, each with its own covariance.
     """
@@ -58,7 +58,7 @@ def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]
 
 
 def _simulate_differences(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.float64], "m n"]:
-    """Differences of features between campaigns that are simulated with a model and its prediction."""
+    """Differences of features between simulated campaigns and the prediction of their model."""
     train, prediction = arrangement.train, arrangement.fit.prediction
     simulation = Simulation(campaign=campaign, arrangement=arrangement, held_out=False)
     generator = np.random.default_rng(SEED)
@@ -68,7 +68,7 @@ def _simulate_differences(campaign: Campaign, arrangement: Arrangement) -> Float
     for _ in range(DRAWS):
         read = average_readings(simulation.read(generator), simulation.point, column, train.observed.repeat.shape)
         drawn.append(_difference(train, read, predicted))
-    # A simulated campaign further from the model than the measured one varies more than the structure does.
+    # A simulated campaign that is further from the model than the measured one has too much scatter: scale it down.
     sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(train.whitening(item)))) for item in drawn]
     return np.column_stack([size * item for size, item in zip(sizes, drawn, strict=True)])
 
@@ -84,12 +84,12 @@ def _difference(train: Comparison, read: Complex[NDArray[np.complex128], "k R"],
 
 
 def carry_over(fit: Fit, differences: Float[NDArray[np.float64], "m n"]) -> Fit:
-    """Fit with its deviations over whitened differences, where those are larger."""
+    """Fit with standard deviations over simulated whitened differences, where these are larger."""
     m, size = len(differences), fit.unknowns.size
     data, prior = fit.jacobian[:m], fit.jacobian[m:]
     shape = invert_curvature(fit.jacobian, size)
     moved = shape @ (data.T @ differences)
-    # Priors add their own variance.
+    # The priors contribute to the variance as well.
     seen = (moved**2).mean(axis=1) + np.diag(shape @ (prior.T @ prior) @ shape)
     known = np.diag(fit.covariance)
     more = np.sqrt(np.maximum(STUDENT_FACTOR**2 * seen / np.where(known > 0, known, np.inf), 1.0))

@@ -1,8 +1,8 @@
-"""Simulated campaigns: the same tests with a fitted model, and all random differences between them.
+"""Simulated campaigns: the same tests with a fitted model and random errors.
 
-Each repeat has its own frequency shift and preloads, each level in it its own friction history, each reading its own
-noise; the numerical error of the model is the same in all repeats. Histories are followed through stick and slip, since
-their effect on a single state is far from normally distributed.
+Frequency shift and preloads are drawn for each repeat, a friction history for each level of a repeat, noise for each
+reading; the numerical error of the model is common to all repeats. Histories are followed through stick and slip, since
+their effect on a state is far from normally distributed.
 """
 
 from collections.abc import Sequence
@@ -39,11 +39,11 @@ class Simulation:
     Parameters
     ----------
     campaign
-        Campaign whose tests are simulated; states that jump are left out, as they are from every fit.
+        Campaign whose tests are simulated; states that jump are left out, as in every fit.
     arrangement
         Arrangement of this campaign: the fitted model, and the differences between repeats.
     held_out
-        Whether held-out data are simulated as well; without them it takes less than half the time.
+        Whether held-out data are simulated as well; without them the time is less than half.
     extra
         The user's own effects, see `diagnosis.candidate.catalogue`.
     """
@@ -60,7 +60,7 @@ class Simulation:
         return replace(self.campaign, measurement=measured, suspicions=())
 
     def read(self, generator: np.random.Generator) -> Complex[NDArray[np.complex128], " rows"]:
-        """Readings in the rows of the campaign's table; NaN where nothing is compared or there is no steady state."""
+        """Readings in the rows of the campaign's table; NaN for rows that are not compared or have no steady state."""
         table, used = self.campaign.measurement, self._used_rows
         value = np.full(len(table), np.nan, dtype=np.complex128)
         error = self._error(generator)
@@ -124,7 +124,7 @@ class Simulation:
 
     @cached_property
     def _deviation(self) -> Float[NDArray[np.float64], "2 k"]:
-        """Noise of a repeat's reading of each point, real and imaginary; zero at index -1."""
+        """Noise of a single repeat at each point, real and imaginary; zero at index -1."""
         parts = [_noise(side) for side in self._sides]
         return np.column_stack([*parts, np.zeros(2)])
 
@@ -177,7 +177,7 @@ class Simulation:
         rates = self._predictor.derivatives(fit.model, prediction, errors.tangents)
         slopes = self._features.slopes(prediction.value, rates) * errors.size
         apart = [*slopes[:, errors.n_shared :].T, *self._refinement_changes()]
-        # A state that one of the models lacks has no error of this kind.
+        # The error is zero for a state that one of the models lacks.
         return np.nan_to_num(slopes[:, : errors.n_shared]), np.nan_to_num(
             np.array(apart).reshape(len(apart), len(slopes)).T
         )
@@ -186,11 +186,12 @@ class Simulation:
     def _model_errors(
         self,
     ) -> tuple[Float[NDArray[np.float64], "m c"], Float[NDArray[np.float64], " m"], Int[NDArray[np.int64], " m"]]:
-        """Change of each feature by one standard deviation of the errors that the fitted model was found to have.
+        """Change of each feature by one standard deviation of the estimated model error.
 
         Returns
         -------
-        Modes that features share, what each has by itself and as much again with its part, and the part of each.
+        Modes common to features; standard deviation of each feature, for an independent error and again for an error
+        common to its part; part of each feature.
         """
         fit, features, size = self.arrangement.fit, self._features, self.arrangement.model_error_size
         predicted = features.of_values(self._prediction.value)
@@ -200,7 +201,7 @@ class Simulation:
     def _refinement_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
         """Change of each feature by each finer model."""
         arrangement, fit, prediction = self.arrangement, self.arrangement.fit, self._prediction
-        # They have the added effects, but not one that is only tried.
+        # Finer models contain the added effects, but not the effect under test.
         common = arrangement.unknowns([])
         values = fit.values[: len(common.parameters)]
         if arrangement.finer and len(values) < len(fit.values):
@@ -210,7 +211,7 @@ class Simulation:
 
 
 def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:
-    """Standard deviation of a repeat's reading by noise, real and imaginary part, shape (2, k)."""
+    """Standard deviation of a reading of one repeat by noise, real and imaginary part, shape (2, k)."""
     features, observed = side.features, side.observed
     deviation = side.noise / features.per_reading(observed.mean)
     k = len(observed.points)
