@@ -1,4 +1,4 @@
-"""Training and held-out data beside a model whose calibration parameters are fitted to their features."""
+"""Training and held-out data, and a model whose calibration parameters are fitted to the training features."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import EffectSelection, Refit
 from hbsolve.errors import ModelError
 
-#: Where no datum is held out, every third one is.
+#: If no datum is marked as held out, every third one is held out.
 EVERY = 3
 
 
@@ -50,7 +50,7 @@ class FeatureArrangement:
     held_out: FeatureComparison
     fit: Fit
 
-    #: Features are few and their errors common: no gain of chi^2 alone justifies or excludes a fit.
+    #: Features are few and have common errors: the gain of chi^2 alone neither justifies nor excludes a fit.
     selection: ClassVar[EffectSelection] = EffectSelection(
         least_change=0.0,
         slopes_at_once=False,
@@ -67,10 +67,10 @@ class FeatureArrangement:
         return make_unknowns(self.base, self.calibration, applied)
 
     def find_worst_frequency(self, fit: Fit) -> tuple[float, float] | None:
-        """The mode that a fitted model misses most, and its relative error [Hz, -]; None without any.
+        """Measured frequency and relative error of the worst mode of a fitted model [Hz, -]; None without any mode.
 
-        Where the frequency of a mode varies with the amplitude, its least error counts: whatever the model lacks, it
-        may meet the mode at one amplitude.
+        If the frequency of a mode varies with amplitude, its smallest error is used: a model that lacks an effect may
+        still match the mode at one amplitude.
         """
         unit = np.array([unit for features in self.train.features for unit in features.unit])
         rows = np.flatnonzero((unit == "Hz") & np.isfinite(fit.prediction))
@@ -87,8 +87,8 @@ class FeatureArrangement:
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data; errors are root mean squares in standard deviations.
 
-        Where the model is further off than the deviations of the features say, these are too small in proportion, and
-        the covariance of the fit is widened accordingly.
+        If the residual exceeds the standard deviations of the features, these are too small by a common factor, and the
+        covariance of the fit is scaled accordingly.
         """
         try:
             residual = self.held_out.residual(self.held_out.predict(fit.model))
@@ -111,14 +111,14 @@ def arrange_features(
     *,
     added: Sequence[AddedEffect] = (),
 ) -> FeatureArrangement:
-    """Fit the calibration parameters, and added effects beside them.
+    """Fit the calibration parameters and the added effects.
 
     Parameters
     ----------
     base
         Model without the added effects, with the sensors of the data.
     data
-        Data; where none is held out, every third one tests the fit, and a single one tests itself.
+        Data; if none is held out, every third datum tests the fit, and a single datum tests itself.
     calibration
         Calibration parameters.
     added
@@ -127,7 +127,7 @@ def arrange_features(
     Raises
     ------
     CampaignError
-        The model lacks what some data speak of, or all data are held out.
+        The model lacks something that the data refer to, or all data are held out.
     """
     fitted, tested = split_data(data)
     if not fitted:
@@ -142,7 +142,7 @@ def arrange_features(
 
 
 def split_data(data: Sequence[Datum]) -> tuple[list[Datum], list[Datum]]:
-    """Training data and those that test the fit: the held-out ones, or every third; a single one is both."""
+    """Training data, and data that test the fit: the held-out ones, or every third; a single datum is both."""
     fitted, tested = ([item for item in data if item.held_out is side] for side in (False, True))
     if tested or len(data) < 2:
         return fitted, tested or list(data)

@@ -1,4 +1,4 @@
-"""Diagnosis of data that are compared by features: one round."""
+"""Diagnosis of data that are compared through features: one round."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -21,9 +21,9 @@ from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
 from diagnosis.time_record.held_out import MAX_EXCESS_LEFT, MIN_STANDARD_ERRORS, HeldOutTest
 
-#: As timed on ring-downs and loops.
+#: Timed on ring-downs and loops.
 PROGRESS = ProgressFractions(screening=0.3, fits=0.5, tests=0.9, covariances=1.0, explanation=1.0, intervals=1.0)
-#: Indications that a verdict tells at least, if there are so many.
+#: Least number of indications that a verdict reports, if there are as many.
 MIN_INDICATIONS = 4
 
 FeatureDiagnosis: TypeAlias = Diagnosis[FeatureArrangement]
@@ -31,14 +31,14 @@ FeatureDiagnosis: TypeAlias = Diagnosis[FeatureArrangement]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FeatureResult:
-    """A diagnosis, and what the data show by themselves.
+    """A diagnosis, and direct indications of the data.
 
     Parameters
     ----------
     diagnosis
-        Its fits and verdict.
+        Fits and verdict.
     indications
-        Properties of the data beside the calibrated model.
+        Differences between properties of the data and of the calibrated model.
     """
 
     diagnosis: FeatureDiagnosis
@@ -56,10 +56,10 @@ def diagnose_features(
     run_step: RunStep = compute_step,
     report: Report | None = None,
 ) -> FeatureResult:
-    """Diagnose which effect is missing from a model.
+    """Identify the effect that is missing from a model.
 
-    An effect is named if the held-out error in excess of the deviations falls enough and throughout, and little is left
-    (`diagnosis.time_record.held_out`). Signs that the model does not show are reported in any case.
+    An effect is named if the held-out error in excess of the standard deviations falls significantly and little of it
+    remains (`diagnosis.time_record.held_out`). Indications that the model does not reproduce are reported in any case.
 
     Parameters
     ----------
@@ -76,12 +76,12 @@ def diagnose_features(
     run_step
         Looks up the stored result of a step, or computes it.
     report
-        Called with the name of a step and the share of the round that is done [-].
+        Called with the name of a step and the completed share of the round [-].
 
     Raises
     ------
     CampaignError
-        The model lacks what some data speak of, or all data are held out.
+        The model lacks something that the data refer to, or all data are held out.
     EffectError
         An unknown kind of effect, or an invalid effect of the user's own.
     """
@@ -107,9 +107,9 @@ def diagnose_features(
 
 
 def find_level(base: Model, data: Sequence[Datum]) -> float:
-    """Force that would move the structure as far as in the data at its first resonance; 1 where these do not say [N].
+    """Force that produces the measured amplitude at the first resonance [N]; 1 if the data contain no amplitude.
 
-    Typical strengths of nonlinear effects, and their bounds, are those at this force.
+    Typical strengths of nonlinear effects, and their bounds, refer to this force.
     """
     resonance = measure_scale(base).resonances[0]
     kinds = [(DATA_TYPES[datum.type].motions, datum) for datum in data]
@@ -119,7 +119,7 @@ def find_level(base: Model, data: Sequence[Datum]) -> float:
 
 
 def list_indications(model: Model, data: Sequence[Datum]) -> tuple[Indication, ...]:
-    """Indications of the data beside a model, the clearest first."""
+    """Indications of the data relative to a model, clearest first."""
     result: list[Indication] = []
     for name in dict.fromkeys(datum.type for datum in data):
         kind = DATA_TYPES[name]
@@ -131,30 +131,30 @@ def list_indications(model: Model, data: Sequence[Datum]) -> tuple[Indication, .
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FeatureTest(HeldOutTest):
-    """Test of effects: they lower the held-out error, are clear of zero, and explain what the data show by themselves.
+    """Test of effects: they lower the held-out error, differ from their neutral value, and explain the indications.
 
     Parameters
     ----------
     data
         All data.
     indications
-        What they show beside the model without a further effect.
+        Indications of the data relative to the model without a further effect.
     """
 
     data: Sequence[Datum]
     indications: Sequence[Indication]
 
     def passes(self, refit: Refit) -> bool:
-        """Whether the excess of the error falls significantly, by a strength that is known."""
+        """Whether the excess of the error falls significantly, with a significant strength of the effect."""
         return super().passes(refit) and not refit.may_vanish
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
-        """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""
+        """Whether the held-out chi^2 falls significantly, with standard deviations scaled to the remaining residual."""
         fall = before.n_held_out * (before.held_out_reduced_chi2 - after.held_out_reduced_chi2)
         return fall > MIN_STANDARD_ERRORS**2 * max(1.0, after.held_out_reduced_chi2)
 
     def explains(self, refit: Refit) -> bool:
-        """Whether little of the error is left, and of every clear indication."""
+        """Whether little remains of the error and of every clear indication."""
         return super().explains(refit) and self._shows(refit)
 
     def _shows(self, refit: Refit) -> bool:
@@ -174,8 +174,8 @@ def _judge(
     indications: Sequence[Indication],
     catalogue: Catalogue,
 ) -> Verdict:
-    """Verdict of the test; clear indications that no effect explains make it "unknown"."""
-    # Errors are in standard deviations, so that of noise is one.
+    """Verdict of the test; "unknown" if clear indications remain that no effect explains."""
+    # Errors are in standard deviations, so that noise has an error of one.
     test = FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications)
     finding, effects = test.decide(refits)
     clear = [item for item in indications if item.is_clear]
@@ -220,7 +220,7 @@ def _reason(
 
 
 def _most_clear(clear: Sequence[Indication]) -> str:
-    """The clearest indication of each kind, and further ones up to the number that a paragraph takes, in words."""
+    """Sentence with the clearest indication of each kind, and further ones up to `MIN_INDICATIONS`."""
     first = list({item.kind: item for item in reversed(clear)}.values())
     listed = [*first, *(item for item in clear if item not in first)][: max(MIN_INDICATIONS, len(first))]
     more = len(clear) - len(listed)
