@@ -1,4 +1,4 @@
-"""One round of diagnosis: which effect is missing from a model, if any; or that none of the known effects is it."""
+"""One round of diagnosis: identify the effect that is missing from a model, if any, or find that it is unknown."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -56,7 +56,7 @@ from diagnosis.unnamed_place import find_better_elsewhere, list_effects_elsewher
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import compute_dense_modes
 
-#: Effects with values from which their fits may begin.
+#: Effects with start values of their fits.
 Starts: TypeAlias = Sequence[tuple[Effect, Values]]
 P = TypeVar("P", bound=FitProblem, covariant=True)
 
@@ -66,7 +66,7 @@ Report = Callable[[str, float], None]
 
 @dataclass(frozen=True, kw_only=True)
 class ProgressFractions:
-    """Fraction of a diagnosis that is done when each of its parts begins, after the calibration [-]."""
+    """Fraction of a diagnosis that is completed at the begin of each of its parts, after the calibration [-]."""
 
     screening: float
     fits: float
@@ -76,7 +76,7 @@ class ProgressFractions:
     intervals: float
 
     def between(self, first: str, last: str, share: float) -> float:
-        """Fraction that is done when `share` of the way from one part's begin to another's is done [-]."""
+        """Fraction that is completed at `share` of the way from the begin of one part to that of another [-]."""
         begin, end = getattr(self, first), getattr(self, last)
         return float(begin + share * (end - begin))
 
@@ -97,7 +97,7 @@ class Diagnosis(Generic[P]):
     Parameters
     ----------
     arrangement
-        Measurements beside the model, with the fit of the calibration parameters and the added effects.
+        Measurements and model, with the fit of the calibration parameters and the added effects.
     catalogue
         Candidates, and effects that cannot be tested.
     scores
@@ -105,13 +105,13 @@ class Diagnosis(Generic[P]):
     baseline
         Fit and held-out test of the model without a further effect.
     refits
-        Thorough fits of the shortlist: effects that pass the thresholds first, then by falling density of all data.
+        Thorough fits of the finalists: effects that pass the thresholds first, then by decreasing density of all data.
     verdict
         Verdict.
     places
         Places where an unknown force would explain the residual, best first.
     thresholds
-        Detection thresholds; zero where the held-out error decides.
+        Detection thresholds; zero if the held-out error decides.
     """
 
     arrangement: P
@@ -126,24 +126,24 @@ class Diagnosis(Generic[P]):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CalibratedModel:
-    """A calibrated model beside its measurements, before any effect is screened.
+    """A calibrated model with its measurements, before the screening of effects.
 
     Parameters
     ----------
     arrangement
-        Measurements beside the model, with the fit of the calibration parameters and the added effects.
+        Measurements and model, with the fit of the calibration parameters and the added effects.
     screening
-        Arrangement by which effects are screened and fitted.
+        Arrangement with which effects are screened and fitted.
     catalogue
         Candidates, and effects that cannot be tested.
     far
         A measured resonance that is far from those of the model, or a predicted one that is absent, if there is one.
     effects
-        Effects to screen: none in a model that is another structure.
+        Effects to screen; none if `far` is set.
     starts
-        Effects with values from which their fits may begin as well.
+        Effects with additional start values of their fits.
     progress
-        Fractions of the round that are done when its parts begin.
+        Fractions of the round that are completed at the begin of its parts.
     """
 
     arrangement: Arrangement
@@ -159,11 +159,11 @@ class EffectChoice(NamedTuple):
     """Choice of the effects that are fitted."""
 
     rank: Callable[[Sequence[Score]], Sequence[Score]] = list
-    """Scores in the order, and with the gains, by which those that deserve a fit are chosen."""
+    """Order and gains of the scores for the selection of quick fits."""
     cost: Callable[[Fit], float] = attrgetter("chi2")
-    """Cost of a fit by which those that deserve a thorough fit are chosen."""
+    """Cost of a quick fit for the selection of thorough fits."""
     list_starts: Callable[[Sequence[Score], Fit], Starts] = lambda _scores, _best: ()
-    """Effects with values from which their fits may begin as well, from the scores and the best quick fit."""
+    """Effects with additional start values of their fits, from the scores and the best quick fit."""
 
 
 def screen_and_refit(
@@ -179,13 +179,13 @@ def screen_and_refit(
     Parameters
     ----------
     problem
-        Data beside a model, with its first fit.
+        Data and model, with its first fit.
     effects
         Candidates.
     run_step, report
         As in `diagnose`.
     progress
-        Fractions of the round that are done when its parts begin.
+        Fractions of the round that are completed at the begin of its parts.
     choice
         Choice of the effects that are fitted; in the order of their scores by default.
 
@@ -226,7 +226,7 @@ def screen_and_refit(
 def screen_effects(
     problem: FitProblem, effects: Sequence[Effect], run_step: RunStep, report: Report, progress: ProgressFractions
 ) -> list[Score]:
-    """Scores of effects, best first; parameters as of `screen_and_refit`."""
+    """Scores of effects, best first; parameters as for `screen_and_refit`."""
     report("screening", progress.screening)
 
     def report_screening(done: int, total: int) -> None:
@@ -248,9 +248,9 @@ def calibrate_model(
     run_step: RunStep,
     report: Report,
 ) -> CalibratedModel:
-    """Calibrate a model, the first part of a diagnosis; parameters as of `diagnose`."""
+    """Calibrate a model, the first part of a diagnosis; parameters as for `diagnose`."""
     base = _with_basis(base)
-    # What is fitted already is no candidate: an added effect, or a parameter of a joint that the case accepts.
+    # Already fitted effects are no candidates: added effects, and parameters of joints that the case accepts.
     names = {item.effect.name for item in added} | {item.name for item in calibration}
     catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
     catalogue = replace(catalogue, candidates=tuple(item for item in catalogue.candidates if item.name not in names))
@@ -285,7 +285,7 @@ def diagnose(
     run_step: RunStep = compute_step,
     report: Report | None = None,
 ) -> Diagnosis[Arrangement]:
-    """Diagnose which effect is missing from a model: one round.
+    """Identify the effect that is missing from a model: one round.
 
     Parameters
     ----------
@@ -304,12 +304,12 @@ def diagnose(
     thresholds
         Detection thresholds from a bootstrap of this layout; those of the linear theory with a margin by default.
     run_step, report
-        Looks up the stored result of a step, or computes it; called with its name and the share that is done [-].
+        Looks up the stored result of a step, or computes it; called with its name and the completed share [-].
 
     Raises
     ------
     CampaignError
-        Nothing is held out, a single repeat whose noise is not known, or the model lacks a sensor.
+        Nothing is held out, there is a single repeat of unknown noise, or the model lacks a sensor.
     EffectError
         An unknown kind of effect, or an invalid effect of the user's own.
     """
@@ -329,7 +329,7 @@ def diagnose(
     baseline = baseline if screening is arrangement else baseline_fit(arrangement)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
-    # An effect below the threshold is not named, whatever its other gain is, unless the model is far off without it.
+    # An effect below the threshold is not named regardless of its other gain, unless the model is far off without it.
     chance = -float("inf") if arrangement.model_error_size.is_far else min(linear.gain / LINEAR_MARGIN, thresholds.gain)
     by_own = partial(own, screening.train, chance=chance)
     finalists = refit_each_by_own_covariance(
@@ -362,7 +362,7 @@ def _judge(
     list_elsewhere: Callable[[], list[Effect]],
     run_step: RunStep,
 ) -> tuple[list[Score], list[Finalist], Verdict]:
-    """Scores, finalists and verdict; with effects where no place is, if no single one at the places explains enough."""
+    """Scores, finalists and verdict; effects at unnamed places are added if no single effect explains enough."""
     ranked, verdict = judge(without_effect, finalists, places, by, run_step)
     leaves_much = any(item.reduced_chi2_by_noise > UNEXPLAINED_CHI2 for item in verdict.effects[:1])
     if verdict.pair is None and verdict.finding is not Finding.UNKNOWN and not leaves_much:
@@ -382,7 +382,7 @@ def _find_far(arrangement: Arrangement) -> FarResonance | AbsentPeak | None:
 
 
 def _with_basis(model: Model) -> Model:
-    """The model with its modes without joints: fits change it in few directions, and these modes serve all of them."""
+    """The model with its modes without joints as a basis: fits change it little, and these modes serve all of them."""
     modes = compute_dense_modes(model.system.mass, model.system.stiffness)
     return model.with_system(basis=modes.shapes)
 
@@ -390,10 +390,10 @@ def _with_basis(model: Model) -> Model:
 def _widen(
     campaign: Campaign, without_effect: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
 ) -> tuple[Refit, list[Refit], Verdict]:
-    """The fits without an effect and with each, and the verdict, with intervals as wide as fits of draws scatter."""
+    """The fits without an effect and with each, and the verdict, with intervals from the parametric bootstrap."""
     pair, n_alone = verdict.pair, 1 + len(finalists)
     listed = [without_effect, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
-    # Those that the verdict names are of fits with both effects, if there are two.
+    # If there are two effects, the verdict refers to the fits with both.
     first = 0 if pair is None else n_alone + 1
     best = {item.name: item for item in listed[first:]}[(*verdict.effects, without_effect.refit)[0].name]
     name = f"intervals beside {best.refit.label} of {', '.join(item.refit.label for item in listed)}"
@@ -411,7 +411,7 @@ def _widen(
 def _begin(
     arrangement: Arrangement, screening: Arrangement, effects: Sequence[Effect], run_step: RunStep
 ) -> tuple[Arrangement, Arrangement, Starts]:
-    """Arrangement, the one by which effects are screened, and more starts of their fits where it fits poorly."""
+    """Arrangement, arrangement for the screening, and additional starts of fits if the latter fits poorly."""
     if not effects or not is_poor_fit(screening):
         return arrangement, screening, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
@@ -426,11 +426,11 @@ def _list_starts(
     scores: Sequence[Score],
     best: Fit,
 ) -> Starts:
-    """Starts under response control; and far ones where something is missing that no effect near the fit explains.
+    """Starts under response control, and far ones if no effect near the fit explains the data.
 
-    An unknown force explains much then, or the best quick fit leaves model error of an unusual size, or calibration
-    parameters that are far from their priors. Thresholds of the linear theory decide whatever was simulated: stored
-    fits hold for all thresholds.
+    This is the case if an unknown force explains much, or if the best quick fit has a model error of unusual size or
+    calibration parameters beyond their priors. The thresholds of the linear theory are used in any case, so that stored
+    fits are valid for all thresholds.
     """
     gain = screening.fit.chi2 - best.chi2
     thresholds, unexplained = compute_linear_thresholds(scores), compute_excess_gain(places[0]) if places else 0.0
@@ -442,13 +442,13 @@ def _list_starts(
 
 
 def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
-    """Effects that explain most at measured motions, the best of them first, with the values of their fits."""
+    """Effects that explain most under response control, best first, with their fitted values."""
     result = find_controlled_starts(arrangement, arrangement.train, effects, arrangement.budget.model)
     return result[: arrangement.selection.n_finalist]
 
 
 def _downweight_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:
-    """The same without the points at which the best start is on another branch than the structure was."""
+    """The same with negligible weight for points at which the best start is on another branch than the structure."""
     if not starts:
         return arrangement
     effect, values = starts[0]
@@ -456,7 +456,7 @@ def _downweight_other_branch(arrangement: Arrangement, starts: Starts) -> Arrang
 
 
 def _choose_screening(arrangement: Arrangement, run_step: RunStep, name: str = "usual model error") -> Arrangement:
-    """Arrangement by which effects are screened and fitted: a model error beyond any may be an effect."""
+    """Arrangement for the screening and fits of effects: with usual model error if the estimated one is too large."""
     if not arrangement.model_error_size.is_far:
         return arrangement
     return run_step(name, lambda: expect_usual_error(arrangement))

@@ -4,15 +4,15 @@ A missing force f at a place with row p of the calibrated model changes the resp
 
 .. math:: f = -\kappa(a)\, u, \qquad u = p \cdot q
 
-with a complex kappa of its own for each level: positive real for a spring, negative real for a mass, imaginary for
-damping. Within a level it follows the amplitude by the exponent p. Where third harmonics were measured there may be a
-force of three times the frequency as well,
+with a complex kappa for each level: positive real for a spring, negative real for a mass, imaginary for damping. Within
+a level the force follows the amplitude with the exponent p. If third harmonics were measured, a force at three times
+the frequency is added,
 
 .. math:: f_3 = \lambda\, (|u| / \max |u|)^p\, (u / |u|)^3 ,
 
-as any force that follows the displacement has. For each place the whitened residual is fitted with kappa and lambda at
-all levels, the calibration parameters projected out; the place that explains most is where the force is, their growth
-with the amplitude says the exponent, their phase the kind.
+as any nonlinear force of the displacement has. For each place the whitened residual is fitted with kappa and lambda at
+all levels, the calibration parameters projected out. The place with the largest gain locates the force; the growth of
+kappa and lambda with amplitude gives the exponent, their phase the kind of force.
 
 Phases of the missing force relative to the displacement: 180 deg spring, 0 deg inertia, -90 deg damping.
 """
@@ -35,15 +35,15 @@ from diagnosis.model_error_share import ProjectedCovariance
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
-#: Exponents of the amplitude that each place is fitted with.
+#: Exponents of the amplitude that are fitted at each place [-].
 EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
-#: Least standard deviation of an exponent that they give, so far apart.
+#: Least standard deviation of an exponent interpolated between these values [-].
 MIN_EXPONENT_DEVIATION = 0.3
-#: Phases that are nearer are of one kind: half of what a spring and a dashpot are apart [deg].
+#: Largest difference of phases of one kind of force: half of that between a spring and a dashpot [deg].
 SAME_KIND = 45.0
-#: A force counts for the phase if it is so many standard deviations large.
+#: Least size of a force that is used for the phase [standard deviations].
 CLEAR_FORCE = 3.0
-#: What a phase says.
+#: Meaning of a phase.
 PHASES = "180 spring, 0 mass, -90 damping"
 
 
@@ -60,24 +60,24 @@ class UnknownForcePlace:
     n_number
         Number of fitted parameters: real and imaginary parts of kappa, and of lambda, per level [-].
     level, amplitude
-        Levels, and the largest amplitude of the place at each, shape (l,) [N, m or rad].
+        Levels, and the largest amplitude of the place at each level, shape (l,) [N; m or rad].
     stiffness
         kappa, shape (l,) [N/m].
     deviation
-        Standard deviation of the parts of kappa, shape (l,) [N/m].
+        Standard deviation of real and imaginary part of kappa, shape (l,) [N/m].
     third
-        lambda, shape (l,) [N]; zero where no third harmonics were measured.
+        lambda, shape (l,) [N]; zero if no third harmonics were measured.
     exponent
         Exponent p of f ~ a^p [-]: 1 for a linear force, 2 for air, 3 for a cubic spring.
     exponent_deviation
         Standard deviation of the exponent [-].
     phase
-        Phase of the force relative to the displacement [deg]; None where it turns with the level, depends on how much
-        is model error, or no sensor has a phase.
+        Phase of the force relative to the displacement [deg]; None if it varies with the level or depends on the share
+        of model error, or if no sensor has a phase.
     configuration
-        Configuration in which it is missing: "jointed" or "free".
+        Configuration in which the force is missing: "jointed" or "free".
     units
-        Units at the place, in which an angle has moments for forces.
+        Units at the place; for an angle, forces are moments.
     """
 
     name: str
@@ -117,7 +117,7 @@ def localise(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -
     fit, points = arrangement.fit, arrangement.train.features.points
     rows, frees = fit.model.places, (False, True)
     tangents = [item for row in rows.values() for free in frees for item in _make_tangents(fit.model, row, free)]
-    # Each state is linearised once for all of them.
+    # Each state is linearised once for all places.
     of_all = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
     by_place = of_all.reshape(len(points), len(rows), 2, 4)
     fitted = [
@@ -136,9 +136,9 @@ def _fit_place(
     free: bool,
     slopes: NDArray[np.complex128],
 ) -> UnknownForcePlace | None:
-    """An unknown force at a place in one configuration; None where the model has no state.
+    """An unknown force at a place in one configuration; None if the model has no state.
 
-    The force follows the amplitude at each frequency, which determines the exponent better than the levels.
+    The force follows the amplitude at each frequency, which determines the exponent better than levels alone.
     """
     fit, points = arrangement.fit, arrangement.train.features.points
     row, solved = fit.model.places[name], {level for is_free, level, _ in fit.prediction.states if is_free == free}
@@ -155,19 +155,19 @@ def _fit_place(
         chosen = changes if with_third else changes[:, : 2 * len(levels)]
         result.append(_choose_weights([_fit_force(name, free, levels, amplitude, chosen, item) for item in weights]))
     place = replace(_combine_exponents(result), units=choose_units(fit.model, row))
-    # Amplitudes alone tell a phase of the force by the scale of the responses, which model error has as well.
+    # Without phases of readings, the phase of the force follows from the scale of responses, as does model error.
     return place if arrangement.train.observed.phased.any() else replace(place, phase=None)
 
 
 def find_common_phase(force: NDArray[np.complex128], certainty: NDArray[np.float64]) -> float | None:
-    """Common phase of the forces of all levels that are clear of noise [deg]; None where they turn with the level.
+    """Common phase of the forces of all levels that clearly exceed noise [deg]; None if it varies with the level.
 
     Parameters
     ----------
     force
-        Of each level, shape (l,) [N].
+        Force of each level, shape (l,) [N].
     certainty
-        Its size in standard deviations, shape (l,).
+        Size of each force in standard deviations, shape (l,).
     """
     clear = force[certainty >= min(CLEAR_FORCE, float(certainty.max()))]
     whole = clear.sum()
@@ -177,7 +177,7 @@ def find_common_phase(force: NDArray[np.complex128], certainty: NDArray[np.float
 
 
 def _choose_weights(by_weights: Sequence[UnknownForcePlace]) -> UnknownForcePlace:
-    """The place by the covariance that suits it best; without a phase where that depends on the model error."""
+    """The fit with the covariance that gives the largest gain; without a phase if that depends on the model error."""
     best = max(by_weights, key=lambda place: place.gain)
     phases = [place.phase for place in by_weights]
     if best.phase is None or any(
@@ -196,7 +196,7 @@ def _compute_changes(
     motion: NDArray[np.complex128],
     exponent: float,
 ) -> NDArray[np.float64]:
-    """Change with the parts of kappa and of lambda at each level's largest amplitude, shape (m, 4 l)."""
+    """Derivatives of features with respect to both parts of kappa and lambda of each level, shape (m, 4 l)."""
     fit, train = arrangement.fit, arrangement.train
     points, kappa, third = train.features.points, [], []
     for level, (most, omega) in zip(levels, largest, strict=True):
@@ -208,8 +208,8 @@ def _compute_changes(
         kappa.append(share[:, None] * slopes[:, :2] / np.array([1.0, omega]))
         size = np.where(motion == 0, 1.0, np.abs(motion))
         turned = np.where(at, share * size / (most or 1.0) * (motion / size) ** 3, 0.0)
-        # A complex force changes the response of a nonlinear structure by its parts, each in its own way; loads are
-        # those of a level of 1 N.
+        # The response of a nonlinear structure has separate derivatives for real and imaginary part of a force. Loads
+        # are defined for a level of 1 N.
         real, imaginary = slopes[:, 2] / level, slopes[:, 3] / level
         third.append(
             np.column_stack(
@@ -224,7 +224,7 @@ def _compute_changes(
 
 
 def _make_tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[Tangent]:
-    """Tangents of the real part of kappa, of a dashpot for its imaginary part, and of both parts of lambda."""
+    """Tangents of the real part of kappa, of a dashpot (imaginary part of kappa), and of both parts of lambda."""
     outer, third = np.outer(row, row), np.zeros((2, model.n_harmonic, len(row)), dtype=np.complex128)
     if model.n_harmonic > 3:
         third[:, 3] = row, 1j * row
@@ -237,7 +237,7 @@ def _make_tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[T
 
 
 def _compute_motion(arrangement: Arrangement, row: NDArray[np.float64], free: bool) -> NDArray[np.complex128]:
-    """Fundamental of a row at each point of a configuration; 1 where there is no state, shape (k,) [m]."""
+    """Fundamental of a row at each point of a configuration; 1 without a state, shape (k,) [m]."""
     prediction, points = arrangement.fit.prediction, arrangement.train.features.points
     keys = zip(points.free, points.level, points.frequency, strict=True)
     states = [prediction.states.get((bool(is_free), float(at), float(f))) for is_free, at, f in keys]
@@ -251,7 +251,7 @@ def _compute_motion(arrangement: Arrangement, row: NDArray[np.float64], free: bo
 
 
 def _find_largest(arrangement: Arrangement, row: NDArray[np.float64], free: bool, level: float) -> tuple[float, float]:
-    """Largest amplitude of a row at a level [m], and where [rad/s]."""
+    """Largest amplitude of a row at a level [m], and its angular frequency [rad/s]."""
     states = arrangement.fit.prediction.states
     there = [state for (is_free, at, _), state in states.items() if is_free == free and at == level]
     return max((state.amplitude(row), state.angular_frequency) for state in there)
@@ -266,7 +266,7 @@ def _fit_force(
     weights: ProjectedCovariance,
 ) -> UnknownForcePlace:
     n, moves = len(levels), np.where(amplitude > 0, amplitude, 1.0)
-    # kappa a and lambda are forces, which are fitted alike well whatever the size of the motion.
+    # kappa a and lambda are forces, so that the problem is well scaled for any size of motion.
     per_force = np.concatenate([changes[:, : 2 * n] / np.repeat(moves, 2), changes[:, 2 * n :]], axis=1)
     across, residual = weights.across(per_force), weights.residual
     solution, *_ = np.linalg.lstsq(across, residual, rcond=1e-10)
@@ -275,7 +275,7 @@ def _fit_force(
     spread = np.sqrt(np.diag(covariance)[0::2])
     third = np.zeros(n, dtype=np.complex128)
     third[: len(forces) - n] = forces[n:]
-    # Both say how a force grows with the amplitude, and what phase it has.
+    # Both determine the exponent and the phase of the force.
     sizes = [(np.abs(forces[:n]), spread[:n]), (np.abs(third), spread[n:])]
     slopes = [_fit_exponent(amplitude, size, deviation) for size, deviation in sizes if len(deviation)]
     exponent, exponent_deviation = min(slopes, key=lambda pair: pair[1])
@@ -320,7 +320,7 @@ def _combine_exponents(places: Sequence[UnknownForcePlace]) -> UnknownForcePlace
 def _fit_exponent(
     amplitude: NDArray[np.float64], size: NDArray[np.float64], deviation: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Slope of the logarithm of a force over that of the amplitude, weighted by how well each force is known."""
+    """Slope of the logarithm of a force over that of the amplitude, weighted by the relative precision of forces."""
     seen = (amplitude > 0) & (deviation > 0) & (size > 0)
     if seen.sum() < 2:
         return 1.0, float("inf")

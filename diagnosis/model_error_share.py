@@ -1,7 +1,7 @@
 """Covariances of a fit with its estimated model error, and with smaller shares of it.
 
-A missing effect may have been estimated as model error, which is then smaller once the effect is in the model. So each
-explanation is judged by the covariance under which it gains most.
+A missing effect may have been mistaken for model error, which is smaller once the effect is in the model. Each
+explanation is therefore evaluated with the covariance under which it gains most.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,7 +21,7 @@ from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.weighting import resize_model_error
 from diagnosis.screening import Score, compute_slopes, make_basis, minimise_along_change, project_out
 
-#: Shares of the model error that are tried beside all of it [-].
+#: Shares of the model error that are tried in addition to the full error [-].
 LESS_ERROR = (0.1, 0.0)
 
 
@@ -32,7 +32,7 @@ class ProjectedCovariance(NamedTuple):
     basis: Matrix
     residual: Vector
     cost_difference: float
-    """-2 ln p of the model beyond that by the covariance with all model error [-]."""
+    """-2 ln p of the model, less that with the full model error [-]."""
 
     def across(self, changes: Matrix) -> Matrix:
         """Whitened and projected changes, shape (m, c), with rows of all data and priors."""
@@ -41,7 +41,7 @@ class ProjectedCovariance(NamedTuple):
 
 
 def list_covariances(arrangement: Arrangement) -> list[ProjectedCovariance]:
-    """List the covariances with all of the estimated model error, and with `LESS_ERROR` of it."""
+    """List the covariances with the full estimated model error, and with the shares `LESS_ERROR` of it."""
     train, fit = arrangement.train, arrangement.fit
     m, there = fit.n_number, train.has_prediction(fit.prediction)
     difference = train.difference(fit.prediction)
@@ -64,7 +64,7 @@ def rank_by_best_covariance(arrangement: Arrangement, scores: Sequence[Score]) -
     """Rank scores by the largest gain under any of these covariances, best first."""
     if arrangement.model_error_size == NO_ERROR:
         return list(scores)
-    # Screening has the slopes already, but of effects that the covariance with all model error hides.
+    # The screening has computed the slopes, except those of effects hidden by the full model error.
     hidden = [score.effect for score in scores if not score.slope.any()]
     computed = dict(zip((effect.name for effect in hidden), compute_slopes(arrangement, hidden), strict=True))
     slopes = [computed.get(score.effect.name, score.slope) for score in scores]
@@ -76,7 +76,7 @@ def rank_by_best_covariance(arrangement: Arrangement, scores: Sequence[Score]) -
 def compute_gains_by_covariance(
     arrangement: Arrangement, effects: Sequence[Effect]
 ) -> Float[NDArray[np.float64], "w e"]:
-    """Gain of each effect to first order by each of these covariances, that with all model error first [-]."""
+    """First-order gain of each effect with each of these covariances, that with the full model error first [-]."""
     return _compute_gains(arrangement, effects, compute_slopes(arrangement, effects))
 
 

@@ -1,14 +1,15 @@
-r"""Search for something small that swings by itself at a place: a cable, a loose part, an absorber.
+r"""Search for a small resonator attached at a place: a cable, a loose part, an absorber.
 
-A mass m on a spring of natural frequency omega_r and damping ratio zeta_r, which hangs at a place, loads it with an
-apparent mass that turns over at its resonance (Den Hartog, Mechanical Vibrations, section 3.2),
+A mass m on a spring, with natural frequency omega_r and damping ratio zeta_r, loads a place with an apparent mass that
+changes sign at its resonance (Den Hartog, Mechanical Vibrations, section 3.2),
 
 .. math:: \mu(\omega) = m\, \frac{\omega_r^2 + 2 i \zeta_r \omega_r \omega}
           {\omega_r^2 - \omega^2 + 2 i \zeta_r \omega_r \omega} .
 
-No effect whose strength is one number for all frequencies does that. To first order in m the readings change by
-Re mu times the change by a mass there, and -omega Im mu times that by a dashpot. The whitened residual is fitted with m
-at each place for a grid of omega_r and zeta_r, the calibration parameters projected out.
+An effect with the same strength at all frequencies cannot do this. To first order in m the readings change by Re mu
+times their derivative with respect to a mass at the place, and -omega Im mu times that with respect to a dashpot. The
+whitened residual is fitted with m at each place for a grid of omega_r and zeta_r, the calibration parameters projected
+out.
 """
 
 from collections.abc import Sequence
@@ -28,9 +29,9 @@ from hbsolve.model_rates import MatrixParameter, ModelParameter
 NOTHING = ModelParameter()
 #: Damping ratios that are tried [-].
 DAMPING = (0.005, 0.02, 0.08)
-#: Natural frequencies that are tried reach so far beyond the tested ones [-].
+#: Relative margin of the tried natural frequencies beyond the tested band [-].
 BAND_MARGIN = 0.1
-#: Difference of gains up to which places cannot be told apart: odds of one in twenty.
+#: Difference of gains below which places are indistinguishable: odds of 1 to 20.
 SAME_GAIN = 2 * np.log(20)
 
 
@@ -43,7 +44,7 @@ class Resonator:
     name
         Name of the place in the model.
     configuration
-        Configuration in which it is missing: "jointed" or "free".
+        Configuration in which the resonator is missing: "jointed" or "free".
     gain
         Fall of chi^2 [-].
     mass, deviation
@@ -58,8 +59,8 @@ class Resonator:
     n_number
         Number of fitted parameters: mass, natural frequency and damping ratio [-].
     alike
-        The same at other places, which the data cannot tell from this one: one mode alone does not say where on it
-        something hangs.
+        Resonators at other places that the data cannot distinguish from this one: a single mode does not determine the
+        place.
     """
 
     name: str
@@ -90,7 +91,7 @@ class Resonator:
 
 
 def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovariance]) -> list[Resonator]:
-    """The best resonator at each place in each configuration, best first; none that gains nothing.
+    """The best resonator at each place in each configuration, best first; only those with a gain.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovaria
 
 
 def _list_alike(resonator: Resonator, resonators: Sequence[Resonator]) -> tuple[Resonator, ...]:
-    """Those at other places of the same configuration that gain as much, but for odds of one in twenty."""
+    """Those at other places of the same configuration with a gain within `SAME_GAIN`."""
     near = sorted(
         (item for item in resonators if abs(item.gain - resonator.gain) < SAME_GAIN), key=lambda item: -item.gain
     )
@@ -165,7 +166,7 @@ def _changes(
 
 
 def _fit(weights: ProjectedCovariance, changes: Matrix) -> tuple[float, float, float, int]:
-    """Gain of the best tuning by one covariance, its mass and the standard deviation of that, and its number."""
+    """Gain of the best tuning with one covariance, mass, standard deviation of the mass, and index of the tuning."""
     across = weights.across(changes)
     size = np.linalg.norm(across, axis=0)
     size[size == 0] = np.inf

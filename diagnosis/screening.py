@@ -1,15 +1,15 @@
 r"""Screening of effects: each at finite strength against the residual, with the calibration parameters projected out.
 
-With J the whitened Jacobian of the calibration parameters (priors below), r the residual and d the change that an
-effect makes,
+With J the whitened Jacobian of the calibration parameters (rows of the priors below), r the residual and d the change
+by an effect,
 
 .. math:: r_\perp = (I - Q Q^T) r, \qquad J = Q R, \qquad
           g = \frac{(d_\perp \cdot r_\perp)^2}{|d_\perp|^2}
 
-is what chi^2 would fall by if the effect were linear in its strength. The derivative at zero strength says how strong
-the effect would have to be. d is the derivative, or the difference at that strength, at most the typical one, over it:
-the one with the larger g, because derivatives mislead where a gap opens, and differences at a strength far from it do
-as well. These data cannot distinguish two effects whose d_perp are parallel.
+is the fall of chi^2 for an effect that is linear in its strength. d is either the derivative at the neutral strength,
+or a difference quotient at the strength that the derivative predicts, limited to the typical one. The one with the
+larger g is used: the derivative is misleading where a gap opens, the difference quotient if its strength is far from
+the true one. Two effects with parallel d_perp are indistinguishable in these data.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -39,7 +39,7 @@ class Score:
     effect
         Effect.
     strength
-        Strength of the least chi^2, within the bounds [its unit].
+        Strength that minimises chi^2 within the bounds [its unit].
     gain
         Fall of chi^2 at this strength [-].
     size
@@ -49,8 +49,8 @@ class Score:
     direction
         d_perp / |d_perp|, shape (m + p,); zero if the effect is invisible.
     start, slope
-        Start of a refit: fitted values that make up for the effect, then its own, shape (p + e,); and its whitened
-        derivative at its vanishing value, shape (m + p,).
+        Start of a refit: fitted values that compensate for the effect, then its parameters, shape (p + e,); whitened
+        derivative of the effect at its neutral value, shape (m + p,).
     """
 
     effect: Effect
@@ -95,7 +95,7 @@ def screen(
 
 
 def compute_slope_gains(problem: Screened, effects: Sequence[Effect]) -> Vector:
-    """Gain of each effect by its derivative at the vanishing value, within its bounds, shape (e,)."""
+    """Gain of each effect by its derivative at the neutral value, within its bounds, shape (e,)."""
     basis = make_calibration_basis(problem)
     residual = project_out(basis, problem.fit.residual)
     slopes = compute_slopes(problem, effects)
@@ -113,7 +113,7 @@ def make_calibration_basis(problem: Screened) -> Matrix:
 
 
 def make_basis(changes: Matrix) -> Matrix:
-    """Orthonormal basis of the columns that change anything."""
+    """Orthonormal basis of the nonzero columns."""
     return np.asarray(np.linalg.qr(changes[:, changes.any(axis=0)])[0])
 
 
@@ -123,9 +123,9 @@ def project_out(basis: Matrix, changes: Float[NDArray[np.float64], "m ..."]) -> 
 
 
 def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vector]:
-    """Whitened derivative with respect to each effect's strength at its vanishing value, shape (m + p,) each."""
+    """Whitened derivative with respect to each effect's strength at its neutral value, shape (m + p,) each."""
     fit = problem.fit
-    # All effects are applied at once at their vanishing values: the states are those of the fit.
+    # All effects are applied at once with their neutral values, so that the states are those of the fit.
     for group in [effects] if problem.selection.slopes_at_once else [[item] for item in effects]:
         unknowns = problem.unknowns(group)
         values = np.array([*fit.values, *unknowns.vanishing[len(fit.values) :]])
@@ -187,9 +187,9 @@ def minimise_along_change(effect: Effect, across: Vector, residual: Vector) -> L
 
 
 def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:
-    """Whitened change by an effect while the calibration parameters make up for what they can, shape (m + p,).
+    """Whitened change by an effect with compensating calibration parameters, shape (m + p,).
 
-    Otherwise the curvature of a mere shift of the resonance would hide everything else.
+    Without compensation, the curvature due to a mere shift of the resonance would dominate the change.
     """
     fit, train = problem.fit, problem.train
     values = _compensated_values(problem, effect, step, rates)
@@ -197,7 +197,7 @@ def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Ve
         unknowns = problem.unknowns([effect])
         prediction = train.predict(unknowns.compose(values), fit.prediction, values[: unknowns.n_start])
     except ModelError:
-        # A structure with so much of it is not supported: it cannot be the missing effect.
+        # With this strength the structure is not supported: the effect cannot be the missing one.
         return np.zeros(len(fit.residual))
     moved = fit.residual[: fit.n_number] - train.residual(prediction)
     there = train.has_prediction(prediction) & train.has_prediction(fit.prediction)
@@ -206,12 +206,12 @@ def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Ve
 
 
 def _compensation_rates(problem: Screened, slope: Vector) -> Vector:
-    """Change of the fitted values that best makes up for an effect of unit strength, shape (p,)."""
+    """Change of the fitted values that best compensates for an effect of unit strength, shape (p,)."""
     return np.asarray(-np.linalg.lstsq(problem.fit.jacobian, slope, rcond=1e-12)[0])
 
 
 def _compensated_values(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:
-    """Fitted values that best make up for an effect, then its own, shape (p + e,)."""
+    """Fitted values that best compensate for an effect, then the parameters of the effect, shape (p + e,)."""
     strength = effect.parameters[0].vanishes + step
     fitted = problem.fit.values + rates * step
     return problem.unknowns([effect]).clipped(make_start(fitted, effect, strength))

@@ -1,4 +1,4 @@
-"""Steps of a long computation: each runs by its name, so that a store can take its result and go on after a stop."""
+"""Named steps of a long computation, so that a store can keep their results and resume after an interruption."""
 
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
@@ -10,7 +10,7 @@ class RunStep(Protocol):
     """Looks up the stored result of a step, or computes and stores it."""
 
     def __call__(self, name: str, make: Callable[[], T]) -> T:
-        """The result of a step by its name; `make` computes it."""
+        """Result of the step with this name; `make` computes it."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""Unknown force at a place, where no known effect explains the data: one that grows with the motion, or a resonator."""
+"""Unknown force at a place, if no known effect explains the data: a force of the motion, or a resonator."""
 
 from typing import TypeAlias
 
@@ -11,7 +11,7 @@ UnknownForce: TypeAlias = UnknownForcePlace | Resonator
 
 
 def find_unknown_forces(arrangement: Arrangement) -> list[UnknownForce]:
-    """Unknown forces that would explain the residual, ranked by the gain beyond the number of their parameters."""
+    """Unknown forces that would explain the residual, ranked by the gain less the number of their parameters."""
     weights = list_covariances(arrangement)
     return sorted(
         [*localise(arrangement, weights), *find_resonators(arrangement, weights)], key=compute_excess_gain, reverse=True
@@ -19,5 +19,5 @@ def find_unknown_forces(arrangement: Arrangement) -> list[UnknownForce]:
 
 
 def compute_excess_gain(force: UnknownForce) -> float:
-    """Gain of an unknown force beyond the number of its parameters [-]."""
+    """Gain of an unknown force less the number of its parameters [-]."""
     return force.gain - force.n_number

@@ -1,7 +1,7 @@
-"""Effects where no place of the case is: tried if no single effect at its places explains the measurements.
+"""Effects at places that the case does not name: tried if no single effect at named places explains the measurements.
 
-A case names the places where an engineer expects something. Of what lies beside them, two effects at two places
-may do the same as one that is really there.
+A case names the places where an engineer expects effects. A true effect elsewhere may be imitated by two effects at
+named places.
 """
 
 from collections.abc import Collection, Sequence
@@ -27,17 +27,17 @@ from diagnosis.model_error_share import compute_gains_by_covariance, list_covari
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep
 
-#: Displacements at which an unknown force is tried, evenly among all that no place follows, and those with the largest
-#: gain by it, at which effects are: both keep the time and memory of large structures within those of their places.
+#: Largest number of unnamed displacements at which an unknown force is tried, evenly chosen, and of those with the
+#: largest gain at which effects are tried. Both limit time and memory for large structures.
 MAX_FORCES, MAX_PLACES = 24, 4
 
 
 def list_effects_elsewhere(
     campaign: Campaign, arrangement: Arrangement, without: Collection[str] = (), extra: Sequence[Extra] = ()
 ) -> list[Effect]:
-    """Effects of all kinds at the few displacements without a place at which an unknown force explains most.
+    """Effects of all kinds at the few unnamed displacements at which an unknown force explains most.
 
-    None beside finer models, whose nodes are other points.
+    Empty if there are finer models, whose nodes are at other points.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def list_effects_elsewhere(
     forced = replace(fit, model=replace(fit.model, places={name: unnamed[name] for name in chosen}))
     ranked = localise(replace(arrangement, fit=forced), list_covariances(arrangement))
     places = [*dict.fromkeys(place.name for place in ranked)][:MAX_PLACES]
-    # Beside the places of the case, so that no effect is listed that is one at these under another name.
+    # With the places of the case, so that no effect at these is listed under another name.
     model = replace(arrangement.base, places={**arrangement.base.places, **{name: unnamed[name] for name in places}})
     listed = list_campaign_effects(campaign, model, without=without, extra=extra).candidates
     added = {item.name for item in arrangement.added}
@@ -70,22 +70,22 @@ def find_better_elsewhere(
     by: Criteria,
     run_step: RunStep,
 ) -> tuple[list[Score], list[Finalist]]:
-    """Effects that pass and are more probable than all that is known, and their scores.
+    """Effects that pass and are more probable than all explanations at named places, and their scores.
 
-    The odds are one in twenty for each effect that is tried.
+    They must be more probable by odds of 20 to 1, times the number of effects tried.
 
     Parameters
     ----------
     screening
-        Arrangement by which effects are screened and fitted.
+        Arrangement with which effects are screened and fitted.
     effects
-        Effects where no place is.
+        Effects at unnamed places.
     baseline, finalists
-        Fit without an effect, and effects at the places, by their own covariance.
+        Fit without an effect, and effects at named places, each with its own covariance.
     verdict
-        Two effects are missing, or something unknown.
+        Verdict with the effects at named places.
     by
-        Thresholds, and how an effect is fitted by its own covariance.
+        Thresholds, and function that fits an effect with its own covariance.
     run_step
         Looks up the stored result of a step, or computes it.
     """
@@ -103,7 +103,7 @@ def find_better_elsewhere(
 
 
 def _refit_best(problem: Arrangement, effects: Sequence[Effect], threshold: float) -> list[tuple[Score, Refit]]:
-    """Thorough fits of the few effects that gain most to first order, and more than a threshold; the best first."""
+    """Thorough fits of the few effects with the largest first-order gain above a threshold; best first."""
     gains = compute_gains_by_covariance(problem, effects).max(axis=0, initial=0.0)
     promising = [number for number in np.argsort(-gains).tolist() if gains[number] > threshold]
     scores = screen(problem, [effects[number] for number in promising[: problem.selection.n_finalist]])
@@ -112,7 +112,7 @@ def _refit_best(problem: Arrangement, effects: Sequence[Effect], threshold: floa
 
 
 def _compute_known_density(baseline: Finalist, finalists: Sequence[Finalist], verdict: Verdict, by: Criteria) -> float:
-    """Largest 2 ln of the density of all data by what is known: nothing, effects that pass, two effects, or a law."""
+    """Largest 2 ln of the density of all data: without an effect, with passing effects, two effects, or a law."""
     densities = [-(baseline.arrangement.cost + baseline.refit.held_out_cost)]
     densities += [compute_log_density(item.refit) for item in finalists if passes(item.refit, by.thresholds)]
     if verdict.pair is not None:
