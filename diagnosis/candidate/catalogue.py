@@ -68,7 +68,7 @@ class Catalogue:
         raise EffectError(f'there is no effect "{name}": there are {", ".join(self.names) or "none"}')
 
     def alike(self, effect: Effect) -> Effect:
-        """The effect that corresponds to one of another mesh: that of the same name, or as its kind decides.
+        """The candidate that corresponds to an effect on another mesh: by name, or by the rule of its kind.
 
         Raises
         ------
@@ -103,7 +103,7 @@ def list_effects(
     without
         Kinds to leave out, such as "cubic".
     extra
-        Effects of the user's own: effects, paths of files that offer some, or other sources.
+        User effects: effects, paths of files that define some, or other sources.
     level
         Highest force of the tests, at which typical strengths of nonlinear effects are computed [N].
     configurations
@@ -146,8 +146,8 @@ def list_campaign_effects(
     Parameters
     ----------
     campaign
-        Campaign, whose configurations are tested, at the highest level of each; with time records alone, 1 N on the
-        jointed structure.
+        Campaign; typical strengths are for the highest level of each tested configuration. With time records alone:
+        1 N on the jointed structure.
     model, without, extra
         As for `list_effects`.
     """

@@ -33,7 +33,7 @@ def scale_contacts(model: Model, factor: dict[str, float], quantity: str) -> Mod
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineRatio:
-    """A property of a line times a ratio; or times its root, and that of another line divided by the root.
+    """A property of a line times a ratio; of two lines, one times and the other divided by the root of the ratio.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class LineRatio:
 
 
 def line_ratio_kind(name: str, quantity: str, *, physics: str, signature: str, **facts: Any) -> EffectKind:
-    """Kind of the ratios of one field of `FrictionContact` between lines; `facts` as of `EffectKind`."""
+    """Kind of the ratios of one field of `FrictionContact` between lines; `facts` as for `EffectKind`."""
 
     def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
         del size
@@ -78,7 +78,7 @@ def _list_line_ratios(
     """Effects on a property of each line relative to the others; of two lines, their ratio.
 
     The common value of all lines is a calibration parameter. Two lines therefore have a single effect, their ratio,
-    which leaves their geometric mean as it is.
+    which does not change their geometric mean.
     """
     lines = list(model.lines)
     if not lines:

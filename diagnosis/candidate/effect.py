@@ -26,9 +26,9 @@ class EffectParameter:
     lower, upper
         Bounds [its unit].
     typical
-        Strength that matters to an engineer, at which the search starts [its unit].
+        Strength of engineering significance, at which the search starts [its unit].
     vanishes
-        Value that changes nothing [its unit].
+        Neutral value, which changes nothing [its unit].
     """
 
     name: str
@@ -49,15 +49,15 @@ class EffectParameter:
 
     @property
     def is_ratio(self) -> bool:
-        """Whether it is a factor, which halves as it doubles."""
+        """Whether it is a positive factor."""
         return self.unit == "-" and self.lower > 0
 
     def describe(self, name: str, value: float) -> str:
-        """Value of something, such as "kt x 1.5" or "shift of lid = 0.002 m"."""
+        """Name and value, such as "kt x 1.5" or "shift of lid = 0.002 m"."""
         return f"{name} x {value:.4g}" if self.is_ratio else f"{name} = {value:.4g} {self.unit}"
 
     def is_at_bound(self, value: float) -> bool:
-        """Whether a value is as far as a fit may go."""
+        """Whether a value is at or beyond a bound."""
         return not self.lower < value < self.upper
 
 
@@ -90,12 +90,12 @@ class Effect(Protocol):
         ...
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """Model with the effect; at the vanishing values it behaves as the model without."""
+        """Model with the effect; at the neutral values it behaves like the model without it."""
         ...
 
 
 def changes_joints(effect: Effect, model: Model) -> bool:
-    """Whether an effect changes a joint of a model; one that does not acts alike at all amplitudes."""
+    """Whether an effect changes a joint of a model; otherwise it is linear, the same at all amplitudes."""
     changed = effect.apply(model, [parameter.typical for parameter in effect.parameters])
     before, after = model.system.joints, changed.system.joints
     return len(before) != len(after) or any(one is not other for one, other in zip(before, after, strict=True))

@@ -1,6 +1,6 @@
-"""Laws that a force at a place may have in place of that of an effect: another power, a clearance, an even power.
+"""Alternative laws for the force of an effect: another power, a clearance, an even power.
 
-None of them is an effect of the catalogue: they show what an effect may stand in for, and how the force looks instead.
+They are not effects of the catalogue: they show whether an effect stands in for another force law.
 """
 
 from collections.abc import Sequence
@@ -21,33 +21,33 @@ from reduction.joint_law.power_spring import PowerSpring
 
 Row = Float[NDArray[np.float64], " r"]
 
-#: Exponents that are so near to that of a law are rounded to it: real springs are powers only about [-].
+#: Exponents closer than this count as equal, since real springs follow a power only approximately [-].
 EXPONENT_TOLERANCE = 0.5
-#: Largest exponent that is tried: a stop that is just reached looks like one of this kind.
+#: Largest exponent that is tried; a stop that is just reached has such a large exponent [-].
 MOST_STEEP = 11.0
-#: Range of a stiffness about the one that a fit begins with, and of a clearance in largest displacements [-].
+#: Range of a stiffness about its start value, and largest clearance over the largest displacement [-].
 RANGE, BEYOND = 1e4, 1.5
-#: Clearance that a fit begins with, over the largest displacement, and what a spring beyond it on both sides then has
-#: of its stiffness: 1 - 2/pi (asin g + g sqrt(1 - g^2)) [-].
+#: Start value g of a clearance over the largest displacement, and share of its stiffness that a spring beyond it on both
+#: sides has for the fundamental: 1 - 2/pi (asin g + g sqrt(1 - g^2)) [-].
 CLEARANCE = 0.5
 REACHED = 1 - 2 / np.pi * (np.arcsin(CLEARANCE) + CLEARANCE * np.sqrt(1 - CLEARANCE**2))
 
 
 class ForceLaw(Effect, Protocol):
-    """A law as an effect, which knows where a fit of it begins and how to say what it found."""
+    """A law as an effect, with start values of a fit and a description of its result."""
 
     @property
     def start(self) -> tuple[float, ...]:
-        """Values that a fit begins with."""
+        """Start values of a fit."""
         ...
 
     @property
     def is_expected(self) -> bool:
-        """Whether it is tried wherever the effect is, and not only where the effect explains little."""
+        """Whether it is always tried; otherwise only if the effect explains little."""
         ...
 
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
-        """Whether the law is another one than that of the effect in whose place it is tried, by its 95 % intervals."""
+        """Whether the law differs from that of the replaced effect, by its 95 % intervals."""
         ...
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
@@ -57,7 +57,7 @@ class ForceLaw(Effect, Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpringLaw:
-    """A law along a row, shape (r,) [-], its parameters, and the values that a fit begins with."""
+    """A law along a row, shape (r,) [-], its parameters, and the start values of a fit."""
 
     name: str
     row: Row
@@ -73,7 +73,7 @@ class PowerLaw(SpringLaw):
     reference: float
     """r [m]."""
     law: float
-    """Power of the effect in whose place it is [-]."""
+    """Power of the replaced effect [-]."""
     kind: str = "power law"
     physics: str = "The force grows with another power of the displacement."
     signature: str = "The resonance moves with another power of the amplitude."
@@ -87,7 +87,7 @@ class PowerLaw(SpringLaw):
         return model.with_system(joints=[*model.system.joints, spring])
 
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
-        """Whether the power is no linear one either."""
+        """Whether the power differs from that of the replaced effect and from 1."""
         apart = min(abs(values[1] - self.law), abs(values[1] - 1.0))
         return apart > EXPONENT_TOLERANCE and apart > TWO_SIDED_95 * deviations[1]
 
@@ -117,7 +117,7 @@ class ClearanceLaw(SpringLaw):
         return model.with_system(joints=[*model.system.joints, *stops])
 
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
-        """Whether there is a clearance."""
+        """Whether the clearance is significant."""
         return values[1] > TWO_SIDED_95 * deviations[1]
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
@@ -161,7 +161,7 @@ def _format_value(value: float, deviation: float, unit: str) -> str:
 
 
 def make_power_law(name: str, row: Row, secant: float, largest: float, law: float, *, rotational: bool) -> PowerLaw:
-    """A power law that begins as the law of an effect, whose secant stiffness at the largest displacement is given."""
+    """A power law that starts with the law of an effect, given by its secant stiffness at the largest displacement."""
     reach = RANGE * abs(secant)
     stiffness = EffectParameter(
         name="stiffness", unit="N m" if rotational else "N/m", lower=-reach, upper=reach, typical=secant
@@ -174,18 +174,18 @@ def make_power_law(name: str, row: Row, secant: float, largest: float, law: floa
 
 
 def make_clearance_laws(name: str, row: Row, secant: float, largest: float, *, rotational: bool) -> list[ClearanceLaw]:
-    """Springs beyond a clearance on both sides and on either one, as stiff at the largest displacement as given.
+    """Springs beyond a clearance on both sides and on either one, with a given stiffness at the largest displacement.
 
     Parameters
     ----------
     name
-        Name of the effect in whose place they are.
+        Name of the replaced effect.
     row
         Row of the displacement, shape (r,) [-].
     secant
-        Stiffness that the fundamental sees at the largest displacement, positive [N/m].
+        Stiffness of the fundamental at the largest displacement, positive [N/m].
     largest
-        Displacement [m].
+        Largest displacement [m].
     rotational
         Whether the displacement is an angle.
     """
@@ -211,16 +211,16 @@ def make_clearance_laws(name: str, row: Row, secant: float, largest: float, *, r
 
 
 def make_even_laws(name: str, row: Row, cubic: float, compliance: float, *, rotational: bool) -> list[EvenLaw]:
-    r"""Even laws of either sign that change the fundamental by as much as a cubic spring k_3 does.
+    r"""Even laws of either sign that change the fundamental as much as a cubic spring k_3.
 
-    Beside a cosine of amplitude a, k u^2 drives a mean and a second harmonic of -k a^2 / 2 times their compliance. With
-    the cosine they give the fundamental -k^2 a^3 (alpha_0 + alpha_2 / 2). Near the resonance of one mode alpha_2 is
-    -alpha_0 / 3, so that 3/4 k_3 = -5/6 k^2 alpha_0.
+    With a cosine of amplitude a, k u^2 causes a mean and a second harmonic of -k a^2 / 2 times their receptances
+    alpha_0 and alpha_2. Their products with the cosine give a fundamental force of -k^2 a^3 (alpha_0 + alpha_2 / 2).
+    Near the resonance of one mode alpha_2 = -alpha_0 / 3, so that 3/4 k_3 = -5/6 k^2 alpha_0.
 
     Parameters
     ----------
     name
-        Name of the effect in whose place they are.
+        Name of the replaced effect.
     row
         Row of the displacement, shape (r,) [-].
     cubic

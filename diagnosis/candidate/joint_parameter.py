@@ -1,4 +1,4 @@
-"""Parameters of the laws of joints that are no contacts of a line, such as the limit force of a lap joint, scaled."""
+"""Scaled parameters of joints other than contact lines, such as the limit force of a lap joint."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,12 +10,12 @@ from reduction.joint_law.registry import Joint
 
 #: Bounds of a factor: joints are known to an order of magnitude.
 BOUNDS = (0.1, 10.0)
-#: Relative accuracy of the factor beyond which a law refuses its parameter.
+#: Relative accuracy of the largest or smallest factor that a law accepts.
 FACTOR_ACCURACY = 1e-6
 
 
 def find_joints(model: Model, name: str) -> list[Joint]:
-    """Joints of one of `Model.joint_groups`; none of another name."""
+    """Joints of one of `Model.joint_groups`; empty for any other name."""
     members = model.joint_groups.get(name, ())
     return [joint for joint in model.system.joints if joint.name in members]
 
@@ -26,7 +26,7 @@ def scale_joints(model: Model, name: str, key: str, factor: float) -> Model:
 
 
 def scale_parameter(joint: Joint, key: str, factor: float) -> Mapping[str, float]:
-    """Values of a parameter times a factor, by their names: several of a list."""
+    """Values of a parameter times a factor, by their names; a list parameter has several."""
     (parameter,) = (item for item in joint.parameters if item.name == key)
     return dict(zip(parameter.names(joint), (factor * value for value in parameter.values(joint)), strict=True))
 
@@ -37,7 +37,7 @@ def find_size(joints: Sequence[Joint], key: str) -> float:
 
 
 def find_factor_bounds(joints: Sequence[Joint], key: str) -> tuple[float, float]:
-    """The factors nearest to `BOUNDS` with which all joints are what their laws take [-]."""
+    """The factors closest to `BOUNDS` that the laws of all joints accept [-]."""
     return _find_furthest(joints, key, BOUNDS[0]), _find_furthest(joints, key, BOUNDS[1])
 
 

@@ -1,4 +1,4 @@
-"""Places at which effects may act: the named places that move, without repetition; joints added there."""
+"""Places at which effects may act: named places that move, without duplicates; joints added at them."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from reduction.jointed_system import CubicSpring, Joint, QuadraticDamper
 
 Row = Float[NDArray[np.float64], " r"]
 
-#: A place moves if its motion in the mode is this share of the largest.
+#: A place moves if its motion in the mode is at least this share of the largest.
 MOVES = 1e-2
 
 
@@ -29,7 +29,7 @@ class PlaceUnits(NamedTuple):
     inertia: str
 
 
-#: Of a displacement, and of an angle.
+#: Units of a displacement, and of an angle.
 LINEAR = PlaceUnits(motion="m", speed="m/s", force="N", stiffness="N/m", damping="N s/m", inertia="kg")
 ANGULAR = PlaceUnits(motion="rad", speed="rad/s", force="N m", stiffness="N m", damping="N m s", inertia="kg m^2")
 
@@ -45,7 +45,7 @@ class Place:
     row
         Row over the degrees of freedom, shape (r,) [-].
     rotational
-        Whether it is an angle, so that forces there are moments.
+        Whether it is an angle, so that forces are moments.
     """
 
     name: str
@@ -89,7 +89,7 @@ def is_parallel(one: Row, other: Row) -> bool:
 
 
 def find_dof(model: Model, row: Row) -> Dof | None:
-    """Degree of freedom that a row follows, with a factor of 1 or -1; none for a combination or an unknown one."""
+    """Degree of freedom of a row with a single entry of 1 or -1; None for a combination or an unknown one."""
     where = np.flatnonzero(row)
     if len(where) != 1 or abs(row[where[0]]) != 1.0:
         return None
@@ -98,7 +98,7 @@ def find_dof(model: Model, row: Row) -> Dof | None:
 
 
 def is_rotation(model: Model, row: Row) -> bool:
-    """Whether a row follows an angle."""
+    """Whether a row is a rotation."""
     known = find_dof(model, row)
     return known is not None and known.direction in ROTATIONS
 
@@ -109,7 +109,7 @@ def choose_units(model: Model, row: Row) -> PlaceUnits:
 
 
 def find_translations(model: Model, row: Row) -> tuple[int, ...]:
-    """Translations of the node that a row follows; none if it is no translation, a mix, or not known."""
+    """Translations of the node of a row; empty if the row is no translation, a combination, or unknown."""
     known = find_dof(model, row)
     if known is None or known.direction not in TRANSLATIONS:
         return ()
@@ -121,12 +121,12 @@ def find_translations(model: Model, row: Row) -> tuple[int, ...]:
 
 
 def with_cubic_spring(model: Model, name: str, row: Row, stiffness: float) -> Model:
-    """Model with a further cubic spring; one of this name gets stiffer instead."""
+    """Model with an additional cubic spring; an existing one of this name is stiffened instead."""
     return _with_joint(model, CubicSpring(name=name, direction=row, stiffness=stiffness), "stiffness")
 
 
 def with_quadratic_damper(model: Model, name: str, row: Row, damping: float) -> Model:
-    """Model with a further quadratic damper; one of this name gets stronger instead."""
+    """Model with an additional quadratic damper; the damping of an existing one of this name is increased instead."""
     return _with_joint(model, QuadraticDamper(name=name, direction=row, damping=damping), "damping")
 
 

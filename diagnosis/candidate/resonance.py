@@ -1,4 +1,4 @@
-"""First resonance that the force drives, with all contacts stuck: a linear measure of typical strengths of effects."""
+"""First resonance that the force excites, with all contacts stuck: basis of the typical strengths of effects."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,11 +17,11 @@ Row = Float[NDArray[np.float64], " r"]
 Rows = Float[NDArray[np.float64], "t r"]
 Matrix = Float[NDArray[np.float64], "r r"]
 
-#: A typical spring or mass shifts the resonance by this share of itself; a typical damper adds this share of damping.
+#: Relative shift of the resonance by a typical spring or mass; relative increase of damping by a typical damper [-].
 SHIFT, DAMPING_SHARE = 0.005, 0.1
 #: Least damping ratio that is used.
 LEAST_DAMPING_RATIO = 1e-3
-#: A mode is driven if its modal force is this share of the largest; eigenvalues below this share are rounding.
+#: Least modal force of an excited mode over the largest one; eigenvalues below this share of the largest are round-off.
 DRIVEN, ROUNDING = 1e-3, 1e-13
 
 
@@ -36,7 +36,7 @@ class ResonanceModel:
     angular_frequencies, mode_shapes
         All modes, mass-normalised, shapes (r,) and (r, r) [rad/s, 1/sqrt(kg)].
     number
-        Index of the first mode that the force drives.
+        Index of the first mode that the force excites.
     level
         Level of the force [N].
     """
@@ -79,7 +79,7 @@ class ResonanceModel:
         return self.motion(row) * self.modal_amplitude
 
     def modal_mass(self, row: Row) -> float:
-        """Modal mass referred to a displacement [kg]; infinite where it does not move."""
+        """Modal mass referred to a displacement [kg]; infinite if it does not move."""
         motion = self.motion(row)
         return motion**-2 if motion else np.inf
 
@@ -89,17 +89,17 @@ class ResonanceModel:
         return np.asarray((modal / (self.angular_frequencies**2 - angular_frequency**2)) @ modal.T)
 
     def stiffening(self, row: Row) -> float | None:
-        """Stiffness k that raises the resonance by `SHIFT`: 1 + k G = 0 there [N/m]; none if no spring is enough."""
+        """Stiffness k that raises the resonance by `SHIFT`, where 1 + k G = 0 [N/m]; None if no spring can."""
         receptance = float(self.receptance(row[None], (1 + SHIFT) * self.angular_frequency)[0, 0])
         return -1 / receptance if receptance < 0 else None
 
     def softening(self, row: Row) -> float | None:
-        """Stiffness k < 0 that lowers the resonance by `SHIFT`: 1 + k G = 0 there [N/m]; none if no spring does."""
+        """Stiffness k < 0 that lowers the resonance by `SHIFT`, where 1 + k G = 0 [N/m]; None if no spring can."""
         receptance = float(self.receptance(row[None], (1 - SHIFT) * self.angular_frequency)[0, 0])
         return -1 / receptance if receptance > 0 else None
 
     def point_mass(self, rows: Rows) -> float | None:
-        """Mass m that lowers the resonance by `SHIFT`: 1 = omega^2 m G there [kg]; none if none does."""
+        """Mass m that lowers the resonance by `SHIFT`, where 1 = omega^2 m G [kg]; None if no mass can."""
         shifted = (1 - SHIFT) * self.angular_frequency
         receptance = float(np.linalg.eigvalsh(self.receptance(rows, shifted))[-1])
         return 1 / (shifted**2 * receptance) if receptance > 0 else None
@@ -109,18 +109,18 @@ class ResonanceModel:
         return DAMPING_SHARE * self.modal_damping * self.modal_mass(row)
 
     def drag(self, row: Row) -> float | None:
-        """Quadratic damping d that is this dashpot at resonance, 8/(3 pi) d omega a [N s^2/m^2]; none without a."""
+        """Quadratic damping d equivalent to `dashpot` at resonance, 8/(3 pi) d omega a [N s^2/m^2]; None if a = 0."""
         speed = self.angular_frequency * self.amplitude(row)
         return 3 * pi / 8 * self.dashpot(row) / speed if speed else None
 
     def cubic(self, row: Row, spring: float) -> float | None:
-        """Cubic stiffness k that is a spring at resonance, 3/4 k a^2 [N/m^3]; none without amplitude a."""
+        """Cubic stiffness k equivalent to a spring at resonance, 3/4 k a^2 [N/m^3]; None if the amplitude a is 0."""
         amplitude = self.amplitude(row)
         return 4 / 3 * abs(spring) / amplitude**2 if amplitude else None
 
 
 def find_resonance(system: JointedSystem, level: float) -> ResonanceModel | None:
-    """Resonance of a system at a level [N]; none for a structure that is not supported."""
+    """Resonance of a system at a level [N]; None for a structure that is not supported."""
     try:
         squared, mode_shapes = eigh(stuck_stiffness(system.stiffness, system.joints), system.mass)
     except LinAlgError as error:

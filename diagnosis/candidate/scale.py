@@ -1,6 +1,6 @@
-"""Scale of the strengths of effects that matter, from the first resonances, for models of any size.
+"""Typical strengths of effects, from the first resonances, for models of any size.
 
-While all contacts stick, and without contacts, the structure is linear: its first mode that the force drives gives the
+With all contacts stuck, and without contacts, the structure is linear: its first mode that the force excites gives the
 motion of a place at resonance, the damping, and the spring or mass that shifts the resonance.
 """
 
@@ -23,7 +23,7 @@ REMOVABLE = 0.9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scale:
-    """Resonances of the tested configurations; a typical strength matters in one of them.
+    """Resonances of the tested configurations; a typical strength is significant in at least one of them.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Scale:
     resonances: tuple[ResonanceModel, ...]
 
     def share(self, row: Row, rows: Sequence[Row]) -> float:
-        """Motion of a row in the mode relative to the largest of other rows, in the mode where it is largest [-]."""
+        """Motion of a row relative to the largest motion of some rows, in the mode where this ratio is largest [-]."""
         shares = [0.0]
         for item in self.resonances:
             largest = max(item.motion(other) for other in rows)
@@ -51,8 +51,8 @@ class Scale:
     def spring(self, row: Row) -> float | None:
         """Stiffness that shifts a resonance by `SHIFT` [N/m].
 
-        Negative where no spring is stiff enough, since the place hardly moves, but less stiffness is; none where
-        neither is.
+        Negative if the place moves so little that no added spring suffices, but removed stiffness does; None if neither
+        does.
         """
         stiffer = _least(item.stiffening(row) for item in self.resonances)
         if stiffer is not None:
@@ -61,7 +61,7 @@ class Scale:
         return softer if softer is not None and softer > -self.removable_stiffness(row) else None
 
     def point_mass(self, rows: Rows) -> float | None:
-        """Mass that lowers a resonance by `SHIFT` [kg]; none if no mass does."""
+        """Mass that lowers a resonance by `SHIFT` [kg]; None if no mass can."""
         return _least(item.point_mass(rows) for item in self.resonances)
 
     def dashpot(self, row: Row) -> float:
@@ -69,11 +69,11 @@ class Scale:
         return min(item.dashpot(row) for item in self.resonances)
 
     def drag(self, row: Row) -> float | None:
-        """Quadratic damping that adds `DAMPING_SHARE` to that of a mode [N s^2/m^2]; none where nothing moves."""
+        """Quadratic damping that adds `DAMPING_SHARE` to that of a mode [N s^2/m^2]; None if nothing moves."""
         return _least(item.drag(row) for item in self.resonances)
 
     def cubic(self, row: Row) -> float | None:
-        """Cubic stiffness that shifts a resonance as a spring would [N/m^3]; none where no spring or force does."""
+        """Cubic stiffness equivalent to a spring that shifts a resonance by `SHIFT` [N/m^3]; None if there is none."""
         result = []
         for item in self.resonances:
             spring = item.stiffening(row) or item.softening(row)
@@ -81,7 +81,7 @@ class Scale:
         return _least(result)
 
     def removable_stiffness(self, row: Row) -> float:
-        """Stiffness that can be removed from a structure supported without its contacts [N/m]; 0 for any other."""
+        """Stiffness that can be removed from a structure supported without its contacts [N/m]; 0 if it is not."""
         try:
             compliance = float(row @ cho_solve(cho_factor(self.system.stiffness), row))
         except LinAlgError:
@@ -107,7 +107,7 @@ def measure_scale(
     model
         Model with its joints and loads.
     level
-        Level of the force, best the highest of the tests [N].
+        Level of the force, preferably the highest of the tests [N].
     configurations
         Tested configurations: "jointed", and "free" without the contacts of its lines; or the level of each, since
         without contacts a structure moves further and is tested at lower levels [N].

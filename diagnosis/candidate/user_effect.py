@@ -1,9 +1,9 @@
-"""Effects of the user's own, from a short Python file or an installed package.
+"""User effects, from a short Python file or an installed package.
 
-A file registers kinds of effects (`diagnosis.effect.EFFECTS`), or has just a function `candidates(model)` that lists
+A file registers kinds of effects (`diagnosis.effect.EFFECTS`), or defines a function `candidates(model)` that lists
 effects (`diagnosis.candidate.effect.Effect`) and those that cannot be tested; they exist only for cases that name the
 file. A package names a module that registers kinds as an entry point of the group "stickslip.effects". Each call of
-these effects is checked: a mistake is reported in one sentence with the file and the line.
+these effects is checked: an error is reported in one sentence with file and line.
 """
 
 import importlib.util
@@ -25,13 +25,13 @@ from diagnosis.candidate.scale import Scale
 from diagnosis.effect import EFFECTS, EffectKind
 from geometry.errors import RegistryError
 
-#: Names of modules made of files with effects begin with this; the file's name and a part of its hash follow.
+#: Prefix of the names of modules made of files with effects; name of the file and a part of its hash follow.
 PREFIX = "stickslip_effects_"
-#: Folder of the product's own kinds, whose effects are not checked when they act.
+#: Folder of the built-in kinds, whose effects are not checked when they are applied.
 OWN = Path(__file__).parents[1] / "effect"
-#: Texts of an effect.
+#: Text attributes of an effect.
 WORDS = ("name", "kind", "physics", "signature")
-#: Arrays of a system that an effect at its vanishing values must not change.
+#: Arrays of a system that an effect at its neutral values must not change.
 LINEAR = ("mass", "damping", "stiffness", "static_load")
 #: Attribute of such a module with the kinds that it registered.
 KINDS = "_registered_kinds"
@@ -40,7 +40,7 @@ OFFER = "register a kind of effect, or give it a function `candidates(model)` th
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OwnEffect:
-    """An effect whose class is defined in a user's file: checked when it acts, and usable in other processes.
+    """An effect whose class is defined in a user's file: checked when it is applied, and usable in other processes.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class OwnEffect:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EffectSource:
-    """A file that offers effects.
+    """A file that defines effects.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class EffectSource:
     offer: Callable[[Model], Any]
 
     def candidates(self, model: Model) -> list[Effect | Untestable]:
-        """Its effects for a model.
+        """Effects of the file for a model.
 
         Raises
         ------
@@ -184,7 +184,7 @@ def read_effects(path: str | Path) -> EffectSource:
 
 
 def list_checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | Untestable]:
-    """Effects of a kind; those of a kind from outside are checked when they are made and when they act."""
+    """Effects of a kind; those of an external kind are checked when they are created and when they are applied."""
     file = EFFECTS.entry(kind.name).file
     if Path(file).parent == OWN:
         return kind.candidates(model, size)
@@ -192,8 +192,8 @@ def list_checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | U
 
 
 def _module(file: Path) -> ModuleType:
-    # Named by path and text, so that two files of one name, and a file before and after it was edited, stay apart;
-    # listed, so that its classes can be pickled.
+    # The name contains path and text, so that files of the same name, and versions of a file, are different modules.
+    # The module is listed in `sys.modules` so that its classes can be pickled.
     name = _module_name(file)
     if name in sys.modules:
         return sys.modules[name]
@@ -203,14 +203,14 @@ def _module(file: Path) -> ModuleType:
     sys.modules[name] = module
     before = set(EFFECTS.names())
     try:
-        # Not through the loader, whose stored byte code may be that of a file edited within the same second.
+        # Not through the loader, which may use stale byte code for a file edited within the same second.
         exec(compile(file.read_bytes(), str(file), "exec"), module.__dict__)
         setattr(module, KINDS, [EFFECTS[kind] for kind in EFFECTS.names() if kind not in before])
     except BaseException:
         del sys.modules[name]
         raise
     finally:
-        # Another case knows nothing of this file.
+        # The kinds exist only for cases that name the file.
         EFFECTS.forget(file)
     return module
 

@@ -1,11 +1,11 @@
-"""Wires that dead weights hang on."""
+"""Wires of dead weights."""
 
 from correlation.model import Model, Wire
 from diagnosis.candidate.effect import Untestable
 
 
 def list_wires(model: Model, kind: str) -> tuple[dict[str, Wire], list[Untestable]]:
-    """Wires by the name of their dead weight, and all else that an effect of a kind cannot act on, with the reason."""
+    """Wires by the name of their dead weight, and dead weights without a wire as untestable, with the reason."""
     if not model.dead_weights:
         return {}, [Untestable(name=kind, reason="the model has no dead weights")]
     wires = {name: item.wire for name, item in model.dead_weights.items() if item.wire is not None}
