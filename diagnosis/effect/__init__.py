@@ -24,7 +24,7 @@ class EffectKind:
     name
         The `kind` of its effects, such as "mass".
     acts_on
-        Objects of a model that it acts on, in the plural, such as "places that move".
+        Objects of a model on which it acts, in the plural, such as "places that move".
     physics, signature
         Physical cause, and signature in measurements, in a sentence each.
     parameters
@@ -36,14 +36,14 @@ class EffectKind:
     acts_by_slip_alone
         Whether it acts through stick and slip alone, so that its derivative may have the wrong sign.
     has_two_sides
-        Whether it is fitted from both sides of its vanishing value: chi^2 may have a least value on either.
+        Whether it is fitted from both sides of its neutral value, since chi^2 may have a minimum on either side.
     is_addition
-        Whether it adds a part to the structure, so that a negative strength takes away what the model has.
+        Whether it adds a part to the structure, so that a negative strength removes a part of the model.
     is_alike
         Function that decides whether effects of two meshes are the same; by their names by default.
     other_laws
-        Function of an effect, of its strength, and of a model with it and its states: laws that the force may have
-        instead. None where none is known.
+        Function of an effect, its strength, the model with it, and the states: other laws that the force may have. None
+        if none is known.
     """
 
     name: str
@@ -85,7 +85,7 @@ EFFECTS: Registry[EffectKind] = Registry(
 
 
 def find_kind(effect: Effect) -> EffectKind | None:
-    """Registered kind of an effect; None of an effect of one's own that has none."""
+    """Registered kind of an effect; None for a user effect without a kind."""
     if effect.kind not in EFFECTS:
         return None
     return EFFECTS[effect.kind]

@@ -14,7 +14,7 @@ from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "air damping"
-#: In typical strengths: friction may hold speeds far below the stuck ones that these are reckoned at.
+#: Largest over typical strength, which is for a stuck structure: friction may keep speeds far below those of the latter.
 LARGEST = 1e4
 
 

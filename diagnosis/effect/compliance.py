@@ -1,4 +1,4 @@
-"""A support that gives way as one rigid piece on springs: a relaxed clamp."""
+"""A support that moves as one rigid piece on springs: a relaxed clamp."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from diagnosis.effect import EFFECTS, EffectKind
 from reduction.elastic_support import ElasticBody
 
 KIND = "compliance"
-#: Largest strength in typical ones.
+#: Largest over typical strength.
 LARGEST = 100.0
 
 
@@ -32,7 +32,7 @@ class Compliance:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The matrices of the part on softer springs; never on stiffer ones than a fixed support."""
+        """The matrices of the part on softer springs; the compliance is at least that of a fixed support, zero."""
         (added,) = values
         body = model.elastic_bodies.get(self.part)
         if body is None or not added:
@@ -41,7 +41,7 @@ class Compliance:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The compliance under each part that tells its support."""
+    """The compliance under each part with a known support."""
     result: list[Effect | Untestable] = []
     for part, body in model.elastic_bodies.items():
         name = f"{KIND} of the clamp of {part}"
@@ -50,7 +50,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         if typical is None:
             result.append(Untestable(name=name, reason="no compliance there lowers the first resonance by 0.5 %"))
             continue
-        # No stiffer than a fixed support.
+        # The lower bound is a fixed support.
         parameter = EffectParameter(
             name="compliance", unit="m/N", lower=-body.compliance, upper=LARGEST * typical, typical=typical
         )
@@ -59,7 +59,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 
 def _typical(resonance: ResonanceModel, body: ElasticBody) -> float | None:
-    """Compliance that lowers the resonance by `SHIFT`, to first order [m/N]; None where the mode does not load it."""
+    """Compliance that lowers the resonance by `SHIFT`, to first order [m/N]; None if the mode does not load it."""
     force = body.support.motion.T @ body.matrices[1] @ resonance.mode_shape
     # The mode does the work of its forces on the springs: d omega^2 = -c f^T kappa^-1 f.
     softer = float(force @ np.linalg.solve(body.support.springs, force))

@@ -17,8 +17,8 @@ from hbsolve.state import SteadyState
 from reduction.stuck import stuck_stiffness
 
 KIND = "cubic"
-#: Bounds in typical strengths: softening could let a place escape from its well, and friction may hold amplitudes far
-#: below the stuck ones that the typical strength is reckoned at.
+#: Bounds over typical strength: with strong softening the motion becomes unstable, and friction may keep amplitudes far
+#: below those of the stuck structure, which determine the typical strength.
 SOFTEST, LARGEST = 20.0, 1e5
 
 
@@ -62,10 +62,10 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 
 def other_laws(effect: Effect, strength: float, model: Model, states: Sequence[SteadyState]) -> list[ForceLaw]:
-    """Another power, a clearance and an even power; none for a user's own effect, or one of no strength.
+    """Another power, a clearance and an even power; none for a user effect or zero strength.
 
-    What hardens may be a spring beyond a clearance. A spring that is stiffer on one side softens most resonances, but
-    not all that a cubic spring is fitted to.
+    A hardening force may be a spring beyond a clearance. An even force softens most resonances, but not all to which a
+    cubic spring is fitted.
     """
     if not isinstance(effect, Cubic) or not strength:
         return []
@@ -80,7 +80,7 @@ def other_laws(effect: Effect, strength: float, model: Model, states: Sequence[S
     try:
         compliance = float(row @ np.linalg.solve(stiffness, row))
     except np.linalg.LinAlgError:
-        return laws  # it moves without a force: the mean of an even one is nowhere
+        return laws  # rigid-body motion: the mean displacement by an even force is undefined
     if not compliance > 0:
         return laws
     return [*laws, *make_even_laws(name, row, strength, compliance, rotational=rotational)]

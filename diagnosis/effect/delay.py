@@ -10,13 +10,13 @@ from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "delay"
-#: Typical and largest turn of the phase at the highest of the first resonances [rad].
+#: Typical and largest phase shift at the highest of the first resonances [rad].
 TYPICAL, LARGEST = 0.02, pi / 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Delay:
-    """Turns the phase of what one sensor reads by k Omega tau."""
+    """Shifts the phase of the readings of one sensor by k Omega tau."""
 
     name: str
     sensor: str
@@ -32,7 +32,7 @@ class Delay:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The sensor with its delay; nothing where the test does not have it."""
+        """The sensor with an added delay; no change in a test without the sensor."""
         (late,) = values
         for sensor in model.sensors:
             if sensor.name == self.sensor:

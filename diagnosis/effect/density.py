@@ -27,7 +27,7 @@ class Density:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """M + (ratio - 1) M of the part, and the damping in proportion to it."""
+        """M + (ratio - 1) M of the part, and the damping proportional to its mass."""
         (ratio,) = values
         mass = model.system.mass
         for part in model.parts:
@@ -36,7 +36,7 @@ class Density:
         changed = model.with_material(mass, model.system.stiffness)
         if self.part not in model.elastic_bodies:
             return changed
-        # What gives way under the part later moves the changed mass.
+        # A compliance of the support added later must use the changed mass.
         body = model.elastic_bodies[self.part].scale_mass(ratio)
         return replace(changed, elastic_bodies={**model.elastic_bodies, self.part: body})
 

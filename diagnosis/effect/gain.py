@@ -14,7 +14,7 @@ RATIO = EffectParameter(name="gain ratio", unit="-", lower=0.5, upper=2.0, typic
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gain:
-    """Scales what one sensor reads."""
+    """Scales the readings of one sensor."""
 
     name: str
     sensor: str
@@ -27,7 +27,7 @@ class Gain:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The sensor with its gain scaled; nothing where the test does not have it."""
+        """The sensor with its gain scaled; no change in a test without the sensor."""
         (ratio,) = values
         for sensor in model.sensors:
             if sensor.name == self.sensor:

@@ -16,7 +16,7 @@ from diagnosis.effect import EFFECTS, EffectKind
 from reduction.jointed_system import FrictionContact
 
 KIND = "gap"
-#: Typical and largest gap, in what the preload presses the contacts together elastically.
+#: Typical and largest gap over the elastic closure of the contacts by the preload.
 TYPICAL, LARGEST = 0.25, 3.0
 
 
@@ -45,11 +45,11 @@ class Gap:
 
     @property
     def end(self) -> tuple[str, bool]:
-        """Line, and whether it opens towards its last contact, however many there are."""
+        """Line, and whether the gap opens towards its last contact; independent of the number of contacts."""
         return self.line, self.share[-1] == 1.0
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """Gaps rise by their share; the static load stays, since the line is loaded and not moved."""
+        """Gaps increase by their share; the static load is unchanged, since the line is loaded and not moved."""
         (gap,) = values
         members = find_contacts(model, self.line)
         change = {
@@ -60,7 +60,7 @@ class Gap:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """A gap at each end of each line; one for a line of a single contact."""
+    """A gap at each end of each line; a single gap for a line with one contact."""
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     result: list[Effect | Untestable] = []
@@ -89,7 +89,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 
 def _along(model: Model, members: Sequence[FrictionContact]) -> list[float]:
-    """Where each contact lies between the first (0) and the last (1): by coordinates, or evenly if they do not say."""
+    """Position of each contact from the first (0) to the last (1): by coordinates, or evenly if these are unknown."""
     even = [number / max(len(members) - 1, 1) for number in range(len(members))]
     points = [_point(model, item) for item in members]
     known = [item for item in points if item is not None]
@@ -102,10 +102,10 @@ def _along(model: Model, members: Sequence[FrictionContact]) -> list[float]:
 
 
 def _point(model: Model, contact: FrictionContact) -> Float[NDArray[np.float64], "3"] | None:
-    """Mean of the points whose translations the contact follows; none if one is not known.
+    """Weighted mean of the points of the translations in the directions of a contact; None if a point is unknown.
 
-    None where it follows rotations of several points as well: the shapes of beams and shells do not weigh them by
-    distance.
+    Also None if the directions contain rotations of several points: the shape functions of beams and shells do not
+    weight these by distance.
     """
     weights, points, rotates = [], [], False
     for number in np.flatnonzero(np.abs(contact.directions).max(axis=0)):
@@ -121,7 +121,7 @@ def _point(model: Model, contact: FrictionContact) -> Float[NDArray[np.float64],
 
 
 def _is_alike(one: Effect, other: Effect) -> bool:
-    """Whether two gaps open towards the same end of one line, whatever its contacts are called."""
+    """Whether two gaps open towards the same end of one line; names of contacts may differ."""
     return isinstance(one, Gap) and isinstance(other, Gap) and one.end == other.end
 
 

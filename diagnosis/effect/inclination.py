@@ -10,9 +10,9 @@ from diagnosis.candidate.wire import list_wires
 from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "inclination"
-#: A steeper wire would be seen [rad].
+#: Largest angle that is not visible [rad].
 STEEPEST = 0.5
-#: A level held to a wire leaves so much [rad].
+#: Accuracy of a level held to a wire [rad].
 TYPICAL = 0.02
 
 
@@ -33,7 +33,7 @@ class Inclination:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The wire turned by so much more; nothing where the test has no dead weight."""
+        """The wire inclined by an additional angle; no change in a test without the dead weight."""
         (angle,) = values
         return model.with_wire(self.weight, inclination=angle) if self.weight in model.dead_weights else model
 

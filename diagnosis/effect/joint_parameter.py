@@ -1,6 +1,6 @@
-"""One parameter of a joint's law differs from that of the case: a bolt is tighter, a lap rubs on less area.
+"""One parameter of a joint's law differs from that of the case: a bolt is tighter, a lap has less contact area.
 
-The law keeps its form: exponents and other numbers of its form stay.
+Parameters that define the form of the law, such as exponents, are not changed.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ TYPICAL = 1.1
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointParameter:
-    """Scales one parameter of the joints of a group; its name is that of the calibration parameter that does so too.
+    """Scales one parameter of the joints of a group; it has the name of the equivalent calibration parameter.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class JointParameter:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """Each parameter of each group of joints that does not give the law its form."""
+    """Each parameter of each group of joints, except those that define the form of the law."""
     del size
     if not model.joint_groups:
         return [Untestable(name=KIND, reason="the model has no joints beside its contact lines")]

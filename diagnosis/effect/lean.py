@@ -1,4 +1,4 @@
-"""A head of a laser that leans."""
+"""A tilted head of a laser vibrometer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ from diagnosis.candidate.scale import Scale
 from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "lean"
-#: 5 degrees are seen by eye, and beyond 45 the head reads another direction [rad].
+#: 5 degrees are visible, and beyond 45 the head measures another direction [rad].
 ANGLE = EffectParameter(name="angle", unit="rad", lower=-0.8, upper=0.8, typical=0.09)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lean:
-    """Turns one head of a sensor."""
+    """Tilts one head of a sensor."""
 
     name: str
     sensor: str
@@ -29,7 +29,7 @@ class Lean:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The head turned by so much more; nothing where the test does not have it."""
+        """The head tilted by an additional angle; no change in a test without it."""
         (angle,) = values
         for sensor in model.sensors:
             if sensor.name == self.sensor and isinstance(sensor, Sensor) and self.head in sensor.heads:
@@ -39,7 +39,7 @@ class Lean:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The lean of each head of each sensor that tells its heads."""
+    """The tilt of each head of each sensor with known heads."""
     del size
     result: list[Effect | Untestable] = [
         Lean(name=f"{KIND} of {sensor.name} at {head}", sensor=sensor.name, head=head)

@@ -19,7 +19,7 @@ LARGEST = 100.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PointMass:
-    """A mass that moves along rows, shape (t, r) [-]; negative takes mass away."""
+    """A mass that moves along rows, shape (t, r) [-]; a negative value removes mass."""
 
     name: str
     rows: Float[NDArray[np.float64], "t r"]
@@ -38,7 +38,7 @@ class PointMass:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """A mass at each place: on all translations of its node, or along the place's row where the node is not known."""
+    """A mass at each place: on all translations of its node, or along the place's row if the node is unknown."""
     size = size or measure_scale(model)
     places, left = find_moving_places(model, size, KIND)
     result: list[Effect | Untestable] = []

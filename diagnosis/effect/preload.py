@@ -1,4 +1,4 @@
-"""One contact line, or what one dead weight presses, is pressed more or less than modelled."""
+"""The preload of one contact line, or of one dead weight, differs from the model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ RATIO = EffectParameter(name="preload ratio", unit="-", lower=0.1, upper=3.0, ty
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Preload:
-    """Scales the preload of a line with the load that balances it, so that rest stays rest; or a dead weight.
+    """Scales the preload of a line together with the load that balances it; or scales a dead weight.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Preload:
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """N_0 of each contact times the ratio, and the static load along its normal; or the load of the dead weight."""
         (ratio,) = values
-        # Without its contacts a structure has no preloads.
+        # The structure without contacts has no preloads.
         return model.with_preload_ratio(self.target, ratio) if self.target in model.preloads else model
 
 

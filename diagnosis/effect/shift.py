@@ -1,4 +1,4 @@
-"""A dead weight that hangs beside its place."""
+"""A dead weight that is shifted from its place."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from diagnosis.candidate.wire import list_wires
 from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "shift"
-#: Further off a wire would be seen, and lie beside the body that it pulls [m].
+#: A larger shift of the wire would be visible, and outside the body that it pulls [m].
 FURTHEST = 0.01
-#: An eye leaves so much [m].
+#: Accuracy of an adjustment by eye [m].
 TYPICAL = 5e-4
 
 
@@ -33,7 +33,7 @@ class Shift:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The wire moved by so much more; nothing where the test has no dead weight."""
+        """The wire moved by an additional shift; no change in a test without the dead weight."""
         (shift,) = values
         return model.with_wire(self.weight, shift=shift) if self.weight in model.dead_weights else model
 

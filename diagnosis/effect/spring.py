@@ -15,15 +15,15 @@ from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "spring"
-#: Largest strength in typical ones.
+#: Largest over typical strength.
 LARGEST = 100.0
-#: A support hardly moves, and yet its stiffness matters.
+#: Least relative motion of a place: a support hardly moves, but its stiffness is significant.
 SUPPORT = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearSpring:
-    """f = k u along a row, shape (r,) [-]; negative takes stiffness away."""
+    """f = k u along a row, shape (r,) [-]; a negative value removes stiffness."""
 
     name: str
     row: Float[NDArray[np.float64], " r"]
