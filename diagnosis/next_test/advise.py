@@ -1,4 +1,4 @@
-"""Advice: the next test that separates best what a verdict leaves open, with the probability that it decides."""
+"""Advice: the next test that best separates the models that a verdict leaves open, with its decision probability."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,13 +20,13 @@ from diagnosis.next_test.separation import compute_decision_probability
 from diagnosis.next_test.signature import ErrorSources, SetUpSignatures, SignatureCurve
 from hbsolve.errors import ModelError
 
-#: Difference of probabilities within which the test that takes least is advised [-].
+#: Difference of probabilities within which the shortest test is advised [-].
 SAME_PROBABILITY = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RankedTest:
-    """A test with the probability that it decides.
+    """A test with its decision probability.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ class RankedTest:
     separation
         d^2 of each pair of candidates, shape (n, n) [-].
     probability
-        Probability that it decides, and rightly [-].
+        Probability that the test decides, and correctly [-].
     curve
-        Reading that separates the two most probable candidates best; of the advised test alone.
+        Reading that best separates the two most probable candidates; only for the advised test.
     """
 
     test: NextTest
@@ -53,7 +53,7 @@ class Advice:
     Parameters
     ----------
     names, probabilities
-        Candidates, the most probable first, and their probabilities so far [-].
+        Candidates, most probable first, and their present probabilities [-].
     ranked
         Tests, the advised one first.
     """
@@ -76,17 +76,17 @@ def advise(
     Parameters
     ----------
     campaign
-        Measurements so far.
+        Present measurements.
     arrangement
-        Arrangement of them, without the effects of the verdict.
+        Arrangement of these measurements, without the effects of the verdict.
     verdict
         Verdict.
     law
-        Recovered law of what is unknown.
+        Recovered law of an unknown force.
 
     Returns
     -------
-    The advice; None where the verdict leaves fewer than two models.
+    The advice; None if the verdict leaves fewer than two models.
     """
     candidates = list_candidate_models(verdict, law)
     if len(candidates) < 2:
@@ -100,7 +100,7 @@ def advise(
 
 
 def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error: ErrorSize) -> ErrorSources:
-    """Errors of further readings, as those of a campaign."""
+    """Errors of further readings, taken from those of a campaign."""
     train = arrangement.train
     return ErrorSources(
         jitter=arrangement.jitter_of_one_repeat, budget=arrangement.budget,
@@ -111,11 +111,11 @@ def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error
 
 
 def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], sources: ErrorSources) -> Advice | None:
-    """Rank tests by the probability that they decide; of those that are alike the one that takes least comes first.
+    """Rank tests by their decision probability; among tests of nearly equal probability the shortest is advised.
 
     Returns
     -------
-    The advice; None where no candidate can be predicted in any test.
+    The advice; None if the candidates cannot be predicted in any test.
     """
     probabilities = np.array([item.probability for item in candidates])
     ranked: list[RankedTest] = []
@@ -125,7 +125,7 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
         try:
             result[set_up] = SetUpSignatures.predict(candidates, own, sources)
         except ModelError:
-            continue  # with this mass or preload a candidate is no structure that is supported
+            continue  # with this mass or preload a candidate is not supported
         for test in own:
             separation = result[set_up].separate(test)
             probability = compute_decision_probability(separation, probabilities)
@@ -142,7 +142,7 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
 
 
 def choose_test(ranked: Sequence[RankedTest]) -> RankedTest:
-    """The test that takes least among those that decide most probably."""
+    """The shortest test among those with nearly the largest decision probability."""
     most = max(item.probability for item in ranked)
     near = [item for item in ranked if item.probability >= most - SAME_PROBABILITY]
     return min(near, key=lambda item: (item.test.minutes, -_find_least(item.separation)))
@@ -154,7 +154,7 @@ def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
 
 
 def _hold_out(tests: Sequence[NextTest], campaign: Campaign) -> list[NextTest]:
-    """Tests that are held out: those at held-out levels, if levels are held out; held-out repeats may be any."""
+    """Tests that can be held out: those at held-out levels, if levels are held out; any test if repeats are."""
     levels = set(campaign.held_out.levels)
     able = [item for item in tests if not levels or campaign.held_out.repeats or levels.issuperset(item.levels)]
     return [replace(item, is_held_out=True) for item in able]

@@ -1,4 +1,4 @@
-"""Models that a verdict leaves open, each fitted, with its probability."""
+"""Fitted models that a verdict leaves open, with their probabilities."""
 
 from dataclasses import dataclass, replace
 
@@ -17,9 +17,9 @@ from diagnosis.missing_law.law_joints import list_law_joints
 from diagnosis.missing_law.place_law import MissingLaw, PlaceLaw
 from reduction.jointed_system import Joint
 
-#: Models that are compared at most, and the least probability of one beside the best [-].
+#: Largest number of models that are compared, and least probability of a model [-].
 MAX_MODELS, MIN_PROBABILITY = 4, 1e-3
-#: Draws of a recovered law that tell how uncertain its forces are.
+#: Number of draws of a recovered law that represent the uncertainty of its forces.
 LAW_DRAWS = 4
 
 
@@ -30,18 +30,18 @@ class CandidateModel:
     Parameters
     ----------
     name
-        Name of what it has beside the calibration.
+        Name of the effects or law of the model.
     probability
-        Probability, if one of all candidates is true [-].
+        Probability, given that one of the candidates is true [-].
     unknowns, fit_values, covariance
-        Parameters, their values, shape (p,), and their covariance by the data so far, shape (p, p).
+        Parameters, their values, shape (p,), and their covariance by the present data, shape (p, p).
     model
         The model with these values.
     draws
-        Other models that are as probable, for what parameters do not describe.
+        Draws of the model, for an uncertainty that the parameters do not describe.
     curvature_pair
-        Models a standard deviation up and down along the direction of the parameters that is known least: the
-        difference of their mean from this one is the curvature of the predictions. None where they are linear.
+        Models one standard deviation up and down along the most uncertain direction of the parameters. The difference
+        of their mean from this model is the curvature of the predictions. None if it is not needed.
     """
 
     name: str
@@ -62,15 +62,15 @@ class CandidateModel:
 
 
 def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> list[CandidateModel]:
-    """Models that a verdict leaves open, the most probable first; fewer than two if it leaves nothing to separate.
+    """Models that a verdict leaves open, most probable first; fewer than two if there is nothing to separate.
 
     Parameters
     ----------
     verdict
-        Of several effects, those and the other laws of the first one; of an effect that is named alone but not
-        confirmed, it and none. Of something unknown, the places of its law.
+        With several effects: these and the other laws of the first one; with a single unconfirmed effect: this effect
+        and no effect; with an unknown cause: the places of its law.
     law
-        Recovered law of what is unknown.
+        Recovered law of an unknown force.
     """
     if verdict.finding is Finding.AMBIGUOUS:
         return _weigh(_list_effects(verdict))
@@ -85,12 +85,12 @@ def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> li
 def _list_effects(verdict: Verdict) -> list[CandidateModel]:
     shares = [*verdict.probabilities] or [1.0] * len(verdict.effects)
     if len(shares) > 1 and max(shares) >= CREDIBLE:
-        # The held-out data object to the one that the densities prefer: neither decides.
+        # The held-out data contradict the effect that the densities prefer: neither decides.
         shares = [1.0] * len(shares)
     result = [_of_refit(item, share) for item, share in zip(verdict.effects, shares, strict=True)]
-    # A law that was fitted in place of the first of two effects was fitted without the second one.
+    # If there are two effects, other laws of the first one were fitted without the second one: leave them out.
     for other in verdict.laws if verdict.further is None else ():
-        # It is an alternative to the first effect: its odds follow from the densities of both.
+        # The law is an alternative to the first effect: its odds follow from the densities of both.
         odds = float(np.exp(np.clip(other.whole_gain, -2 * DECISIVE, 2 * DECISIVE) / 2))
         result.append(_of_refit(other.refit, shares[0] * odds, other.words))
     if len(result) == 1:
@@ -124,7 +124,7 @@ def _of_refit(refit: Refit, probability: float, name: str = "") -> CandidateMode
 
 
 def _of_law(law: PlaceLaw, probability: float, fit: Fit) -> CandidateModel:
-    """The model with a law in it; its calibration parameters are as uncertain as they are without."""
+    """The model with a law; the covariance of its calibration parameters is that without the law."""
     base = fit.unknowns.compose(law.values)
 
     def insert(coefficients: Float[NDArray[np.float64], " b"]) -> Model:

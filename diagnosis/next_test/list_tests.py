@@ -1,4 +1,4 @@
-"""Tests that may be made next, from a campaign and its best model."""
+"""Possible next tests, from a campaign and its best model."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,21 +15,21 @@ from diagnosis.candidate.resonance import DRIVEN, SHIFT, ResonanceModel, find_re
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.next_test.next_test import NextTest, find_mass_rows, list_free_places
 
-#: Name of a test of nothing new.
+#: Name of a repetition of the tests.
 AGAIN = "the same tests again"
-#: Frequencies of a curve, and repeats [-].
+#: Number of frequencies of a curve, and of repeats [-].
 N_FREQUENCY, N_REPEAT = 15, 2
 #: Factors on the highest and on the lowest level, and on preloads [-].
 HIGHER, LOWER, PRELOADS = 2.0, 1 / 3, (0.5, 2.0)
-#: Share of its highest point that a curve has where finer steps are taken [-].
+#: Finer steps are taken where a curve exceeds this share of its maximum [-].
 PEAK_SHARE = 0.3
-#: Widths of a resonance to either side, and its least width, that a band has about it [-].
+#: Half-width of a band about a resonance in widths of the resonance, and its least relative value [-].
 WIDTHS, LEAST_WIDTH = 4.0, 5e-3
-#: Bands about further resonances, up to this multiple of the measured frequencies [-].
+#: Number of bands about further resonances, up to this multiple of the measured frequencies [-].
 N_BAND, HIGHEST = 2, 4.0
-#: Places of an added mass, and how many times as much it is as one that shifts a resonance by `SHIFT` [-].
+#: Number of places of an added mass, and its size over the mass that shifts a resonance by `SHIFT` [-].
 N_MASS, MASS = 2, 8.0
-#: Places of a further sensor at most [-].
+#: Largest number of places of a further sensor [-].
 N_PLACE = 6
 
 
@@ -40,19 +40,19 @@ class Tested:
     Parameters
     ----------
     levels, frequencies
-        Levels, rising, shape (l,) [unit of the drive], and frequencies, rising, shape (n,) [Hz], of the jointed
-        structure; of the free one where that alone was tested.
+        Levels, ascending, shape (l,) [unit of the drive], and frequencies, ascending, shape (n,) [Hz], of the jointed
+        structure; of the free one if only that was tested.
     configurations
         Configurations that were tested.
     sensors, motions
-        Names of the sensors that are read, and those of motions among them.
+        Names of all sensors, and of the motion sensors among them.
     harmonics
         Harmonics of motions.
     sweeps
         Directions of the sweeps.
     """
 
-    __test__ = False  # no test of pytest's
+    __test__ = False  # not a test class of pytest
 
     levels: Float[NDArray[np.float64], " l"]
     frequencies: Float[NDArray[np.float64], " n"]
@@ -64,7 +64,7 @@ class Tested:
 
     @classmethod
     def of_campaign(cls, campaign: Campaign, sweeps: tuple[int, ...], *, held_out: bool = False) -> "Tested":
-        """Summary of a campaign that was swept in some directions; of its held-out levels alone, if there are any."""
+        """Summary of a campaign with its sweep directions; if `held_out`, of its held-out levels if there are any."""
         table = campaign.measurement
         at_held = np.isin(table.level, campaign.held_out.levels)
         kept = table.where(at_held if held_out and at_held.any() else ~at_held)
@@ -88,12 +88,12 @@ class Tested:
 
 
 def list_tests(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " n"]) -> list[NextTest]:
-    """Tests that may be made next, each with the sensors of the campaign and with a further one.
+    """Possible next tests, each with the sensors of the campaign, and with one further sensor.
 
     Parameters
     ----------
     tested
-        What was measured.
+        Measured points.
     model
         Best model.
     peak
@@ -150,7 +150,7 @@ def _list_bands(like: NextTest, model: Model, level: float) -> Iterator[NextTest
 
 
 def _list_free(like: NextTest, tested: Tested, model: Model, highest: float) -> Iterator[NextTest]:
-    """The structure without the contacts of its lines, moved no further than with them."""
+    """The structure without the contacts of its lines, at a level that does not exceed the amplitude with them."""
     free, jointed = find_resonance(model.without_contacts().system, 1.0), find_resonance(model.system, highest)
     if free is None or jointed is None:
         return
@@ -197,7 +197,7 @@ def _make_tested(model: Model, level: float) -> Scale | None:
 
 
 def _list_moving(tested: Tested, model: Model) -> list[str]:
-    """Places without a sensor that move, those that move most first."""
+    """Places without a sensor that move, largest motion first."""
     scale = _make_tested(model, float(tested.levels[-1]))
     free = list_free_places(model, tested.sensors)
     if scale is None:
@@ -208,7 +208,7 @@ def _list_moving(tested: Tested, model: Model) -> list[str]:
 
 
 def surround_resonance(resonance: ResonanceModel, number: int) -> tuple[float, ...] | None:
-    """Frequencies about a resonance; None for one that the force does not drive."""
+    """Frequencies about a resonance; None if the force does not excite it."""
     own = replace(resonance, number=number)
     omega, drive = own.angular_frequency, np.abs(own.system.dynamic @ own.mode_shapes).max(axis=0)
     if not omega > 0 or drive[number] < DRIVEN * drive.max():
@@ -221,7 +221,7 @@ def surround_resonance(resonance: ResonanceModel, number: int) -> tuple[float, .
 
 
 def _thin(frequencies: Sequence[float] | Float[NDArray[np.float64], " n"]) -> tuple[float, ...]:
-    """At most `N_FREQUENCY` of some frequencies, both ends among them."""
+    """At most `N_FREQUENCY` of some frequencies, including both ends."""
     count = min(len(frequencies), N_FREQUENCY)
     places = np.linspace(0, len(frequencies) - 1, count).round().astype(int)
     return tuple(float(frequencies[place]) for place in places)

@@ -1,4 +1,4 @@
-"""A test that may be made next: what is done to the structure, what is measured, and what it costs."""
+"""A possible next test: its set-up, its readings, and its duration."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ from correlation.model import Model
 from correlation.prediction import Points
 from diagnosis.candidate.place import find_translations, is_parallel
 
-#: What it takes to prepare a test, and to measure one steady state [min]: they order tests that separate alike.
+#: Time to prepare a test, and to measure one steady state [min]; they order tests of equal separation.
 PREPARATION: Mapping[str, float] = {"sensor": 10.0, "mass": 10.0, "preload": 30.0, "free": 60.0}
 STATE = 10 / 60
-#: Name of a further sensor, before its place.
+#: Prefix of the name of a further sensor, before its place.
 FURTHER = "further sensor at "
 
 
@@ -35,27 +35,27 @@ class NextTest:
     Parameters
     ----------
     name
-        What is new in it, in words.
+        Difference from previous tests, in words.
     configuration
         "jointed" or "free".
     levels, frequencies
         Levels [N, or the unit of the drive] and frequencies [Hz] of its steady states.
     sensors
-        Names of the sensors of the campaign that read.
+        Names of the sensors of the campaign that are read.
     place
-        Place of a further sensor of motion, if there is one.
+        Place of a further motion sensor, if there is one.
     harmonics
-        Harmonics that motions are read at.
+        Harmonics at which motions are read.
     sweeps
-        Directions of its sweeps, +1 up, -1 down; none for steady states one by one.
+        Sweep directions, +1 up, -1 down; empty for stepped steady states.
     n_repeat
-        Repeats [-].
+        Number of repeats [-].
     added_mass
-        Place and size of a mass that is added [kg].
+        Place and size of an added mass [kg].
     preload
         Factor on all preloads [-].
     is_held_out
-        Whether it tests a fit rather than taking part in it, to confirm an effect.
+        Whether its data test a fit, to confirm an effect, instead of being fitted.
     """
 
     name: str
@@ -78,7 +78,7 @@ class NextTest:
 
     @property
     def fits_campaign(self) -> bool:
-        """Whether its data can be further tests of the same campaign: with another mass or preload they cannot."""
+        """Whether its data can be added to the same campaign: not with another mass or preload."""
         return self.added_mass is None and self.preload == 1.0
 
     @property
@@ -93,7 +93,7 @@ class NextTest:
 
     @property
     def title(self) -> str:
-        """Differences from the tests before, further sensor included, in words."""
+        """Differences from previous tests, including a further sensor, in words."""
         return self.name if self.place is None else f"{self.name}, and a further sensor at {self.place}"
 
     def make_points(self) -> Points:
@@ -110,7 +110,7 @@ class NextTest:
 
 
 def apply_set_up(set_up: SetUp, model: Model) -> Model:
-    """A model as it is in a test."""
+    """The model with the set-up of a test."""
     if set_up.added_mass is not None:
         place, mass = set_up.added_mass
         rows = find_mass_rows(model, place)
@@ -129,7 +129,7 @@ def find_mass_rows(model: Model, place: str) -> Float[NDArray[np.float64], "t r"
 
 
 def list_free_places(model: Model, sensors: tuple[str, ...]) -> list[str]:
-    """Places that none of some sensors follows, each once."""
+    """Places that none of some sensors measures, without duplicates."""
     rows = [row for item in model.sensors if item.name in sensors and (row := getattr(item, "row", None)) is not None]
     result = []
     for name, row in model.places.items():

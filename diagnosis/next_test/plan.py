@@ -1,7 +1,7 @@
-"""Plan: what tests would show before any is made: which effects, how strong they must be, and which look alike.
+"""Plan: visible effects of planned tests, their smallest detectable strengths, and effects that would be confused.
 
-The readings are those of the model; the linear screening of a diagnosis (`diagnosis.screening`) then tells what each
-effect changes in units of the errors of the plan, with the calibration parameters projected out.
+The readings are those of the model. The linear screening of a diagnosis (`diagnosis.screening`) gives the change by
+each effect in units of the planned errors, with the calibration parameters projected out.
 """
 
 from collections.abc import Sequence
@@ -36,24 +36,24 @@ from diagnosis.next_test.planned_noise import PlannedNoise
 from diagnosis.screening import Score, screen
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
 
-#: |cos| of the changes by two effects from which on tests confuse them [-].
+#: |cos| between the changes by two effects above which tests confuse them [-].
 CONFUSED = 0.95
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """Effects that planned tests would show.
+    """Effects that are visible in planned tests.
 
     Parameters
     ----------
     scores
-        Effects, those that are seen best in units of their typical strength first.
+        Effects, those with the largest change by their typical strength first.
     threshold
-        Fall of chi^2 from which on an effect is named [-].
+        Fall of chi^2 above which an effect is named [-].
     catalogue
         All effects, and those that cannot be tested.
     n_number
-        Numbers that are compared [-].
+        Number of compared values [-].
     """
 
     scores: tuple[Score, ...]
@@ -68,7 +68,7 @@ class Plan:
 
     @property
     def detectable(self) -> dict[str, float]:
-        """Strength from its vanishing value at which each effect is expected to be named, by name [its unit]."""
+        """Strength from the neutral value at which each effect is expected to be named, by name [its unit]."""
         return compute_detectable_strengths(self.scores, self.threshold)
 
     def relative(self, score: Score) -> float:
@@ -82,7 +82,7 @@ class Plan:
         return np.asarray(np.abs(directions @ directions.T))
 
     def confused_with(self, score: Score) -> list[str]:
-        """Names of effects that these tests could not tell from one, the most alike first."""
+        """Names of effects that these tests could not distinguish from the given one, most similar first."""
         names = [item.effect.name for item in self.seen]
         if score.effect.name not in names:
             return []
@@ -102,7 +102,7 @@ def plan_tests(
     tests
         Tests, with equal repeats and sweeps.
     model
-        Model with the sensors of the tests, and what was added to it.
+        Model with the sensors of the tests, and with added effects.
     calibration
         Calibration parameters.
     budget
@@ -128,7 +128,7 @@ def plan_tests(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Planned:
-    """Planned readings beside the model that they are expected from: a problem for the screening."""
+    """Planned readings, and the model that predicts them: a problem for the screening."""
 
     base: Model
     calibration: tuple[CalibrationParameter, ...]

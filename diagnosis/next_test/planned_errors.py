@@ -1,4 +1,4 @@
-"""Errors of readings that are planned: noise, what differs between repeats, friction histories, numerical error."""
+"""Errors of planned readings: noise, jitter between repeats, friction histories, numerical error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from diagnosis.next_test.planned_noise import PlannedNoise
 
 Changes = Complex[NDArray[np.complex128], "k q"]
 
-#: Friction histories that are drawn, and their seed.
+#: Number of drawn friction histories, and their seed.
 DRAWS, SEED = 4, 1
 
 
@@ -40,9 +40,9 @@ class PlannedErrors:
     noise
         Noise of each part of a single reading, shape (k,).
     jitter, history
-        What differs between repeats, and friction histories, in one repeat.
+        Jitter, and friction histories, of one repeat.
     systematic
-        Errors that all repeats have in common.
+        Errors common to all repeats.
     """
 
     noise: Float[NDArray[np.float64], " k"]
@@ -61,11 +61,11 @@ class PlannedErrors:
         features
             Features of the readings.
         value
-            Their coefficients, shape (n,).
+            Coefficients of the readings, shape (n,).
         rows
-            Their numbers, shape (n,).
+            Indices of the readings, shape (n,).
         n_repeat, n_sweep
-            Repeats, and sweeps of each [-].
+            Number of repeats, and of sweeps of each [-].
         """
 
         def change(by: Changes) -> Float[NDArray[np.float64], "m q"]:
@@ -74,7 +74,7 @@ class PlannedErrors:
         history = change(self.history)
         reading = features.per_reading(value) * self.noise[rows][features.row] / np.sqrt(n_sweep)
         deviation = np.sqrt(reading**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1)) / np.sqrt(n_repeat)
-        # Where no steady state was found there is nothing to compare.
+        # Readings without a steady state are not compared.
         deviation = np.where(np.isfinite(deviation) & (deviation > 0), deviation, 1.0)
         modes = [change(self.jitter) / np.sqrt(n_repeat), history / np.sqrt(n_repeat), change(self.systematic)]
         return Whitening(deviation=deviation, modes=np.column_stack(modes))
@@ -89,11 +89,11 @@ def plan_errors(
     Parameters
     ----------
     predictor, model, prediction
-        Points, and the model that is expected to be true with its prediction there.
+        Predictor of the points, model that is assumed to be true, and its prediction.
     jitter
-        What differs between repeats, with the standard deviation in one of them.
+        Jitter between repeats, with the standard deviation of one repeat.
     budget
-        Numerical error of the model; what a finer mesh changes is left out, since models of one mesh are compared.
+        Numerical error of the model; the error of the mesh is left out, since models of one mesh are compared.
     noise
         Noise of the sensors.
     """
@@ -116,7 +116,7 @@ def plan_errors(
 
 
 def list_usual_jitter(model: Model) -> list[tuple[Effect, float]]:
-    """Usual jitter between repeats, with standard deviations, where it is not measured."""
+    """Usual jitter between repeats, with standard deviations, if it is not measured."""
     sizes = [size**2 * np.eye(1) for size in USUAL_JITTER[:-1]]
     return list_jitter(model, [*sizes, USUAL_JITTER[-1] ** 2 * np.eye(len(model.preload_groups))])
 

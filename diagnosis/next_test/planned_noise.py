@@ -1,4 +1,4 @@
-"""Noise of readings that are planned: as that of the sensors of a campaign, or as a plan states it."""
+"""Noise of planned readings: that of the sensors of a campaign, or as stated in a plan."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ class PlannedNoise:
     known
         Laws by sensor and harmonic.
     usual
-        Law of the fundamental of a sensor that is not known.
+        Law of the fundamental of an unknown sensor.
     """
 
     usual: NoiseLaw
@@ -37,7 +37,7 @@ class PlannedNoise:
 
     @classmethod
     def of_campaign(cls, train: Comparison) -> "PlannedNoise":
-        """Noise of the sensors of a campaign; another one has the largest of its motions."""
+        """Noise of the sensors of a campaign; an unknown sensor has the largest noise of the motion sensors."""
         observed, features, k = train.observed, train.features, len(train.features.points)
         size = np.abs(observed.mean)
         deviation = train.noise[:k] / features.per_reading(observed.mean)[:k]
@@ -71,7 +71,7 @@ class PlannedNoise:
 
 
 def _fit_law(size: NDArray[np.float64], deviation: NDArray[np.float64]) -> NoiseLaw:
-    """Law v = a^2 |X|^2 + b^2 of deviations that were pooled by such a law, and so hardly scatter about it."""
+    """Law v = a^2 |X|^2 + b^2 of deviations; they were pooled by such a law and hardly scatter about it."""
     scale = float(np.mean(size**2)) or 1.0
     shares = fit_two_shares(np.stack([size**2, np.full(len(size), scale)]), deviation**2, deviation**-4.0)
     return NoiseLaw(float(np.sqrt(shares[0])), float(np.sqrt(shares[1] * scale)))

@@ -1,14 +1,14 @@
-r"""Separation of models by measurements that are not made yet, and the probability that these decide between them.
+r"""Separation of models by future measurements, and the probability that these decide between them.
 
-Model a predicts the new numbers with mean s_a and covariance :math:`S_a = C + A_a A_a^T`, where C is that of noise and
-model error, and A_a is what its parameters, uncertain after the old data, change. The odds of a against b after the
-measurement are those before times the ratio of both densities. With the mean of both covariances its logarithm is
+Model a predicts the new data with mean s_a and covariance :math:`S_a = C + A_a A_a^T`, where C is the covariance of
+noise and model error, and A_a the change by its parameters, which are uncertain after the old data. The posterior odds
+of a against b are the prior odds times the ratio of both densities. With the mean of both covariances its logarithm is
 
 .. math:: \lambda_{ab} \sim N(\pm d^2 / 2,\, d^2), \qquad d^2 = (s_a - s_b)^T S^{-1} (s_a - s_b), \quad
           S = C + \tfrac12 (A_a A_a^T + A_b A_b^T),
 
-with the sign of the model that is true. Parameters that the new data may set again are so projected out: a change that
-those of both models make up for within their uncertainty separates nothing.
+with the sign depending on the true model. This projects out parameters that the new data can adjust: a difference that
+the parameters of both models compensate within their uncertainty does not separate the models.
 
 References
 ----------
@@ -37,9 +37,9 @@ def compute_separation(signatures: list[Signature], spreads: list[Spread], error
     Parameters
     ----------
     signatures
-        Predicted numbers s of each model, shape (m,); those that are not finite in one of a pair separate nothing.
+        Predicted values s of each model, shape (m,); values that are not finite for one model of a pair are ignored.
     spreads
-        Their changes A by one standard deviation of its parameters, shape (m, p) each.
+        Changes A of the values by one standard deviation of the parameters of each model, shape (m, p) each.
     errors
         Covariance C of noise and model error.
     """
@@ -55,7 +55,7 @@ def compute_separation(signatures: list[Signature], spreads: list[Spread], error
 def whiten_difference(
     signatures: tuple[Signature, Signature], spreads: tuple[Spread, Spread], errors: Whitening
 ) -> Signature:
-    """S^(-1/2) (s_a - s_b) of one pair, shape (m,): its squares are the shares of the numbers in d^2."""
+    """S^(-1/2) (s_a - s_b) of one pair, shape (m,): its squares are the contributions to d^2."""
     there = np.isfinite(signatures[0]) & np.isfinite(signatures[1])
     difference = np.where(there, signatures[0] - signatures[1], 0.0)
     uncertain = np.where(there[:, None], np.column_stack(spreads), 0.0) / np.sqrt(2)
@@ -63,10 +63,11 @@ def whiten_difference(
 
 
 def compute_decision_probability(separation: Pairs, probability: Probabilities) -> float:
-    r"""Expected probability that the true model gets a probability of q = `CREDIBLE` and more, one of n being true [-].
+    r"""Expected probability that the true one of n models reaches a probability of at least q = `CREDIBLE` [-].
 
-    For two models it is :math:`\sum_a p_a \Phi((\ln(p_a / p_b) + d^2/2 - \ln(q / (1 - q))) / d)`. Of more, each rival
-    may have the same share of 1 - q, and the chances that one of them has more are added (Boole): a lower bound.
+    For two models it is :math:`\sum_a p_a \Phi((\ln(p_a / p_b) + d^2/2 - \ln(q / (1 - q))) / d)`. For more models each
+    rival is allowed an equal share of 1 - q, and the probabilities that a rival exceeds it are added (Boole's
+    inequality), which gives a lower bound.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Signatures: what each candidate predicts in the tests of one set-up, and the errors of these readings."""
+"""Signatures: predictions of each candidate for the tests of one set-up, and the errors of these readings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ class ErrorSources:
     Parameters
     ----------
     jitter
-        What differs between repeats, with the standard deviation in one of them.
+        Jitter between repeats, with the standard deviation of one repeat.
     budget
         Numerical error of the model.
     noise
@@ -48,7 +48,7 @@ class ErrorSources:
     unphased
         Names of sensors that read amplitudes without a phase.
     quantity
-        Quantity that a further sensor reads.
+        Quantity of a further sensor.
     """
 
     jitter: Sequence[tuple[Effect, float]]
@@ -68,7 +68,7 @@ class SignatureCurve:
     sensor, level, harmonic
         Reading.
     frequency
-        Shape (f,) [Hz].
+        Frequencies, shape (f,) [Hz].
     value
         Predicted coefficients, shape (n, f) [unit of the sensor].
     deviation
@@ -112,17 +112,17 @@ class SetUpSignatures:
     Parameters
     ----------
     points
-        Points, k rows, each once.
+        Points without duplicates, k rows.
     predictor, model, prediction
         Predictor of the points; the most probable candidate with its prediction.
     values
-        Readings by each candidate, shape (k,).
+        Predicted readings of each candidate, shape (k,).
     spreads
-        Their changes by one standard deviation of its parameters, shape (k, p).
+        Changes of the readings by one standard deviation of the parameters of each candidate, shape (k, p).
     errors
         Errors of the readings.
     sources
-        What is known of errors.
+        Error sources.
     """
 
     points: Points
@@ -143,7 +143,7 @@ class SetUpSignatures:
         Raises
         ------
         ModelError
-            A candidate that is no structure in this set-up.
+            A candidate is not a supported structure in this set-up.
         """
         (set_up,) = {test.set_up for test in tests}
         places = tuple(dict.fromkeys(test.place for test in tests if test.place is not None))
@@ -233,7 +233,7 @@ class SetUpSignatures:
 
 
 def _predict_change(predictor: Predictor, tested: SetUpEffect, model: Model, prediction: Prediction) -> Readings:
-    """Change of the readings from a prediction to that of another model; zero where either has no state."""
+    """Change of the readings from a prediction to that of another model; zero if either has no state."""
     return np.nan_to_num(predictor.predict(tested.apply(model, [])).value - prediction.value)
 
 

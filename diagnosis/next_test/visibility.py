@@ -1,4 +1,4 @@
-"""Where measurements show no effect: the further test in which most effects of typical strength would show."""
+"""If no effect is visible in the measurements: the further test that shows most effects of typical strength."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from hbsolve.errors import ModelError
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VisibleTest:
-    """A test with the effects that would show in it.
+    """A test with the effects that are visible in it.
 
     Parameters
     ----------
@@ -36,23 +36,23 @@ class VisibleTest:
 
 
 def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue) -> VisibleTest | None:
-    """Find the test that shows most effects; of those that show as many the one that takes least.
+    """Find the test that shows most effects; among equal ones the shortest.
 
-    Further sensors are tried in the best test without one, and in all tests where none of these shows anything: each
-    costs as much time as a test.
+    Further sensors are tried in the best test without one, or in all tests if none without one shows an effect: each
+    sensor takes as much computing time as a test.
 
     Parameters
     ----------
     campaign
-        Measurements so far.
+        Present measurements.
     arrangement
-        Arrangement of them.
+        Arrangement of these measurements.
     catalogue
         Effects.
 
     Returns
     -------
-    The test; None where none shows any.
+    The test; None if no test shows an effect.
     """
     tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps)
     listed = list_tests(tested, arrangement.fit.model, find_peak(arrangement, tested))
@@ -75,7 +75,7 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
 def _predict_visible_effects(
     test: NextTest, arrangement: Arrangement, catalogue: Catalogue, sources: ErrorSources
 ) -> VisibleTest:
-    """Effects that a test would show; none where the model has no state in it."""
+    """Effects that are visible in a test; none if the model has no state in it."""
     places = () if test.place is None else (test.place,)
     model = SetUpEffect(set_up=test.set_up, places=places, quantity=sources.quantity).apply(arrangement.fit.model, ())
     names: tuple[str, ...] = ()
