@@ -1,4 +1,4 @@
-"""Training and held-out records beside a model whose calibration parameters are fitted."""
+"""Training and held-out records, and a model whose calibration parameters are fitted."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -52,7 +52,7 @@ class RecordArrangement:
     held_out: RecordComparison
     fit: Fit
 
-    #: The residual of a record is coloured: no gain of its squared error alone justifies or excludes a fit.
+    #: The residual of a record is coloured: the gain of its squared error alone neither justifies nor excludes a fit.
     selection: ClassVar[EffectSelection] = EffectSelection(
         least_change=0.0,
         least_unabsorbed_share=MIN_SHARE_LEFT,
@@ -65,19 +65,19 @@ class RecordArrangement:
     )
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Starts of ring-downs, calibration parameters, added effects, then others; a record outweighs all priors."""
+        """Starts of ring-downs, calibration parameters, added effects, then others; without priors."""
         applied = [*self.calibration, *(item.effect for item in self.added), *effects]
         return Unknowns.from_effects(self.base, (), applied, self.train.n_start)
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """Test on the held-out records; starts of ring-downs among them are fitted."""
+        """Test on the held-out records; the starts of held-out ring-downs are fitted."""
         held = self.held_out
         try:
             residual = held.predict(fit.model).residual
             if held.n_start:
                 starts = Unknowns.from_effects(fit.model, (), (), held.n_start)
                 residual = calibrate(held, starts, starts.vanishing).residual[: len(residual)]
-        except ModelError:  # it diverges on records that it was not fitted to
+        except ModelError:  # the model diverges on records to which it was not fitted
             residual = np.full(len(held.block), np.inf)
         errors = held.errors(residual)
         return Refit(
@@ -118,7 +118,7 @@ def arrange_records(
     noise: Mapping[str, float] | None = None,
     steps: int = STEPS,
 ) -> RecordArrangement:
-    """Fit the calibration parameters, and added effects beside them.
+    """Fit the calibration parameters and the added effects.
 
     Parameters
     ----------
@@ -131,9 +131,9 @@ def arrange_records(
     added
         Effects added in earlier rounds.
     run_in
-        Duration at the beginning of records with a force that is not compared [s].
+        Initial duration of records with a force that is not compared [s].
     noise
-        Standard deviation of the noise of sensors, by name [unit of the record]; none if it is not known.
+        Standard deviation of the noise of sensors, by name [unit of the record]; None if unknown.
     steps
         Integration steps per sample [-].
 
@@ -176,9 +176,9 @@ def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:
 
 
 def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
-    """Harmonic force at the first resonance that would move the sensors as far as in the records [N, or V].
+    """Harmonic force at the first resonance that produces the amplitudes of the records [N, or V].
 
-    Typical strengths of nonlinear effects are computed at it.
+    Typical strengths of nonlinear effects are computed for this force.
     """
     size = measure_scale(base)
     resonance = size.resonances[0]

@@ -1,7 +1,7 @@
 r"""Comparison of time records with a model: residuals, their blocks in time, and starts of ring-downs.
 
-Each sensor is compared about its mean, since amplifiers drift, and in units of its root mean square, so that a squared
-residual, averaged, is a squared relative error. What is left is coloured (the model's own error, most of all), so that
+Each sensor is compared after subtraction of its mean, since amplifiers drift, and in units of its root mean square, so
+that the mean squared residual is a squared relative error. The residual is coloured (mostly by model error), so that
 the covariance of a fit is estimated from blocks of the records:
 
 .. math:: \operatorname{cov} = H^{-1} \Big(\sum_b g_b g_b^T\Big) H^{-1}, \qquad H = J^T J, \quad g_b = J_b^T r_b
@@ -27,7 +27,7 @@ from diagnosis.fit.calibration import Matrix, Search, Vector, invert_curvature
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from hbsolve.errors import ModelError
 
-#: Blocks per record, whose scatter gives that of their sum whatever the correlation of the residual in time.
+#: Blocks per record; their scatter gives that of their sum for any short correlation time of the residual.
 BLOCKS = 20
 #: Largest number of modes of the start of a ring-down.
 MODES = 6
@@ -62,7 +62,7 @@ class RecordComparison:
     basis
         Basis of the start of each record, shape (b, 2 r); empty for records with a force, which start at rest.
     noise
-        Standard deviation of each sensor, by name [its unit]; 0 if it is not known.
+        Standard deviation of each sensor, by name [its unit]; 0 if unknown.
     """
 
     drives: tuple[IntegrationInput, ...]
@@ -78,7 +78,7 @@ class RecordComparison:
         Raises
         ------
         CampaignError
-            A record with fewer samples than blocks, or a sensor that reads the same number all the time.
+            A record with fewer samples than blocks, or a sensor with a constant reading.
         """
         for item in drives:
             if item.measured.shape[1] < BLOCKS:
@@ -146,7 +146,7 @@ class RecordComparison:
     def slopes(
         self, unknowns: Unknowns, values: Values, model: Model, prediction: RecordPrediction, first: int = 0
     ) -> Matrix:
-        """Derivatives of the predictions by starts of ring-downs and values of effects, shape (m, p - first)."""
+        """Derivatives of the predictions with respect to starts of ring-downs and values, shape (m, p - first)."""
         n, pairs = unknowns.n_start, []
         for number, ((lower, upper), size) in enumerate(zip(unknowns.bounds, unknowns.size, strict=True)):
             if number < max(first, n):
@@ -168,7 +168,7 @@ class RecordComparison:
         return np.concatenate(rows)
 
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
-        """From the scatter of blocks, since residuals are coloured; the rows of priors come last."""
+        """Covariance from the scatter of blocks, since residuals are coloured; the rows of priors come last."""
         jacobian, residual, block = jacobian[: len(self.block)], residual[: len(self.block)], self.block
         scores = np.zeros((int(block.max()) + 1, jacobian.shape[1]))
         np.add.at(scores, block, jacobian * residual[:, None])
@@ -177,12 +177,12 @@ class RecordComparison:
         return np.asarray(few * inverse @ (scores.T @ scores) @ inverse)
 
     def errors(self, residual: Vector) -> Float[NDArray[np.float64], " records"]:
-        """Relative error of each record: root mean square of what is left, over that of the measurement [-]."""
+        """Relative error of each record: root mean square of the residual over that of the measurement [-]."""
         parts = np.split(residual[: len(self.block)], np.cumsum([item.measured.size for item in self.drives])[:-1])
         return np.array([np.sqrt(np.mean(part**2)) for part in parts])
 
     def by_block(self, squares: Vector) -> Float[NDArray[np.float64], " blocks"]:
-        """Mean of some squares in each block: every record weighs the same."""
+        """Mean of some squares in each block; every record has the same weight."""
         block = self.block
         return np.asarray(np.bincount(block, weights=squares[: len(block)]) / np.bincount(block))
 

@@ -14,7 +14,7 @@ from diagnosis.step import compute_step
 from diagnosis.time_record.arrangement import RecordArrangement, arrange_records, record_level
 from diagnosis.time_record.held_out import judge_records
 
-#: As timed on records of some thousand samples.
+#: Timed on records of some thousand samples.
 PROGRESS = ProgressFractions(screening=0.4, fits=0.6, tests=0.9, covariances=1.0, explanation=1.0, intervals=1.0)
 
 RecordDiagnosis: TypeAlias = Diagnosis[RecordArrangement]
@@ -65,12 +65,12 @@ def diagnose_records(
     report: Report | None = None,
     **preparation: Unpack[Preparation],
 ) -> RecordDiagnosis:
-    """Diagnose which effect is missing from a model: one round.
+    """Identify the effect that is missing from a model: one round.
 
     Parameters
     ----------
     base
-        Model without the added effects; records drive it along its harmonic force of 1 N.
+        Model without the added effects; records excite it along its harmonic force of 1 N.
     records
         Training records and held-out records.
     calibration

@@ -1,12 +1,12 @@
 """Test of effects by the held-out error of time records: conditions for an effect to be named.
 
-The residual of a record is coloured, and mostly the model's own error, so that a nominal test would accept any effect.
-The excess of the held-out error over the noise must therefore fall to `MAX_EXCESS_RATIO`, throughout these records:
-each of their blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and after, and the mean vote must
-be above zero by `MIN_STANDARD_ERRORS` times its standard error.
+The residual of a record is coloured, and mostly model error, so that a nominal test would accept any effect. The excess
+of the held-out error over the noise must therefore fall to `MAX_EXCESS_RATIO`, and do so throughout the records: each
+block votes by (e0 - e1) / (e0 + e1), with the mean squared errors e0 and e1 before and after, and the mean vote must
+exceed zero by `MIN_STANDARD_ERRORS` times its standard error.
 
-Where the noise is known there is a second condition: an effect that leaves more than `MAX_EXCESS_LEFT` of the excess,
-above the noise, stands in for another, as a linear spring does for a cubic one at a single level.
+If the noise is known, there is a second condition: an effect that leaves more than `MAX_EXCESS_LEFT` of the excess over
+the noise stands in for another one, as a linear spring does for a cubic one at a single level.
 """
 
 import re
@@ -24,11 +24,11 @@ from geometry.plain_number import format_number
 
 #: Largest share of the excess held-out error that an effect may leave to pass.
 MAX_EXCESS_RATIO = 0.8
-#: Error of an effect, relative to all else, that takes this ratio off when it is fitted: 1 / r^2 = 1 + x^2.
+#: Error by an effect, relative to all other errors, whose removal lowers the error by this ratio r: 1 / r^2 = 1 + x^2.
 DETECTABLE_ERROR = (MAX_EXCESS_RATIO**-2 - 1) ** 0.5
-#: Held-out error that counts as zero: remainder of a fit, and round-off of the integration [-].
+#: Held-out error that counts as zero: incomplete convergence of a fit, and round-off of the integration [-].
 ZERO_ERROR = 1e-6
-#: Largest share of the excess held-out error that a named effect may leave, where the noise is known.
+#: Largest share of the excess held-out error that a named effect may leave, if the noise is known.
 MAX_EXCESS_LEFT = 0.5
 #: Least mean vote of the blocks in standard errors; below it two effects cannot be distinguished.
 MIN_STANDARD_ERRORS = 4.0
@@ -36,21 +36,21 @@ MIN_STANDARD_ERRORS = 4.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldOutTest:
-    """Test of effects that lower the held-out error of records, of which known shares are noise.
+    """Test of effects that lower the held-out error of records with known shares of noise.
 
     Parameters
     ----------
     baseline
         Fit of the calibration parameters and the added effects alone.
     floor
-        Share of noise in each held-out record; 0 where it is not known [-].
+        Share of noise in each held-out record; 0 if unknown [-].
     """
 
     baseline: Refit
     floor: PerRecord
 
     def decide(self, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
-        """Finding, and the effects that it names, from refits in order, best first."""
+        """Finding, and the named effects, from refits, best first."""
         passed = [refit for refit in refits if self.passes(refit)]
         if not passed:
             return (Finding.UNKNOWN if self.is_unexplained() else Finding.NOTHING), []
@@ -71,19 +71,19 @@ class HeldOutTest:
         return bool(falls and self.is_surely_better(self.baseline, refit))
 
     def explains(self, refit: Refit) -> bool:
-        """Whether the remaining error is mostly noise, as far as that is known."""
+        """Whether the remaining error is mostly noise; true if the noise is unknown."""
         left = refit.held_out_error**2 - self.noise
         return not self._is_beyond_noise(refit) or bool(
             left <= MAX_EXCESS_LEFT**2 * (self.baseline.held_out_error**2 - self.noise)
         )
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
-        """The best, and others that explain as well where the best is not significantly better."""
+        """The best, and other effects that explain the error and are not significantly worse."""
         best, *others = passed
         return [best, *(item for item in others if self.explains(item) and not self.is_surely_better(item, best))]
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
-        """Whether the blocks of the held-out data vote for the second significantly."""
+        """Whether the blocks of the held-out data vote significantly for the second fit."""
         return _surely_better(before.blocks, after.blocks)
 
     def is_unexplained(self) -> bool:
@@ -91,7 +91,7 @@ class HeldOutTest:
         return self._is_beyond_noise(self.baseline)
 
     def _is_beyond_noise(self, refit: Refit) -> bool:
-        """Whether the error is at least twice the noise in mean square; false where the noise is not known."""
+        """Whether the error is at least twice the noise in mean square; false if the noise is unknown."""
         return bool(self.noise and refit.held_out_error**2 > 2 * self.noise)
 
 
@@ -122,7 +122,7 @@ def judge_records(
     tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]
-    # Squared error by an effect that is removed, in the units of its screening.
+    # Squared error that the detectable effect removes, in the units of the screening.
     enough = (DETECTABLE_ERROR * baseline.held_out_error) ** 2 * baseline.fit.n_number if seen else 0.0
     return Verdict(
         finding=finding, effects=effects, baseline=baseline, detectable=compute_detectable_strengths(seen, enough),
@@ -155,7 +155,7 @@ def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str
 
 
 def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:
-    """Whether the blocks vote for the second significantly."""
+    """Whether the blocks vote significantly for the second."""
     if not np.isfinite(before).all():
         return bool(np.isfinite(after).all())
     if not np.isfinite(after).all():
