@@ -1,11 +1,11 @@
-r"""Whitening: differences in standard deviations, by the noise of each number and errors that many numbers share.
+r"""Whitening of differences by a covariance of independent noise and of errors common to many features.
 
 .. math:: S = \Lambda + \sum_p g_p g_p^T + \sum_j u_j u_j^T
 
-The modes u_j are changes of all numbers at once, by a shift of all frequencies by the exciter, a change of temperature,
-or a mesh that is a little too stiff. As diagonal noise they would hide real effects; without them false ones would
-pass. Each g_p is an error of a part of the numbers, such as a piece of a curve, and no number is in two parts. There
-may be many of them, so that they are sparse.
+The modes u_j change all features at once: a shift of all frequencies by the exciter, a change of temperature, or a mesh
+that is slightly too stiff. As diagonal noise they would hide true effects; without them false effects would pass. Each
+g_p is an error common to a part of the features, such as a section of a curve. Parts do not overlap. There may be many
+of them, so that they are sparse.
 """
 
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ from correlation.errors import CampaignError
 
 
 class _Stage(NamedTuple):
-    """Orthonormal columns, and how much a difference along them shrinks [-]."""
+    """Orthonormal columns, and relative reduction of a difference along each [-]."""
 
     basis: Any
     shrink: Float[NDArray[np.float64], " j"]
@@ -34,9 +34,9 @@ class Whitening:
     deviation
         Square root of Lambda, shape (m,) [unit of each feature].
     modes
-        Shape (m, j); none by default.
+        Modes u_j, shape (m, j); none by default.
     parts
-        The g_p, sparse, shape (m, p); none by default.
+        Parts g_p, sparse, shape (m, p); none by default.
     """
 
     deviation: Float[NDArray[np.float64], " m"]
@@ -88,7 +88,7 @@ class Whitening:
         return float(2 * np.log(self.deviation).sum() - 2 * sum(np.log1p(-item.shrink).sum() for item in self._stages))
 
     def shared(self, numbers: Int[NDArray[np.int64], " n"]) -> Float[NDArray[np.float64], "n c"]:
-        """Changes of some numbers by all errors that numbers share."""
+        """Changes of some features by all common errors, shape (n, c)."""
         modes = np.zeros((len(numbers), 0)) if self.modes is None else self.modes[numbers]
         if self.parts is None:
             return np.asarray(modes)
@@ -96,11 +96,11 @@ class Whitening:
         return np.hstack([modes, own[:, np.unique(own.indices)].toarray()])
 
     def with_modes(self, more: Float[NDArray[np.float64], "m j"]) -> "Whitening":
-        """With more modes, after those that there are."""
+        """With additional modes after the present ones."""
         return replace(self, modes=more if self.modes is None else np.column_stack([self.modes, more]))
 
     def explained(self, difference: Float[NDArray[np.float64], "m n"]) -> Float[NDArray[np.float64], "m n"]:
-        """Most probable part of differences that is of errors which numbers share, shape (m, n)."""
+        """Most probable contribution of common errors to differences, shape (m, n)."""
         scaled = difference / self.deviation[:, None]
         left = self._shrunk(scaled)
         for basis, shrink in reversed(self._stages):
@@ -111,5 +111,5 @@ class Whitening:
 def _expand_rows(
     scale: Float[NDArray[np.float64], " m"], differences: Float[NDArray[np.float64], "m ..."]
 ) -> Float[NDArray[np.float64], "m ..."]:
-    """Numbers of rows, shaped to multiply one difference or several."""
+    """Factors of rows, shaped to multiply one difference or several."""
     return scale if differences.ndim == 1 else scale[:, None]

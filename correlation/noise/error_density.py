@@ -1,9 +1,9 @@
 """Most probable sizes of the errors of a model.
 
-The parts of curves do not overlap, so that the covariance of readings is inverted in closed form, and with the modes of
-noise by Woodbury's identity. What is left are inner products of few columns, F, D and H and the difference, by which
--2 ln p of many sizes is cheap. They depend on the size of the errors of readings alone, and but for the difference on
-nothing that a fit changes: sizes are searched on one grid, whose products are computed once for all differences.
+The parts of curves do not overlap, so that the covariance of readings has a closed-form inverse; the modes of noise are
+added by Woodbury's identity. -2 ln p of many sizes then follows cheaply from inner products of the few columns of F, D
+and H and the difference. These products depend on the size of the errors of readings alone, and, except for the
+difference, on nothing that a fit changes. Sizes are searched on one grid; its products are computed once.
 """
 
 from collections import OrderedDict
@@ -26,28 +26,28 @@ Matrix = NDArray[np.float64]
 #: Sizes of the errors of frequencies, damping and shapes [-].
 Sizes = Float[NDArray[np.float64], " 3"]
 
-#: Fall of -2 ln p by all sizes together from which on there is an error: of four sizes whose true value is zero, chance
-#: does so in 15 % (half a chi-square of one degree of freedom each), and less often by their priors.
+#: Least fall of -2 ln p by all sizes together for which an error is assumed. If the true value of all four sizes is
+#: zero, chance exceeds it in 15 % (half a chi-square of one degree of freedom each), with their priors less often.
 MIN_GAIN = 4.0
-#: A size below this share of what is usual is none, and the least that is tried [-].
+#: Share of the usual size below which a size counts as zero, and least share that is tried [-].
 SMALL_SIZE, MIN_SIZE = 0.05, 0.01
-#: First sizes that are tried, in units of what is usual.
+#: Start values of sizes over the usual ones [-].
 FIRST_SIZES = (MIN_SIZE, 1.0, 10.0, 100.0)
-#: Largest size, in the same units: round-off limits the search.
+#: Largest size over the usual one, limited by round-off [-].
 MAX_SIZE = 1e4
-#: First and last size of the errors of readings that are tried at first, beside none, in half decades above the usual.
+#: First and last size of errors of readings in the coarse search, besides zero, in half decades above the usual one.
 FIRST_READING, LAST_READING = -2.0, 6.0
-#: Steps between the sizes that are tried at first and at last, in half decades: the last one is 4 %.
+#: First and last step of the search for this size, in half decades; the last one is 4 %.
 COARSE_STEP, FINE_STEP = 2.0, 2.0**-5
-#: Sizes of the errors of readings whose inner products are retained. All are on one grid, so that fits that begin near
-#: each other try the same ones.
+#: Number of sizes of the errors of readings whose inner products are retained. All sizes are on one grid, so that fits
+#: with similar starts use the same ones.
 RETAINED = 32
 
 
 def estimate_error_size(
     whitening: Whitening, patterns: ErrorPatterns, usual: ErrorSize, difference: Vector
 ) -> ErrorSize:
-    """Most probable sizes of the errors of a model; none where they explain no more than chance.
+    """Most probable sizes of the errors of a model; `NO_ERROR` if they explain no more than chance.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def estimate_error_size(
     patterns
         F, D, G and H.
     usual
-        Scales of the priors; there is no error of a kind whose scale is zero.
+        Scales of the priors; a scale of zero excludes errors of this kind.
     difference
         Measured less predicted features, shape (m,).
     """
@@ -70,7 +70,7 @@ def estimate_error_size(
 
 
 def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, Sizes, float]:
-    """Size of the errors of readings, those of the others by it, and -2 ln p."""
+    """Size of the errors of readings, corresponding sizes of the other errors, and -2 ln p."""
     tried: dict[float, tuple[Sizes, float]] = {0.0: density.minimise(0.0)}
     if not usual:
         return 0.0, *tried[0.0]
@@ -92,15 +92,15 @@ def _search_readings(density: "ErrorSizeDensity", usual: float) -> tuple[float, 
 
 
 class _Products(NamedTuple):
-    """Inverse of the covariance of readings and noise, and its inner products with all columns but the difference."""
+    """Inverse W of the covariance of readings and noise, and its inner products with all columns but the difference."""
 
     weight: Vector
     own: Vector
-    """1 + s_r^2 g^T Lambda^-1 g of each part."""
+    """1 + s_r^2 g^T diag(weight) g of each part."""
     factor: Matrix
-    """Cholesky factor of I + M^T W M, of the modes M of noise."""
+    """Cholesky factor of I + M^T W M, with the modes M of noise."""
     across: Matrix
-    """M^T W of F, D and H."""
+    """M^T W times F, D and H, in the basis of `factor`."""
     gram: Matrix
     log_determinant: float
 
@@ -130,7 +130,7 @@ class _Columns:
     def _compute(self, reading: float) -> _Products:
         weight = 1 / (self._variance + (reading * self._reading) ** 2)
         own = 1 + reading**2 * np.add.reduceat(weight * self._reading**2, self._first)
-        # Products of W^(1/2) times all columns with their own transpose take half the work.
+        # A product of W^(1/2) times all columns with its own transpose takes half the work.
         root, c = np.sqrt(weight)[:, None] * self._all, self.modes.shape[1]
         along = np.add.reduceat((reading * np.sqrt(weight) * self._reading)[:, None] * root, self._first, axis=0)
         along /= np.sqrt(own)[:, None]
@@ -138,25 +138,25 @@ class _Columns:
         factor = np.asarray(np.linalg.cholesky(np.eye(c) + inner[:c, :c]), dtype=np.float64)
         half = scipy.linalg.solve_triangular(factor, inner[:c, c:], lower=True)
         log_determinant = np.log(own).sum() - np.log(weight).sum() + 2 * np.log(np.diag(factor)).sum()
-        # Round-off of the difference may leave what is no square.
+        # Round-off may make the difference indefinite.
         values, vectors = np.linalg.eigh(inner[c:, c:] - half.T @ half)
         gram = (vectors * np.maximum(values, 0.0)) @ vectors.T
         return _Products(weight, own, factor, half, gram, float(log_determinant))
 
     def apply_inverse(self, reading: float, weight: Vector, own: Vector, difference: Vector) -> Vector:
-        """Inverse of the covariance of readings and noise, without its modes, times a difference."""
+        """Inverse of the covariance of readings and noise, without the modes, times a difference."""
         weighed = weight * difference
         sums = np.add.reduceat(self._reading * weighed, self._first) / own
         counts = np.diff(self._first, append=len(weight))
         return np.asarray(weighed - reading**2 * weight * self._reading * np.repeat(sums, counts))
 
 
-#: Columns of the covariances that are in use.
+#: Columns of the covariances in use.
 _prepared: WeakKeyDictionary[ErrorPatterns, WeakKeyDictionary[Whitening, _Columns]] = WeakKeyDictionary()
 
 
 class ErrorSizeDensity:
-    """-2 ln p of sizes, up to a constant; parameters as of `estimate_error_size`."""
+    """-2 ln p of sizes, up to a constant; parameters as for `estimate_error_size`."""
 
     def __init__(self, whitening: Whitening, patterns: ErrorPatterns, usual: ErrorSize, difference: Vector) -> None:
         prepared = _prepared.setdefault(patterns, WeakKeyDictionary())
@@ -175,14 +175,14 @@ class ErrorSizeDensity:
         return self._at(size.reading)(np.array([size.frequency, size.damping, size.shape]))[0]
 
     def minimise(self, reading: float, near: Sizes | None = None) -> tuple[Sizes, float]:
-        """The other sizes that are most probable with one of the errors of readings, and -2 ln p.
+        """Most probable other sizes for a size of the errors of readings, and -2 ln p.
 
         Parameters
         ----------
         reading
             Size of the errors of readings [-].
         near
-            The others by a size nearby; first sizes of all orders are tried beside it.
+            Start values of the other sizes, from a size nearby; by default all combinations of `FIRST_SIZES` are tried.
         """
         at, there = self._at(reading), self._scale > 0
         lists = [FIRST_SIZES if item else (0.0,) for item in there]
@@ -238,7 +238,7 @@ class _AtReading(NamedTuple):
         inner[np.diag_indices_from(inner)] += 1.0
         factor = np.linalg.cholesky(inner)
         inverse = scipy.linalg.lapack.dtrtri(factor, lower=1)[0] if len(factor) else factor
-        # Most probable errors, in their standard deviations, and how much of their variance the data leave.
+        # Most probable errors in standard deviations, and their posterior over prior variance.
         errors, left = (inverse @ along) @ inverse, np.sum(inverse**2, axis=0)
         share = np.where(self.scale > 0, sizes / np.where(self.scale > 0, self.scale, 1.0), 0.0) ** 2
         value = self.rest - along @ errors + 2 * np.log(np.diag(factor)).sum() + 2 * np.log1p(share).sum()

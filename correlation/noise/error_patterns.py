@@ -18,13 +18,13 @@ from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 Vector = Float[NDArray[np.float64], " m"]
 
-#: Parts of a curve with an error of their own.
+#: Number of parts of a curve with independent errors.
 PARTS_PER_CURVE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ErrorPatterns:
-    """Changes of all features by errors of a model of 100 %.
+    """Changes of all features by 100 % of the errors of a model.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class ErrorPatterns:
     reading
         g, shape (m,).
     part
-        Number of the column of G that each feature belongs to, shape (m,).
+        Number of the column of G of each feature, shape (m,).
     shape
         H, shape (m, d).
     """
@@ -57,7 +57,7 @@ class ErrorPatterns:
         model, prediction
             Model and its prediction.
         measured
-            Features of the measurements, shape (m,), whose moduli the errors of readings are relative to.
+            Features of the measurements, shape (m,); the errors of readings are relative to their moduli.
         """
         nominal = ModelFeatures(predictor.share(model), features, model, prediction)
         matrices = MatrixParameter(damping=model.system.damping, structural_damping=model.system.structural_damping)
@@ -78,7 +78,7 @@ class ErrorPatterns:
         return np.asarray(more[:, more.any(axis=0)])
 
     def parts(self, size: ErrorSize) -> Any:
-        """Columns of s_r G, sparse, shape (m, p); None without such errors."""
+        """Columns of s_r G, sparse, shape (m, p); None without errors of readings."""
         from scipy.sparse import csr_array
 
         if not size.reading or not len(self.part):
@@ -87,26 +87,26 @@ class ErrorPatterns:
         return csr_array((size.reading * self.reading, (rows, self.part)))
 
     def widen(self, whitening: Whitening, size: ErrorSize) -> Whitening:
-        """Whitening with errors of a size in its covariance."""
+        """Whitening whose covariance includes errors of a given size."""
         deviation = np.hypot(whitening.deviation, size.reading * self.reading)
         modes = self.modes(size) if whitening.modes is None else np.column_stack([whitening.modes, self.modes(size)])
         return Whitening(deviation=deviation, modes=modes, parts=self.parts(size))
 
 
 def _by_level(features: FeatureVector, changes: Modes) -> Modes:
-    """Changes as one column per level; columns without a change are left out."""
+    """Changes as one column per level; zero columns are left out."""
     columns = np.column_stack([split_by_level(features, change) for change in changes.T])
     return np.asarray(columns[:, columns.any(axis=0)])
 
 
 def compute_moduli(features: FeatureVector, measured: Vector) -> Vector:
-    """Modulus of the complex number that each feature is a part of, shape (m,)."""
+    """Modulus of the complex number to which each feature belongs, shape (m,)."""
     squares = np.bincount(features.row, np.nan_to_num(measured) ** 2, minlength=len(features.points))
     return np.asarray(np.sqrt(squares)[features.row])
 
 
 def _parts(features: FeatureVector) -> Int[NDArray[np.int64], " m"]:
-    """Quarter of its curve that each feature belongs to, real and imaginary parts by themselves, shape (m,)."""
+    """Number of the quarter of a curve of each feature, separate for real and imaginary parts, shape (m,)."""
     points, row = features.points, features.row
     sensor = np.unique(points.sensor, return_inverse=True)[1]
     imaginary = np.arange(len(row)) >= len(points)
@@ -121,9 +121,9 @@ def _parts(features: FeatureVector) -> Int[NDArray[np.int64], " m"]:
 
 
 def _make_shapes(features: FeatureVector, prediction: Prediction) -> Modes:
-    """Changes of a sensor's responses by 100 %, at all and on a quarter of its frequencies, in and out of phase.
+    """Changes of a sensor's responses by 100 %, at all frequencies and on each quarter, in phase and in quadrature.
 
-    They are of the fundamentals: other harmonics are those of joints, and grow in another way with the level.
+    Only fundamentals change: other harmonics are caused by joints and depend on the level in another way.
     """
     points, value = features.points, prediction.value
     sensor = np.unique(points.sensor, return_inverse=True)[1]

@@ -1,4 +1,4 @@
-"""Sizes of the errors of a model: what is usual, what is far, and how probable a size is."""
+"""Sizes of the errors of a model: usual sizes, limits of a sound model, and prior density."""
 
 from dataclasses import astuple, dataclass
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from geometry.plain_number import format_number
 
-#: Usual errors of frequencies and of damping, over those of readings: at a peak of a quality factor of 50 both then
-#: change readings by twenty times as much as far from it [-].
+#: Usual errors of frequencies and of damping over those of readings. At a peak with a quality factor of 50 both then
+#: change readings by twenty times as much as far from the peak [-].
 USUAL_RATIOS = (0.2, 20.0)
-#: Largest sizes of the errors of a sound model, of frequencies, damping, readings and shapes: beyond, it is another
-#: structure, and what frequencies and damping are off by is no small change. Set on development seeds [-].
+#: Largest errors of frequencies, damping, readings and shapes of a sound model; beyond these it is another structure,
+#: and the errors of frequencies and damping are not small changes. Set on development seeds [-].
 MAX_ERROR_SIZES = (0.02, 0.5, 0.1, 0.2)
 
 
@@ -21,11 +21,11 @@ class ErrorSize:
     Parameters
     ----------
     frequency, damping
-        Of natural frequencies, and of damping, of each configuration at each level.
+        Errors of natural frequencies, and of damping, of each configuration at each level.
     reading
-        Of each part of a curve, and of each number beside.
+        Errors of each part of a curve, and additionally of each feature.
     shape
-        Of a sensor's responses at all levels alike, and of each part of them.
+        Errors of a sensor's responses common to all levels, and of each part of them.
     """
 
     frequency: float = 0.0
@@ -35,7 +35,7 @@ class ErrorSize:
 
     @property
     def is_far(self) -> bool:
-        """Whether a model with such errors is too far from its measurements for what is missing to be told."""
+        """Whether a model with these errors is too far from the measurements to identify a missing effect."""
         return any(mine > far for mine, far in zip(astuple(self), MAX_ERROR_SIZES, strict=True))
 
     @property
@@ -50,7 +50,7 @@ class ErrorSize:
 
     @classmethod
     def usual(cls, reading: float) -> "ErrorSize":
-        """Usual errors of a model whose readings err by so much far from resonances [-]."""
+        """Usual errors of a model with this error of readings far from resonances [-]."""
         return cls(
             frequency=USUAL_RATIOS[0] * reading, damping=USUAL_RATIOS[1] * reading, reading=reading, shape=reading
         )
@@ -64,7 +64,7 @@ class ErrorSize:
         return all(abs(a - b) <= share * max(a, b) for a, b in zip(astuple(self), astuple(other), strict=True))
 
     def scaled(self, share: float) -> "ErrorSize":
-        """A share of it."""
+        """All sizes times a share."""
         return ErrorSize(*(share * size for size in astuple(self)))
 
 
@@ -72,6 +72,6 @@ NO_ERROR = ErrorSize()
 
 
 def compute_prior(size: ErrorSize, usual: ErrorSize) -> float:
-    """-2 ln of the prior density of a size, 0 without an error."""
+    """-2 ln of the prior density of a size; 0 without an error."""
     pairs = zip(astuple(size), astuple(usual), strict=True)
     return float(sum(2 * np.log1p((item / scale) ** 2) for item, scale in pairs if scale))

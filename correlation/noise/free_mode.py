@@ -1,13 +1,13 @@
-r"""Errors of the modes of a structure without its contacts, by a mesh that is too coarse and by all that it leaves out.
+r"""Errors of the modes of a structure without its contacts, by a coarse mesh and by neglected details.
 
 With mode shapes of unit modal mass, an error of the stiffness matrix is
 
 .. math:: \delta K = M \Phi\, E\, \Phi^T M, \qquad E_{ii} = 2 e_i\, \omega_i^2, \quad
           E_{ij} = E_{ji} = \sqrt 2\, e_{ij}\, \omega_i \omega_j
 
-Its diagonal moves natural frequencies. What is beside it mixes mode shapes, and an error that knows nothing of the
-modes has both: E / (omega_i omega_j) is then a symmetric matrix of normal numbers whose diagonal has twice the variance
-of the rest, as that has in any other basis. So one standard deviation serves all e.
+The diagonal of E shifts natural frequencies; the off-diagonal entries mix mode shapes. A random error that is
+independent of the modal basis has both: E / (omega_i omega_j) is then a symmetric matrix of normal variables whose
+diagonal has twice the variance of the other entries, in any basis. All e therefore have the same standard deviation.
 
 References
 ----------
@@ -29,24 +29,25 @@ from correlation.model_solver import Tangent
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
 
-#: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers
-#: like a spring, and an error e of its frequency changes the reading by less than 2 e / 8 of its small share [-].
+#: Highest natural frequency with an error, over the highest frequency of the readings. Above it a mode responds
+#: quasi-statically, and an error e of its frequency changes the reading by less than 2 e / 8 of its small share [-].
 REACHED = 3.0
-#: The same for modes that mix with those: the share that a mode has in another's shape falls with its frequency alone.
+#: The same for modes that mix with these: the share of a mode in the shape of another one decreases only with its
+#: frequency [-].
 MIXED = 30.0
-#: Squared frequency below which a mode moves the structure as a whole, as a share of the highest one [-].
+#: Squared frequency of rigid-body modes, as a share of the highest squared frequency [-].
 RIGID = 1e-9
-#: Errors of shapes that are taken, those that change readings most: each costs a solution of every state.
+#: Largest number of shape errors, those that change readings most; each costs a solution of every state.
 MOST_MIXINGS = 16
-#: Smallest of them, as a share of the largest, and smallest reading by which changes are divided, as a share of the
-#: largest of its kind in a state [-].
+#: Smallest shape error over the largest one, and smallest reading by which changes are divided, over the largest of its
+#: kind in a state [-].
 LEAST, FAINT = 1e-3, 1e-2
-#: Most states at which they are compared: more, between these, tell no more.
+#: Largest number of states at which shape errors are compared; more states give no more information.
 MOST_STATES = 24
-#: Relative distance of two squared frequencies below which modes mix no more strongly [-].
+#: Relative distance of two squared frequencies below which the mixing of modes is limited [-].
 MIN_MIXING_DISTANCE = 0.1
 
-#: Rows over the degrees of freedom; motions of states; numbers of modes, one for each pair.
+#: Rows over the degrees of freedom; motions of states; indices of modes, one for each pair.
 Rows = Float[NDArray[np.float64], "q r"]
 Motions = Complex[NDArray[np.complex128], "s r"]
 Numbers = Int[NDArray[np.int64], " pair"]
@@ -54,7 +55,7 @@ Numbers = Int[NDArray[np.int64], " pair"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeModes:
-    """Modes of a structure without its contacts, the lowest one first.
+    """Modes of a structure without its contacts, lowest first.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ class FreeModes:
         """Modes below `MIXED` times the highest frequency of the readings, positive [Hz]."""
         mass, most = model.system.mass, (2 * np.pi * MIXED * highest) ** 2
         # M phi = mu (K + s M) phi with mu = 1 / (omega^2 + s): neither M nor K needs to be regular. A degree of
-        # freedom that has neither without its contacts gets round-off.
+        # freedom without mass and stiffness gets a stiffness of the size of round-off.
         shifted = model.system.stiffness + most * mass
         shifted = shifted + np.eye(len(mass)) * (np.finfo(np.float64).eps * np.abs(shifted).max())
         size, shapes = scipy.linalg.eigh(mass, shifted, subset_by_value=(0.5 / most, np.inf))
@@ -89,10 +90,10 @@ class FreeModes:
         return cls(frequency=frequency, shapes=shapes.T, weighted=(mass @ shapes).T, n_reached=reached)
 
     def frequency_errors(self) -> list[Tangent]:
-        """A relative error of each natural frequency that is reached.
+        """A relative error of each natural frequency below `REACHED`.
 
-        An error common to all modes, such as that of Young's modulus, moves no mode against another; a mesh that is too
-        coarse does.
+        An error common to all modes, such as that of Young's modulus, preserves the ratios of frequencies; a coarse
+        mesh changes them.
         """
         return [
             _make_tangent(MatrixParameter(stiffness=2 * omega**2 * np.outer(row, row)))
@@ -100,9 +101,9 @@ class FreeModes:
         ]
 
     def damping_errors(self, system: JointedSystem) -> list[Tangent]:
-        """A relative error of the damping of each mode that is reached, viscous and structural alike.
+        """A relative error of the damping of each mode below `REACHED`, viscous and structural.
 
-        Damping that is common to all modes, as in proportion to the matrices, is a habit of models and not of
+        Equal errors of all modes, as with damping proportional to the matrices, are a property of models rather than of
         structures.
         """
         damping, loss = system.damping, system.structural_damping
@@ -116,16 +117,16 @@ class FreeModes:
         return result
 
     def shape_errors(self, motions: Motions, kinds: Sequence[Rows]) -> list[Tangent]:
-        """Errors that mix the modes that are reached with all others: those that change readings most.
+        """Errors that mix the modes below `REACHED` with all others: those that change readings most.
 
-        An error E_ij gives mode i the share sqrt(2) e_ij omega_i omega_j / (omega_i^2 - omega_j^2) of mode j's shape.
-        This maps all e on relative changes of the readings in each state. The combinations of e that change these most
-        are the right singular vectors of this map; like e itself, they are independent and of unit variance.
+        An error E_ij adds the share sqrt(2) e_ij omega_i omega_j / (omega_i^2 - omega_j^2) of shape j to shape i. This
+        defines a linear map from e to the relative changes of the readings in each state. Its right singular vectors
+        are the combinations of e that change readings most; like e they are independent and of unit variance.
 
         Parameters
         ----------
         motions
-            Of the states, shape (s, r) [m].
+            Motions of the states, shape (s, r) [m].
         kinds
             Rows of the readings and of the force, by kind, shape (q, r) [-].
         """
@@ -135,7 +136,7 @@ class FreeModes:
             return []
         motions = motions[np.unique(np.linspace(0, len(motions) - 1, MOST_STATES).round().astype(int))]
         product, squared = self.frequency[i] * self.frequency[j], self.frequency**2
-        # Two modes of one frequency are any mix of each other already.
+        # Modes of equal frequency are arbitrary combinations of each other: limit their mixing.
         apart = squared[i] - squared[j]
         apart = np.where(np.abs(apart) > MIN_MIXING_DISTANCE * product, apart, -MIN_MIXING_DISTANCE * product)
         mixed = np.sqrt(2) * product / np.where(product > 0, apart, np.inf)
@@ -160,7 +161,7 @@ class FreeModes:
 
 
 def _principal_combinations(changes: Float[NDArray[np.float64], "m pair"]) -> Float[NDArray[np.float64], "k pair"]:
-    """Right singular vectors of the largest singular values, by the smaller of both Gram matrices."""
+    """Right singular vectors of the largest singular values, from the smaller Gram matrix."""
     wide = changes.shape[1] > len(changes)
     gram = changes @ changes.T if wide else changes.T @ changes
     first = max(len(gram) - MOST_MIXINGS, 0)

@@ -1,15 +1,15 @@
-r"""Changes by jitter beyond the first order: smooth curvature, and kinks at which contacts begin to slip.
+r"""Second-order changes by jitter: smooth curvature, and kinks at which contacts begin to slip.
 
-Repeats differ by a jitter x of preload and frequency, of standard deviation s. The mean is that of
+Repeats differ by a jitter x of preload and frequency with standard deviation s. A feature is
 
 .. math:: f(x) = f + f' x + d(x), \qquad d_\pm = f(\pm \sqrt 3 s) - f \mp \sqrt 3 f' s .
 
-By Gauss and Hermite's rule of three points, where each end counts for a sixth, d has the mean (d_+ + d_-) / 6, which
-stays in a mean over R repeats, and there the variance (d_+^2 + d_-^2) / 6 R. So each end is a mode.
+By the three-point Gauss-Hermite rule, with a weight of 1/6 at each end, d has the mean (d_+ + d_-) / 6, which remains
+in a mean over R repeats, and the mean over repeats has the variance (d_+^2 + d_-^2) / (6 R). Each end is a mode.
 
-Next to a resonance d is smooth, and the same jitter bends all states: one mode for all of them. At a kink d is as large
-as the change by slip, and zero at the states beside it: a mode of that state alone. The parts are told apart by d at
-half the jitter: if it is quadratic and cubic, these two tell it at the ends; what they do not tell is the kink.
+Near a resonance d is smooth, and the same jitter affects all states: one mode for all of them. At a kink d is as large
+as the change by slip, and zero at neighbouring states: one mode for this state alone. d at half the jitter separates
+the two: a quadratic and cubic d is extrapolated from there to the ends, and the remainder is the kink.
 """
 
 from collections.abc import Sequence
@@ -25,18 +25,18 @@ from correlation.noise.nuisance import ModelFeatures, Modes
 
 Vector = Float[NDArray[np.float64], " m"]
 
-#: Standard deviations at which a jitter is tried, and the weight of either end, by Gauss and Hermite's rule.
+#: Nodes in standard deviations of the jitter, and weight of each end, of the Gauss-Hermite rule.
 NODE, NODE_WEIGHT = sqrt(3.0), 1 / 6
-#: Standard deviations, of all numbers of a state together, below which a remainder does not matter.
+#: Size of a remainder, over all features of a state together, below which it is negligible [standard deviations].
 NEGLIGIBLE_REMAINDER = 1.0
-#: A change is smooth if its quadratic and cubic parts tell it but for this share. Near a resonance the share is 0.5
-#: where the jitter at an end is 0.9 of half the resonance's width, d = -x^2 / (1 + i x); at a kink it is less in one of
-#: six places of the kink between the ends [-].
+#: A change is smooth if its quadratic and cubic parts explain it up to this share. Near a resonance, with
+#: d = -x^2 / (1 + i x), the remainder is 0.5 if the jitter at an end is 0.9 of half the width of the resonance. At a
+#: kink it is below 0.5 for one in six positions of the kink between the ends [-].
 SMOOTH = 0.5
 
 
 class JitterShift(NamedTuple):
-    """Jitter of `NODE` standard deviations of a single repeat, up and down, half of it, and its first-order change."""
+    """Jitter of a single repeat by `NODE` standard deviations up and down, half of it, and its first-order change."""
 
     models: tuple[Model, Model]
     halves: tuple[Model, Model]
@@ -44,14 +44,14 @@ class JitterShift(NamedTuple):
 
 
 class Remainder(NamedTuple):
-    """Changes of features beyond the first order at either end of a shift, shape (m, 2): smooth part and kinks."""
+    """Changes of features beyond first order at both ends of a shift, shape (m, 2): smooth part and kinks."""
 
     smooth: Modes
     kink: Modes
 
 
 def compute_remainder(nominal: ModelFeatures, shift: JitterShift) -> Remainder:
-    """Compute the changes beyond the first order at either end of a shift: d_+ and d_- in two parts."""
+    """Compute the changes beyond first order at both ends of a shift, d_+ and d_-, in two parts."""
     up, down = _beyond_first_order(nominal, shift.models, shift.change)
     half_up, half_down = _beyond_first_order(nominal, shift.halves, shift.change / 2)
     quadratic, cubic = 2 * (half_up + half_down), 4 * (half_up - half_down)
@@ -68,9 +68,9 @@ def _beyond_first_order(nominal: ModelFeatures, models: tuple[Model, Model], cha
 def make_curvature_modes(
     smooth: Sequence[Modes], free: Bool[NDArray[np.bool_], " m"], n_repeat: float
 ) -> Float[NDArray[np.float64], "m q"]:
-    """Modes of smooth parts at one standard deviation, of the jointed and of the free structure, which are two tests.
+    """Modes of smooth parts at one standard deviation, separate for the jointed and the free test.
 
-    They matter next to sharp resonances, and at antiresonances.
+    They are significant near sharp resonances and at antiresonances.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def make_curvature_modes(
     free
         Whether the contacts are absent, shape (m,).
     n_repeat
-        Repeats in a mean [-].
+        Number of repeats in a mean [-].
     """
     ends = _deviation(n_repeat) * np.column_stack(smooth)
     modes = np.column_stack([np.where(free[:, None], 0.0, ends), np.where(free[:, None], ends, 0.0)])
@@ -94,13 +94,13 @@ def make_kink_modes(
     Parameters
     ----------
     state
-        Steady state of each number, shape (m,).
+        Steady state of each feature, shape (m,).
     kinks
         Kinks of each independent cause, see `compute_remainder`.
     deviation
-        Standard deviation of each number by noise, shape (m,).
+        Standard deviation of each feature by noise, shape (m,).
     n_repeat
-        Repeats in a mean [-].
+        Number of repeats in a mean [-].
     """
     modes = []
     for kink in (column for cause in kinks for column in cause.T):
@@ -111,5 +111,5 @@ def make_kink_modes(
 
 
 def _deviation(n_repeat: float) -> float:
-    """Standard deviation of a mean over repeats, and its bias, by an end of unit size [-]."""
+    """Root of variance plus squared bias of a mean over repeats, for an end of unit size [-]."""
     return sqrt(NODE_WEIGHT / n_repeat + NODE_WEIGHT**2)

@@ -1,13 +1,13 @@
-r"""Latin hypercubes: points that fill a unit cube evenly, each of its directions in equal steps.
+r"""Latin hypercubes: points that fill a unit cube evenly, with equal steps in each direction.
 
-Swapping the coordinates of two points in one direction keeps a Latin hypercube one. Random swaps are kept that lower
-the centred discrepancy of the points :math:`x_i` in :math:`d` directions, with :math:`y = x - 1/2`,
+Swapping the coordinates of two points in one direction preserves a Latin hypercube. Random swaps are accepted if they
+lower the centred discrepancy of the points :math:`x_i` in :math:`d` directions, with :math:`y = x - 1/2`,
 
 .. math:: C^2 = \left(\frac{13}{12}\right)^d
                 - \frac{2}{n} \sum_i \prod_k \left(1 + \frac{|y_{ik}| - y_{ik}^2}{2}\right)
                 + \frac{1}{n^2} \sum_{ij} \prod_k \left(1 + \frac{|y_{ik}| + |y_{jk}| - |y_{ik} - y_{jk}|}{2}\right) .
 
-SciPy has the same in `scipy.stats.qmc`; importing `scipy.stats` takes longer than many a comparison.
+`scipy.stats.qmc` contains the same algorithm, but importing `scipy.stats` takes longer than many comparisons.
 
 References
 ----------
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 Design = Float[NDArray[np.float64], "n d"]
 
-#: Swaps in a row that do not lower the discrepancy, after which none is tried any more.
+#: Number of consecutive swaps without a lower discrepancy that ends the search.
 PATIENCE = 100
 
 
 def draw_latin_hypercube(n: int, d: int, seed: int) -> Design:
-    """Random points in a unit cube, each in a step of its own of every direction, shape (n, d).
+    """Random points in a unit cube, one in each step of every direction, shape (n, d).
 
     Parameters
     ----------

@@ -1,19 +1,19 @@
-r"""Model error: what keeps a model apart from its measurements beside noise, histories and the errors that were stated.
+r"""Model error: differences between model and measurements beyond noise, friction histories and stated errors.
 
-A real structure is never its model plus one effect. Natural frequencies and damping are a little off, in another way
-where other contacts slip, and each curve by a little of its own. The covariance of the differences is then
+A real structure is never exactly its model plus one effect. Natural frequencies and damping have errors, which depend
+on the slipping contacts, and each curve has an additional error. The covariance of the differences is then
 
 .. math:: C = S + s_f^2 F F^T + s_d^2 D D^T + s_r^2 (G G^T + \operatorname{diag} g^2) + s_h^2 H H^T
 
 with the changes F and D of all features by a relative error of natural frequencies and of damping, of each
-configuration at each level, and the modulus g of each feature; a column of G is g on a quarter of one curve, since
-errors of a model are smooth in frequency. Mode shapes that are off change a sensor's responses at all levels alike: a
-column of H is a relative change of one sensor at all or on a quarter of its frequencies. The sizes s are those of the
-largest posterior density
+configuration at each level, and the modulus g of each feature. A column of G is g on a quarter of one curve, since
+model errors are smooth in frequency. Errors of mode shapes change a sensor's responses in the same way at all levels: a
+column of H is a relative change of one sensor at all frequencies or on a quarter of them. The sizes s maximise the
+posterior density
 
 .. math:: -2 \ln p = r^T C^{-1} r + \ln \det C + \sum_i 2 \ln (1 + (s_i / s_{0i})^2)
 
-with priors of Cauchy's form: small errors are the rule, and large ones are believed when they are seen.
+with Cauchy priors: small errors are usual, and large ones are accepted if the data show them.
 
 References
 ----------
@@ -47,14 +47,14 @@ class ModelErrorCovariance:
 
     @property
     def whitening(self) -> Whitening:
-        """Covariance with it."""
+        """Covariance with the model error."""
         return self.patterns.widen(self.without, self.size)
 
     def estimated(self, difference: Vector) -> "ModelErrorCovariance":
-        """The same with the size that a difference of measured and predicted features, shape (m,), makes probable."""
+        """The same with the size estimated from a difference of measured and predicted features, shape (m,)."""
         return replace(self, size=estimate_error_size(self.without, self.patterns, self.usual, difference))
 
     @property
     def prior(self) -> float:
-        """-2 ln of the prior density of its size, 0 without an error."""
+        """-2 ln of the prior density of the size; 0 without an error."""
         return compute_prior(self.size, self.usual)

@@ -1,4 +1,4 @@
-"""Nuisance: differences between repeats, and between a model and its refined mesh, which are no missing effects."""
+"""Nuisance: differences between repeats, and between a model and its refined mesh, which are not missing effects."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,37 +22,37 @@ from reduction.joint_law.friction_contact import friction_contacts
 Modes = Float[NDArray[np.float64], "m q"]
 
 NOTHING = ModelParameter()
-#: What a small change of a model changes is computed with so many instants per harmonic, at least so many instants, and
-#: up to this relative residual [-].
+#: Coarse solution for changes by small variations of a model: instants per harmonic, least number of instants, and
+#: relative residual [-].
 COARSE_PER_HARMONIC, COARSE_LEAST, COARSE_TOLERANCE = 8, 48, 1e-5
-#: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
+#: Largest static force that a friction history leaves in a contact, over the Coulomb limit [-].
 MAX_HISTORY_SHARE = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Budget:
-    """Errors of a model that are expected before anything is measured.
+    """Errors of a model that are expected before the measurements.
 
     Parameters
     ----------
     frequency
-        Standard deviation of the relative error of natural frequencies: of each mode by itself, and of either
-        configuration [-]. Mode shapes err with them, see `correlation.noise.free_mode`.
+        Standard deviation of the relative error of natural frequencies: separately of each mode, and of either
+        configuration [-]. Mode shapes have corresponding errors, see `correlation.noise.free_mode`.
     damping
-        ... of the relative error of the damping of each mode, beside a factor that is common to all [-].
+        ... of the relative error of the damping of each mode, in addition to a common factor [-].
     compliance
         ... of the relative error of each contact line's stiffness, normal and tangential [-].
     shares
-        ... of how each line's stiffnesses and preload are shared among its contacts, relative at its ends [-].
+        ... of the distribution of each line's stiffnesses and preload over its contacts, relative, at its ends [-].
     refined
-        Models with more elements, stations or harmonics: their difference is one standard deviation; where parameters
-        are calibrated, the difference after calibration.
+        Models with more elements, stations or harmonics: their difference is one standard deviation; if parameters are
+        calibrated, the difference after calibration.
     model
-        Usual relative error of readings by all else that is wrong with the model [-]. A larger one is believed if the
-        measurements show it, see `correlation.noise.model_error`; zero for a model that has none.
+        Usual relative error of readings by all other causes [-]. A larger one is accepted if the measurements show it,
+        see `correlation.noise.model_error`; zero for a model without model error.
     fitted
-        Numbers of the modes whose errors are fitted as parameters, the lowest mode first: they are no part of the
-        covariance, and neither is an error common to all natural frequencies.
+        Indices of the modes whose errors are fitted as parameters, in order of frequency. The covariance contains
+        neither these errors nor an error common to all natural frequencies.
     """
 
     frequency: float = 2e-4
@@ -65,7 +65,7 @@ class Budget:
 
 
 class ModelFeatures(NamedTuple):
-    """Features of a model at its prediction, and how they change with the model."""
+    """Features of a model at its prediction, and their changes with the model."""
 
     predictor: Predictor
     features: FeatureVector
@@ -73,10 +73,10 @@ class ModelFeatures(NamedTuple):
     prediction: Prediction
 
     def coarse(self) -> "ModelFeatures":
-        """The same on few instants, for changes: their error is in both models and goes with the difference.
+        """The same with few instants, for changes: the error is common to both models and cancels in the difference.
 
-        Changes by friction histories are 1 to 5 % off, root mean square, on ten random systems; 16 draws tell a
-        standard deviation to 18 %.
+        On ten random systems, changes by friction histories have root mean square errors of 1 to 5 %; 16 draws
+        determine a standard deviation to 18 %.
         """
         model = self.model
         instants = max(COARSE_PER_HARMONIC * (model.n_harmonic - 1), COARSE_LEAST)
@@ -88,7 +88,7 @@ class ModelFeatures(NamedTuple):
         return self._replace(predictor=predictor, model=coarse, prediction=replace(self.prediction, value=value))
 
     def changes(self, model: Model) -> Float[NDArray[np.float64], " m"]:
-        """Features of another model less those of this one, shape (m,); not a number where a state is missing."""
+        """Features of another model less those of this one, shape (m,); NaN where a state is missing."""
         value = self.predictor.vary(model, self.prediction)
         return np.asarray(self.features.of_values(value) - self.features.of_values(self.prediction.value))
 
@@ -101,8 +101,8 @@ class ModelFeatures(NamedTuple):
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
 
-#: Causes of jitter before the preloads, one mode each (frequency and force of each configuration), and those that are
-#: forces.
+#: Number of causes of jitter before the preloads, one mode each (frequency and force of each configuration), and
+#: indices of the forces among them.
 N_COMMON, FORCES = 4, (2, 3)
 
 
@@ -123,7 +123,7 @@ def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequenc
     )
     common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
     jitter = [*common, *(_preload_tangent(nominal.model, group) for group in groups)]
-    # Each state is linearised once for all of them.
+    # Each state is linearised once for all tangents.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
     changes = errors.size * slopes
     later = [*changes[:, errors.n_shared :].T, *(nominal.changes(finer) for finer in refined)]
@@ -135,7 +135,7 @@ def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequenc
 
 
 def _make_force_excesses(model: Model) -> list[Tangent]:
-    """A larger force in the jointed and in the free test; readings of a shaken base follow its measured motion."""
+    """A larger force in the jointed and in the free test; zero for a base excitation, whose motion is measured."""
     force = None if model.base_acceleration is not None else model.system.dynamic
     rate = ModelParameter(harmonic_force=force)
     return [
@@ -150,7 +150,7 @@ class ErrorTangents(NamedTuple):
     tangents: list[Tangent]
     size: Float[NDArray[np.float64], " n"]
     n_shared: int
-    """Number of the first ones, each of which is one error at all levels; the others are independent at each level."""
+    """Number of errors common to all levels, which come first; the others are independent at each level."""
 
 
 def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, highest: float) -> ErrorTangents:
@@ -163,7 +163,7 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     budget
         Standard deviations of its errors.
     highest
-        Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
+        Highest frequency of the readings, including harmonics [Hz]; modes far above it are negligible.
     """
     structure, damped = list[Tangent](), list[Tangent]()
     modes = FreeModes.below(model, highest) if budget.frequency or budget.damping else None
@@ -183,7 +183,7 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
 
 
 def _rows_of_readings(model: Model) -> list[Rows]:
-    """Rows of the motions that are read, of the forces of stuck lines that are, and of the force."""
+    """Rows of the measured motions, of the measured forces of stuck lines, and of the excitation."""
     motions = [item.row for item in model.sensors if isinstance(item, Sensor)]
     lines = [_stuck_force(model, item) for item in model.sensors if isinstance(item, LineSensor)]
     forces = [part for force in model.system.dynamic for part in (force.real, force.imag) if part.any()]
@@ -191,7 +191,7 @@ def _rows_of_readings(model: Model) -> list[Rows]:
 
 
 def _stuck_force(model: Model, sensor: LineSensor) -> Float[NDArray[np.float64], " r"]:
-    """Row of the force that a line's sensor reads while its contacts stick and are closed [N/m]."""
+    """Row of the force that the sensor of a line reads for stuck and closed contacts [N/m]."""
     contacts = [model.contact(name) for name in model.lines[sensor.line]]
     if sensor.component == "tangential":
         rows = [contact.tangential_stiffness * contact.directions[0] for contact in contacts]
@@ -209,12 +209,12 @@ def make_contact_errors(model: Model, budget: Budget) -> ErrorTangents:
 
 
 def find_highest_frequency(points: Points) -> float:
-    """Highest frequency of the readings, harmonics included [Hz]."""
+    """Highest frequency of the readings, including harmonics [Hz]."""
     return float((points.frequency * np.maximum(points.harmonic, 1)).max())
 
 
 def split_by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
-    """A change as one mode per level, since other contacts slip at each."""
+    """A change as one mode per level, since the slipping contacts differ."""
     level = features.points.level[features.row]
     return np.array([np.where(level == item, change, 0.0) for item in np.unique(level)]).T
 
@@ -228,14 +228,14 @@ def make_history_modes(
 ) -> Modes:
     """Modes of friction histories, at one standard deviation, shape (m, h).
 
-    A contact that sticks keeps any static force within Coulomb's cone. Each draw starts all sliders from a force of
-    -90 to 90 % of the limit at rest; a level has a history of its own in each repeat, so that the draws are modes of
-    each level separately. The difference between the mean of the draws and the prediction without a history is one more
-    mode. The draws fill the space evenly: a few random ones would leave directions without any change.
+    A sticking contact sustains any static force within the Coulomb cone. Each draw starts all sliders from a force of
+    -90 to 90 % of the limit at rest. Each level of each repeat has another history, so that the draws are modes of each
+    level separately. The difference between the mean of the draws and the prediction without a history is an additional
+    mode. The draws form a Latin hypercube: a few independent ones would leave directions without any change.
 
-    If preloads differ as well, a contact that slips under one history sticks under another: with `preload_covariance`
-    of the preload groups, shape (q, q), each draw has preloads of its own, and their first-order change is subtracted
-    again, since jitter contains it: `preload_modes`, shape (m, q), which are derived if they are not given.
+    With different preloads a contact may slip in one draw and stick in another: with `preload_covariance` of the
+    preload groups, shape (q, q), preloads are drawn as well. Their first-order change is subtracted, since jitter
+    contains it: `preload_modes`, shape (m, q), computed by default.
     """
     predictor, features, model, prediction = reference
     points = features.points
@@ -271,13 +271,13 @@ def make_history_modes(
 
 
 def draw_normal(covariance: Float[NDArray[np.float64], "q q"], count: int, seed: int) -> Modes:
-    """Random numbers of mean zero, shape (count, q)."""
+    """Normal random vectors with mean zero and a given covariance, shape (count, q)."""
     drawn = np.random.default_rng([seed, 1]).standard_normal((count, len(covariance)))
     return np.asarray(drawn @ symmetric_root(covariance))
 
 
 def count_contact_sliders(model: Model) -> int:
-    """Sliders of all friction contacts [-]."""
+    """Number of sliders of all friction contacts [-]."""
     return sum(contact.n_slider for contact in friction_contacts(model.system.joints))
 
 
@@ -291,9 +291,9 @@ def make_slider_start(
     model
         Model with friction contacts.
     history
-        A point of the unit cube with a direction for each of `count_contact_sliders`. 0 and 1 are `MAX_HISTORY_SHARE`
-        of the limit, to either side; of two tangents that share a limit, they are the radius and the angle in its
-        circle.
+        A point of the unit cube with one coordinate for each of `count_contact_sliders`. 0 and 1 are
+        `MAX_HISTORY_SHARE` of the limit, in either direction. For two tangents with a common limit, the coordinates
+        determine radius and angle in its circle.
     """
 
     def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
@@ -305,7 +305,7 @@ def make_slider_start(
             share = history[done : done + last - first]
             done += last - first
             if contact.coupled:
-                # The root spreads points evenly over the circle.
+                # The root gives a uniform density over the circle.
                 turn = 2 * np.pi * share[1]
                 force = np.sqrt(share[0]) * np.array([np.cos(turn), np.sin(turn)])
             else:
@@ -317,9 +317,9 @@ def make_slider_start(
 
 
 def make_frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
-    """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C.
+    """A relative shift of Omega at fixed forces, separately for each configuration: (1 + 2 e) M and (1 + e) C.
 
-    By the exciter, what it accelerates feels the true Omega as well; natural frequencies that are off leave Omega.
+    A shift by the exciter changes the frequency of readings as well; an error of natural frequencies does not.
     """
     shift = ModelParameter(matrices=MatrixParameter(mass=2 * model.system.mass, damping=model.system.damping))
     read = [{name: float(by_exciter)} for name in ("jointed", "free")]
@@ -330,7 +330,7 @@ def make_frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
 
 
 def _preload_tangent(model: Model, group: tuple[str, ...]) -> Tangent:
-    """Some of the preloads, by one factor."""
+    """A common factor on a group of preloads."""
     static = np.zeros(model.system.n_dof)
     rates: dict[tuple[str, str], float] = {}
     for name in group:
@@ -343,7 +343,7 @@ def _preload_tangent(model: Model, group: tuple[str, ...]) -> Tangent:
 def _share_patterns(model: Model) -> list[Tangent]:
     """Shares of all lines moved from the middle contacts to the ends, by 100 % of those at the ends.
 
-    Another rule of integration along the line has this effect. A tilt would be a misalignment, and so a missing effect.
+    Another integration rule along the line has this effect. A tilt is a misalignment, hence a missing effect.
     """
     result = []
     for field in ("preload", "tangential_stiffness", "normal_stiffness"):
@@ -361,9 +361,9 @@ def _share_patterns(model: Model) -> list[Tangent]:
 
 
 def compute_parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts.
+    """Parabola along a line that preserves its sum and first moment, 1 at its larger end; zero for one or two contacts.
 
-    Zero too where some weights are zero or pull while others press.
+    Also zero if weights are zero or have different signs.
     """
     if len(weights) < 3 or not ((weights > 0).all() or (weights < 0).all()):
         return np.zeros(len(weights))

@@ -1,6 +1,6 @@
-r"""Moduli of noisy numbers, which are too large in the mean (Rice's distribution).
+r"""Bias of the moduli of noisy complex numbers (Rice distribution).
 
-Where nothing moves, noise of the standard deviation :math:`\sigma` in each part makes a modulus of
+Without motion, noise with the standard deviation :math:`\sigma` in each part gives a mean modulus of
 :math:`\sigma \sqrt{\pi / 2}`. With :math:`\theta` the true modulus over :math:`\sigma`, the variance of a modulus is
 :math:`\xi(\theta)\, \sigma^2` and its mean square :math:`(\theta^2 + 2)\, \sigma^2`, so that
 
@@ -26,7 +26,7 @@ TABLE = np.linspace(0.0, 30.0, 3001)
 
 
 def remove_bias(mean: Vector, deviation: Vector) -> Vector:
-    """Moduli without the part that noise adds in the mean.
+    """Moduli without the bias by noise.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def remove_bias(mean: Vector, deviation: Vector) -> Vector:
 
     Returns
     -------
-    Shape (m,); zero where noise alone makes such a mean.
+    Moduli, shape (m,); zero where noise alone explains the mean.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (mean / deviation) ** 2
@@ -47,6 +47,6 @@ def remove_bias(mean: Vector, deviation: Vector) -> Vector:
 
 
 def _share(squared: Vector) -> Vector:
-    """Xi of theta^2: variance of a modulus over that of a part of the noise."""
+    """Xi of theta^2: variance of a modulus over that of one part of the noise."""
     half = (2 + squared) * i0e(squared / 4) + squared * i1e(squared / 4)
     return np.asarray(2 + squared - np.pi / 8 * half**2)

@@ -1,13 +1,12 @@
-r"""Covariance of the mean of repeats: jitter that moves all points at once, and noise of each point.
+r"""Covariance of the mean of repeats: jitter that changes all points at once, and noise of each point.
 
-Repeats differ by more than noise: the exciter's frequency, the preload and the temperature are a little different each
-time. Such a difference moves all points along a known mode. Without these modes, readings X of one sensor and harmonic
-have the variance
+Repeats differ by more than noise: frequency of the exciter, preload and temperature vary. Such a jitter changes all
+points along a known mode. Apart from these modes, readings X of one sensor and harmonic have the variance
 
 .. math:: v = a^2 |X|^2 + b^2 .
 
-A few repeats give an inaccurate variance, so that the variance of each point is shrunk towards this one, but only in
-part, because the scatter by friction differs from state to state.
+Few repeats give an inaccurate variance. The variance of each point is therefore shrunk towards this one, but only in
+part, since the scatter by friction differs between states.
 """
 
 from collections.abc import Sequence
@@ -30,26 +29,28 @@ from correlation.noise.variance import compute_margin, fit_two_shares
 
 Variance = Float[NDArray[np.float64], " m"]
 
-#: Weight of the pooled variance, in degrees of freedom, beside the variance of a point [-].
+#: Weight of the pooled variance relative to that of a point, in degrees of freedom [-].
 POOLED_FREEDOM = 6.0
-#: Share of the change by friction histories that is noise of each number: a few linear modes do not span it where slip
-#: begins. For specimens without any effect, errors of effects of contacts then agree with their intervals.
+#: Share of the change by friction histories that counts as independent noise, since a few linear modes do not span the
+#: changes at the onset of slip. For specimens without any effect, estimated contact effects then agree with their
+#: intervals [-].
 HISTORY_NOISE_SHARE = 0.2
-#: Weight of the common scatter beside that of a state, as a multiple of `POOLED_FREEDOM` [-].
+#: Weight of the common scatter relative to that of a state, as a multiple of `POOLED_FREEDOM` [-].
 COMMON_SCATTER = 4.0
-#: Largest ratio of the variance of a number to the pooled one in the scatter of its state: beyond, its pooling failed.
+#: Upper limit of the ratio of a variance to the pooled one in the scatter of a state; a larger ratio means that the
+#: pooling failed [-].
 MOST_EXCESS_SCATTER = 10.0
-#: Probability of a chi-square above the largest ratio of the variance of a number to the fitted one in the fit of a and
-#: b: at an antiresonance, or at the onset of slip, readings scatter by a hundred times as much. With four degrees of
-#: freedom the ratio is 4.
+#: Tail probability of chi-square that limits the ratio of a variance to the fitted one in the fit of a and b: at an
+#: antiresonance, or at the onset of slip, the variance may be a hundred times as large. With four degrees of freedom
+#: the limit is 4.
 TAIL = 0.003
-#: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
-#: jointed and of the free test, and preloads [-]. The force is what was measured.
+#: Usual standard deviations of jitter without repeats: frequencies and forces of the jointed and of the free test, and
+#: preloads [-]. The force is taken as measured.
 USUAL_JITTER = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
-#: A force that was measured is what it is, unless repeats differ along it by more than noise does in this share of
-#: campaigns [-].
+#: Significance level of the jitter of the force: it is zero unless repeats differ along it by more than noise does in
+#: this share of campaigns [-].
 FORCE_CHANCE = 0.01
-#: Prior standard deviation of what differs between repeats, preloads above all [-].
+#: Prior standard deviation of jitter, chosen for preloads [-].
 JITTER_PRIOR = 0.2
 #: Rounds of the weighted fit of a and b, and the least variance over the mean square of the readings [-].
 ROUNDS, LEAST_VARIANCE = 6, 1e-12
@@ -62,7 +63,7 @@ def estimate_scatter(
     history: Float[NDArray[np.float64], "m h"],
     budget: Float[NDArray[np.float64], "m b"],
 ) -> "Scatter":
-    """Covariance of the mean of the repeats taken, estimated from all repeats.
+    """Covariance of the mean of the selected repeats, estimated from all repeats.
 
     Parameters
     ----------
@@ -71,22 +72,22 @@ def estimate_scatter(
     features
         Features of the same points.
     jitter
-        Modes along which repeats differ, in any unit; their sizes are estimated here. Modes of one cause, such as the
-        preloads of all lines, are one block, within which they may be correlated; causes are independent.
+        Modes of jitter, in any unit; their sizes are estimated. Modes of one cause, such as the preloads of all lines,
+        form one block, within which they may be correlated; causes are independent.
     history
         Modes of friction histories, at one standard deviation of a single repeat.
     budget
-        Modes of errors that repeats do not show (discretisation, calibration of sensors), at one standard deviation.
+        Modes of errors common to all repeats (discretisation, calibration of sensors), at one standard deviation.
 
     Returns
     -------
     Scatter
-        The covariance, and that of the amplitudes of each cause in one repeat.
+        The covariance, and the covariance of the amplitudes of each cause of jitter in one repeat.
 
     Raises
     ------
     CampaignError
-        Fewer than two repeats, and no noise that is stated or can be seen in the curves.
+        Fewer than two repeats, and the noise is neither stated nor can be estimated from the curves.
     """
     n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
     if np.mean(n > 1) < LEAST_REPEATED:
@@ -118,11 +119,11 @@ class Scatter(NamedTuple):
     """Covariance from repeats."""
 
     whitening: Whitening
-    """Its first modes are those of the jitter, in the order of its causes."""
+    """The first modes are those of the jitter, in the order of its causes."""
     jitter: list[Float[NDArray[np.float64], "q q"]]
-    """Covariance of what differs in a single repeat, for each cause, with the margin of `CAUTION`."""
+    """Covariance of the jitter of a single repeat, for each cause, with the margin for `CAUTION`."""
     noise: Variance
-    """Standard deviation of each number in a single repeat by the noise that all readings of a sensor share."""
+    """Standard deviation of each feature in a single repeat by the pooled noise of its sensor."""
 
 
 def _single_repeat_covariance(
@@ -132,7 +133,7 @@ def _single_repeat_covariance(
     history: Float[NDArray[np.float64], "m h"],
     budget: Float[NDArray[np.float64], "m b"],
 ) -> Scatter:
-    """Covariance of a single repeat of known noise: its frequency and preload are off by an unknown usual amount."""
+    """Covariance of a single repeat with known noise; its frequency and preload have usual jitter."""
     noise = features.per_reading(observed.mean) * observed.noise[features.row]
     _require_noise(observed, features, noise)
     deviation = np.sqrt(noise**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1))
@@ -145,12 +146,12 @@ def _single_repeat_covariance(
 
 
 def _require_noise(observed: Observation, features: FeatureVector, noise: Variance) -> None:
-    """Refuse numbers whose noise nothing tells.
+    """Reject features of unknown noise.
 
     Raises
     ------
     CampaignError
-        With the sensor of the first of them.
+        The noise of a feature is unknown; the message names its sensor.
     """
     unknown = np.flatnonzero(~(noise > 0))
     if len(unknown):
@@ -171,7 +172,7 @@ def _bias(features: FeatureVector, value: Variance, of_one_reading: Variance) ->
 
 
 def _noise_of_reading(observed: Observation, features: FeatureVector, noise: Variance) -> Variance:
-    """Noise of one reading by that of a repeat, which is the mean of several, shape (m,)."""
+    """Noise of one reading from that of a repeat, which is the mean of several readings, shape (m,)."""
     return np.asarray(noise * np.sqrt(observed.n_reading)[features.row])
 
 
@@ -181,7 +182,7 @@ def _estimate_jitter(
     weights: Whitening,
     freedom: Float[NDArray[np.float64], " m"],
 ) -> tuple[Float[NDArray[np.float64], "q R"], list[Float[NDArray[np.float64], "q q"]]]:
-    """Amplitudes of all modes of jitter in each repeat, and the covariance of those of each cause in one repeat."""
+    """Amplitudes of all modes of jitter in each repeat, and covariance of the amplitudes of each cause."""
     starts = np.cumsum([block.shape[1] for block in jitter])[:-1]
     amplitude, chance = _amplitudes(apart, np.column_stack(jitter), weights)
     repeats = [_find_repeats(block, apart) for block in jitter]
@@ -194,7 +195,7 @@ def _estimate_jitter(
         n_repeat = int(repeats[number].sum())
         if (by_chance[number][:, repeats[number]] ** 2).sum() < chdtri(max(n_repeat - 1, 1), FORCE_CHANCE):
             covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0
-    # What a test without repeats cannot show is as large as usual.
+    # In a test without repeats the jitter has its usual size.
     for number, (usual, block) in enumerate(zip(USUAL_JITTER, jitter, strict=False)):
         if block.any() and not freedom[block.any(axis=1)].any():
             covariances[number] = usual**2 * np.eye(block.shape[1])
@@ -202,9 +203,9 @@ def _estimate_jitter(
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
-    """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
+    """Covariance of the amplitudes of one cause about zero mean, shrunk towards independence.
 
-    A few repeats would otherwise prove by chance that some combination never changes.
+    Otherwise a few repeats would give a variance of zero for some combination by chance.
     """
     q, n = amplitude.shape
     covariance = amplitude @ amplitude.T / max(n - 1, 1)
@@ -215,12 +216,12 @@ def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[n
 def _find_repeats(
     block: Float[NDArray[np.float64], "m q"], apart: Float[NDArray[np.float64], "m R"]
 ) -> Bool[NDArray[np.bool_], " R"]:
-    """Repeats of the test that a cause acts on."""
+    """Repeats of the tests affected by a cause."""
     return np.asarray(np.isfinite(apart[block.any(axis=1)]).any(axis=0))
 
 
 def _principal_modes(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
-    """Independent modes of a covariance, as columns; no random numbers are drawn by them, as by `symmetric_root`."""
+    """Independent modes of a covariance, as columns; for random draws use `symmetric_root`."""
     sizes, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(sizes, 0.0)))
 
@@ -230,7 +231,7 @@ def _variance(apart: Float[NDArray[np.float64], "m R"], freedom: Float[NDArray[n
 
 
 def _groups(features: FeatureVector) -> NDArray[np.int64]:
-    """Numbers of one sensor, harmonic and configuration share a noise model."""
+    """Group of each feature: features of one sensor, harmonic and configuration have a common noise model."""
     points, row = features.points, features.row
     _, sensor = np.unique(points.sensor, return_inverse=True)
     key = np.column_stack([sensor[row], points.harmonic[row], points.free[row]])
@@ -240,7 +241,7 @@ def _groups(features: FeatureVector) -> NDArray[np.int64]:
 def _excess_scatter(
     ratio: Float[NDArray[np.float64], " m"], freedom: Float[NDArray[np.float64], " m"], state: NDArray[np.int64]
 ) -> Float[NDArray[np.float64], " m"]:
-    """Scatter of the numbers of each state relative to others: where slip sets in, all of them scatter more."""
+    """Relative scatter of the features of each state: at the onset of slip all of them scatter more."""
     seen = freedom > 0
     total = np.bincount(
         state[seen], (freedom * np.minimum(ratio, MOST_EXCESS_SCATTER))[seen], minlength=state.max() + 1
@@ -253,7 +254,7 @@ def _excess_scatter(
 def _pool_variance(
     observed: Observation, features: FeatureVector, own: Variance, freedom: Float[NDArray[np.float64], " m"]
 ) -> Variance:
-    """Variance of each number by that of all numbers of its sensor, harmonic and configuration, or as it is stated."""
+    """Variance of each feature, pooled over its sensor, harmonic and configuration, or as stated."""
     reading, group = observed.mean, _groups(features)
     size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
     pooled = np.full_like(own, np.nan)
@@ -273,12 +274,12 @@ def _pool_variance(
 def _fit_median_law(
     variance: Variance, size: Variance, freedom: Float[NDArray[np.float64], " m"], mean_square: float
 ) -> Float[NDArray[np.float64], " 2"]:
-    """a^2, and b^2 over the mean square of the readings, so that half of the variances are above the law.
+    """a^2, and b^2 over the mean square of the readings, such that half of the variances are above the law.
 
-    `correlation.noise.variance.fit_variance_law` keeps the mean of all but a few variances, as of one curve. Where slip
-    sets in, many of them are a hundred times as large: the median does not follow.
+    `correlation.noise.variance.fit_variance_law` preserves the mean of all but a few variances, as needed for one
+    curve. At the onset of slip many variances are a hundred times as large, which does not affect the median.
     """
-    # Variances of two repeats are far more skewed than those of five.
+    # The distribution of variances of two repeats is far more skewed than that of five.
     largest, median = (np.asarray(chdtri(freedom, chance) / freedom) for chance in (TAIL, 0.5))
     squared, least = size**2, LEAST_VARIANCE * mean_square
     table = np.column_stack([squared, np.full(len(size), mean_square)])
@@ -294,12 +295,10 @@ def _fit_median_law(
 def _amplitudes(
     apart: Float[NDArray[np.float64], "m R"], modes: Float[NDArray[np.float64], "m q"], weights: Whitening
 ) -> tuple[Float[NDArray[np.float64], "q R"], Float[NDArray[np.float64], "q R"]]:
-    """Generalised least squares of each repeat's difference along the modes, and its standard deviations by noise.
+    """Amplitudes of the modes in each repeat by generalised least squares, and their standard deviations by noise.
 
-    Friction histories are no jitter.
-
-    A mode that changes next to nothing, such as the preload of a contact that sticks, has no jitter that could be seen:
-    its prior keeps it from being anything.
+    `weights` contains friction histories, which are not jitter. The amplitude of a mode with a negligible effect, such
+    as the preload of a sticking contact, is not identifiable and is limited by its prior.
     """
     amplitudes, prior = np.zeros((2, modes.shape[1], apart.shape[1])), np.eye(modes.shape[1]) / JITTER_PRIOR
     for number, column in enumerate(apart.T):

@@ -1,8 +1,7 @@
 """Symmetric root of a covariance.
 
-Any other root, such as that of Cholesky or scaled eigenvectors, turns random numbers that are drawn by it: the signs of
-eigenvectors, and their order where eigenvalues are alike, are those of round-off, and another machine would draw other
-numbers.
+It makes random draws reproducible. With scaled eigenvectors they would depend on round-off, and hence on the machine:
+the signs of eigenvectors, and their order for nearly equal eigenvalues, are arbitrary.
 """
 
 import numpy as np
@@ -11,6 +10,6 @@ from numpy.typing import NDArray
 
 
 def symmetric_root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
-    """Root R = R^T with R R = C, shape (q, q); eigenvalues that round-off makes negative count as zero."""
+    """Root R = R^T with R R = C, shape (q, q); eigenvalues made negative by round-off count as zero."""
     size, directions = np.linalg.eigh(covariance)
     return np.asarray((directions * np.sqrt(np.maximum(size, 0.0))) @ directions.T)

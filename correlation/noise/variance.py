@@ -1,14 +1,14 @@
 r"""Noise from few repeats: a variance that follows the amplitude, pooled over points, and shrunk towards each point.
 
 The scatter of a point with d degrees of freedom is :math:`s^2 \sim v\,\chi^2_d / d`. Over the points of one sensor
-:math:`v = a^2 |X|^2 + b^2` is fitted by maximum likelihood, with the ratios :math:`s^2 / v` cut at a high quantile so
-that a few points of unusual friction history do not decide. What is left over of the spread of :math:`\log s^2` is the
-points' own: their variances scatter about the fit like a scaled inverse :math:`\chi^2` with :math:`d_0` degrees of
-freedom, and the variance expected at a point is
+:math:`v = a^2 |X|^2 + b^2` is fitted by maximum likelihood, with the ratios :math:`s^2 / v` clipped at a high quantile,
+so that a few points of unusual friction history do not dominate. The remaining spread of :math:`\log s^2` is due to
+true differences between points: their variances scatter about the fit as a scaled inverse :math:`\chi^2` with
+:math:`d_0` degrees of freedom, and the expected variance of a point is
 
 .. math:: \frac{d_0 v_0 + d s^2}{d_0 + d - 2} .
 
-A point that scatters far more than even this allows keeps its own scatter.
+For a point with an even larger scatter, :math:`d_0` is set to its least value.
 
 References
 ----------
@@ -23,23 +23,23 @@ from scipy.special import chdtri, digamma, fdtrc, gammainc, polygamma
 
 Column = Float[NDArray[np.float64], " k"]
 
-#: Probability that a variance is no larger than what is made of it: few repeats may happen to be all alike, and their
-#: mean is then no more accurate than that of others.
+#: Probability that a true variance does not exceed its estimate with the margin: a few repeats may agree by chance,
+#: without a more accurate mean [-].
 CAUTION = 0.8
-#: Ratios of scatter to variance above this quantile are cut [-].
+#: Upper tail probability at which ratios of scatter to variance are clipped [-].
 CUT = 0.05
-#: Share of tables in which chance may take a point for one whose scatter the fit does not describe [-].
+#: Share of tables in which, by chance, a point is taken for one whose scatter the fit does not describe [-].
 OWN = 0.01
-#: Iterations of the fit, which converges by a factor of about three each [-].
+#: Largest number of iterations of the fit; each reduces the error by a factor of about three [-].
 ITERATIONS = 40
-#: Least and largest degrees of freedom of the fit: variances are finite above 2, and 1e4 is as good as certain.
+#: Least and largest degrees of freedom of the fit: variances are finite above 2, and 1e4 is practically certain.
 LEAST_DEGREES, MOST_DEGREES = 3.0, 1e4
-#: No channel is more exact than this share of its largest amplitude (double precision written with few digits) [-].
+#: Least noise of a channel over its largest amplitude (double precision written with few digits) [-].
 EXACT = 1e-9
 
 
 def compute_margin(freedom: int) -> float:
-    """Factor on a variance that so many degrees of freedom tell, for `CAUTION` [-]."""
+    """Factor on a variance that was estimated with some degrees of freedom, for `CAUTION` [-]."""
     freedom = max(freedom, 1)
     return float(freedom / chdtri(freedom, CAUTION))
 
@@ -54,11 +54,11 @@ def pool_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     scatter
         s^2, squared residuals over their degrees of freedom, shape (k,) [its unit squared].
     dof
-        Degrees of freedom that s^2 scatters with, 0 where a point was measured once, shape (k,); not all zero.
+        Degrees of freedom of s^2, 0 for a point measured once, shape (k,); not all zero.
 
     Returns
     -------
-    Positive, shape (k,) [its unit squared].
+    Variance, positive, shape (k,) [its unit squared].
     """
     floor = (EXACT * max(float(amplitude.max()), np.finfo(np.float64).tiny ** 0.25)) ** 2
     seen = dof > 0
@@ -68,7 +68,7 @@ def pool_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     trend = np.maximum(a2 * squared + b2, floor)
     degrees, scale = _prior(np.log(own[seen] / trend[seen]), dof[seen])
     prior = trend * scale
-    # What chance would do in one table of a hundred is a point of its own: the fit has little to say there.
+    # A scatter that occurs by chance in less than one of a hundred tables is not described by the fit.
     chance = fdtrc(np.maximum(dof, 1.0), degrees, own / prior)
     prior_degrees = np.where((dof > 0) & (chance * len(dof) < OWN), LEAST_DEGREES, degrees)
     variance: Column = (prior_degrees * prior + dof * own) / (prior_degrees + dof - 2.0)
@@ -79,7 +79,7 @@ def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[flo
     r"""a^2 and b^2 of :math:`v = a^2 |X|^2 + b^2`.
 
     Fisher scoring of the likelihood of scaled :math:`\chi^2`, whose equations
-    :math:`\sum d\,(s^2 - v)\,\partial v / v^2 = 0` see the scatter cut at a quantile and scaled to keep its mean.
+    :math:`\sum d\,(s^2 - v)\,\partial v / v^2 = 0` use the scatter clipped at a quantile and scaled to keep its mean.
 
     Parameters
     ----------
@@ -88,10 +88,10 @@ def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[flo
     scatter
         s^2, positive, shape (k,).
     dof
-        Positive, shape (k,).
+        Degrees of freedom, positive, shape (k,).
     """
     limit = chdtri(dof, CUT) / dof
-    # Mean of a cut chi^2_d / d: P(d/2 + 1, d c / 2) + c CUT.
+    # Mean of a clipped chi^2_d / d: P(d/2 + 1, d c / 2) + c CUT.
     kept = gammainc(dof / 2 + 1, dof * limit / 2) + limit * CUT
     top = float(squared.max())
     columns = np.stack([squared / top if top > 0 else np.zeros_like(squared), np.ones_like(squared)])
@@ -100,7 +100,7 @@ def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[flo
     for _ in range(ITERATIONS):
         cut = np.minimum(scatter, limit * variance) / kept
         share = fit_two_shares(columns, cut, dof / variance**2)
-        # Never below a millionth of the largest: such a point would have all the weight.
+        # At least a millionth of the largest; a smaller variance would have all the weight.
         before, variance = variance, share @ columns
         variance = np.maximum(variance, 1e-6 * variance.max())
         if (np.abs(before - variance) <= 1e-4 * variance).all():
@@ -109,7 +109,7 @@ def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[flo
 
 
 def estimate_design_effect(effect: Column, squares: Column, dof: Column) -> float:
-    """Design effect: number of values of one repeat that count as one, 1 if the errors of its sweeps are independent.
+    """Design effect: number of values of one repeat that count as one; 1 if the errors of its sweeps are independent.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def estimate_design_effect(effect: Column, squares: Column, dof: Column) -> floa
 
     Returns
     -------
-    Mean of their ratio over the points, which no single outlying point can move far; at least 1.
+    Mean of the ratio over the points, which is insensitive to single outliers; at least 1.
     """
     seen = (dof > 0) & (squares > 0)
     if not seen.any():
@@ -132,14 +132,14 @@ def estimate_design_effect(effect: Column, squares: Column, dof: Column) -> floa
 
 
 def fit_two_shares(columns: Float[NDArray[np.float64], "2 k"], target: Column, weight: Column) -> Column:
-    """Weighted least squares of two columns with shares that are not negative, shape (2,).
+    """Non-negative shares of two columns by weighted least squares, shape (2,).
 
     Parameters
     ----------
     columns
-        Shape (2, k).
+        Columns, shape (2, k).
     target, weight
-        What they are to sum up to, and weights, shape (k,).
+        Target of the sum of the columns, and weights, shape (k,).
     """
     normal = (columns * weight) @ columns.T
     right = (columns * weight) @ target
@@ -155,13 +155,13 @@ def fit_two_shares(columns: Float[NDArray[np.float64], "2 k"], target: Column, w
         if (both >= 0).all():
             return both
     alone = np.where(np.diag(normal) > 0, right / np.maximum(np.diag(normal), np.finfo(np.float64).tiny), 0.0)
-    gain = alone * right  # what each column alone takes off the sum of squares
+    gain = alone * right  # reduction of the sum of squares by each column alone
     best = int(np.argmax(gain))
     return np.where(np.arange(2) == best, alone, 0.0)
 
 
 def _prior(log_ratio: Column, dof: Column) -> tuple[float, float]:
-    r"""Degrees of freedom d_0 of the fit, and the factor that its :math:`v` is off by (Smyth 2004, 6.2)."""
+    r"""Degrees of freedom d_0 of the fit, and the correction factor of its :math:`v` (Smyth 2004, 6.2)."""
     centred = log_ratio - digamma(dof / 2) + np.log(dof / 2)
     mean = float(centred.mean())
     if len(centred) < 3:
