@@ -1,4 +1,4 @@
-"""A predicted band over frequency: limits at some frequencies, what they are between them, and how sure they are."""
+"""A predicted band over frequency: limits at some frequencies, their interpolation, and their uncertainty."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,12 +14,12 @@ from geometry.read_only_array import freeze_fields
 Values = Float[NDArray[np.float64], " n"]
 Both = Float[NDArray[np.float64], "2 f"]
 
-#: Share of the difference between a smooth curve and straight lines through the limits that counts as one standard
-#: deviation of what is between them.
+#: Standard deviation of the interpolation between limits, as a share of the difference between a smooth curve and
+#: straight lines [-].
 BETWEEN = 0.25
-#: Standard deviations of the frequency at which a band is looked at to see what such an error does.
+#: Frequency shift for the effect of a frequency error on a band [standard deviations].
 LOOK = 2.0
-#: Frequencies of one point as files round them.
+#: Relative difference of equal frequencies due to rounding in files [-].
 SAME_FREQUENCY = 1e-5
 
 
@@ -31,12 +31,12 @@ class BandAt(NamedTuple):
 
 
 class LimitChange(NamedTuple):
-    """Limits where a force or a preload is another one."""
+    """Limits at other values of a force or a preload."""
 
     log_ratio: Values
-    """Natural logarithms of the ratios to it, on either side of 0 and rising, shape (k,) [-]."""
+    """Natural logarithms of the ratios to the nominal value, on either side of 0, ascending, shape (k,) [-]."""
     value: Float[NDArray[np.float64], "k 2 f"]
-    """Limits at these, shape (k, 2, f); NaN where no state was found."""
+    """Limits at these ratios, shape (k, 2, f); NaN where no state was found."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +46,7 @@ class PredictedBand:
     Parameters
     ----------
     frequency
-        Rising, shape (f,) [Hz].
+        Frequencies, ascending, shape (f,) [Hz].
     value
         Limits, shape (2, f) [SI unit of the sensor]; NaN where none was found.
     deviation
@@ -54,11 +54,11 @@ class PredictedBand:
     jump
         Whether a limit lies on another branch of optima than a neighbour, shape (2, f).
     shift
-        Standard deviation of their frequency by it, one for all of them and relative, which is no part of that [-].
+        Standard deviation of a common relative frequency error by the numerical error, not included in `deviation` [-].
     by_force
-        Limits at other forces, amplitudes over the factor of the force; None where they are not known.
+        Limits at other forces, amplitudes over the factor of the force; None if unknown.
     by_preload
-        Limits at other preloads, for each of the model's groups of preloads, or none.
+        Limits at other preloads, for each of the model's groups of preloads; empty if unknown.
     """
 
     frequency: Float[NDArray[np.float64], " f"]
@@ -74,19 +74,19 @@ class PredictedBand:
         freeze_fields(self, "jump", kind=np.bool_)
 
     def at(self, frequency: Values, shift: float = 0.0, offset: Values | float = 0.0) -> BandAt:
-        """Limits at other frequencies, on a smooth curve through those of the band; next to a jump the outer of both.
+        """Limits at other frequencies, interpolated by a smooth curve; next to a jump the outer of both neighbours.
 
-        The standard deviation has the numerical error, what an error of the frequency does, and what the curve between
-        two frequencies may miss.
+        The standard deviation contains the numerical error, the effect of a frequency error, and the interpolation
+        error.
 
         Parameters
         ----------
         frequency
-            Shape (n,) [Hz]; beyond the ends of the band limits are NaN.
+            Frequencies, shape (n,) [Hz]; beyond the ends of the band limits are NaN.
         shift
-            Standard deviation of the frequency, relative [-].
+            Relative standard deviation of the frequency [-].
         offset
-            Known error of the frequencies, one for all or shape (n,), relative [-]: limits are those at f (1 + offset).
+            Known relative error of the frequencies, one for all or shape (n,) [-]; limits are taken at f (1 + offset).
         """
         inside = is_covered(self.frequency, frequency)
         frequency = frequency * (1 + offset)
@@ -103,7 +103,7 @@ class PredictedBand:
 
     @cached_property
     def _curves(self) -> tuple["_Curve", "_Curve"]:
-        """Both limits through their known points: bands are asked hundreds of times for the offsets of set-ups."""
+        """Interpolants of both limits, cached: the estimate of the offsets of set-ups evaluates them often."""
         return _Curve.from_points(self.frequency, self.value[0], self.jump[0]), _Curve.from_points(
             self.frequency, self.value[1], self.jump[1]
         )
@@ -111,14 +111,14 @@ class PredictedBand:
     def _limits(self, frequency: Values) -> tuple[Both, Both]:
         """Both limits and the interpolation error.
 
-        A smooth curve overshoots beside a kink, as where a contact begins to stick throughout and the band opens. Where
-        smooth limits cross by more than they may miss one of them does, and both are straight.
+        A smooth curve overshoots near a kink, for example where a contact begins to stick throughout and the band
+        opens. Where smooth limits cross by more than their interpolation error, linear interpolation is used for both.
         """
         smooth, straight, between = np.moveaxis(np.array([self._limit(side, frequency) for side in (0, 1)]), 1, 0)
         return np.where(smooth[0] - smooth[1] > between.sum(axis=0), straight, smooth), between
 
     def _limit(self, side: int, frequency: Values) -> tuple[Values, Values, Values]:
-        """One limit, smooth and straight, on its tangent beyond the ends, and what the interpolation may miss."""
+        """One limit by smooth and by linear interpolation, on its tangent beyond the ends, and interpolation error."""
         known, f, y, jump, curve, ends = self._curves[side]
         if len(f) < 2:
             alone = np.full(len(frequency), y[0] if len(y) else np.nan)
@@ -133,10 +133,10 @@ class PredictedBand:
         jumps = (jump[number] | jump[number + 1]) & ~at_node
         outer = np.maximum(y[number], y[number + 1]) if side else np.minimum(y[number], y[number + 1])
         beyond = np.where(frequency > inner, ends[1], ends[0]) * (frequency - inner)
-        # Where a limit is missing beside the interval nothing is known within.
+        # An interval that contains a missing limit has no value.
         left, right = (np.searchsorted(self.frequency, f[number + step]) for step in (0, 1))
         gap = (right - left > 1) & ~at_node
-        # The same half-way from the outermost limit to the ends of the band, where limits are missing there.
+        # Neither have frequencies beyond the outermost known limit that are nearer to a missing one.
         nearest = np.abs(self.frequency[:, None] - frequency).argmin(axis=0)
         gap |= ((frequency < f[0]) | (frequency > f[-1])) & ~known[nearest]
         curved, line = (np.where(gap, np.nan, np.where(jumps, outer, item) + beyond) for item in (smooth, straight))
@@ -144,7 +144,7 @@ class PredictedBand:
 
 
 def is_covered(known: Values, frequency: Values) -> Bool[NDArray[np.bool_], " n"]:
-    """Whether frequencies lie between the ends of those of a band, which rise, shape (n,)."""
+    """Whether frequencies lie within the range of those of a band, which are ascending, shape (n,)."""
     return np.asarray((frequency >= (1 - SAME_FREQUENCY) * known[0]) & (frequency <= (1 + SAME_FREQUENCY) * known[-1]))
 
 
@@ -155,15 +155,15 @@ class _Curve(NamedTuple):
     frequency: Values
     value: Values
     jump: Bool[NDArray[np.bool_], " n"]
-    """Of the known points."""
+    """Jump flags of the known points."""
     smooth: Akima1DInterpolator | None
-    """None where two points or fewer are known."""
+    """None with two or fewer known points."""
     ends: Values
-    """Slopes at both ends, shape (2,); NaN with one point or none."""
+    """Slopes at both ends, shape (2,); NaN with one or no known point."""
 
     @classmethod
     def from_points(cls, frequency: Values, value: Values, jump: Bool[NDArray[np.bool_], " f"]) -> "_Curve":
-        """The curve through the points that are known."""
+        """The curve through the known points."""
         known = np.isfinite(value)
         f, y = frequency[known], value[known]
         smooth = Akima1DInterpolator(f, y) if len(f) > 2 else None

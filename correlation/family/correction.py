@@ -1,20 +1,20 @@
-r"""Readings as they would be at the force of their level and at the preloads of the model.
+r"""Correction of readings to the force of their level and to the preloads of the model.
 
-A controller misses the set point by a per cent or two, so that each point has its own force; and each set-up is pressed
-a little more or less. With friction an amplitude grows with any power of the force: the first one while contacts stick,
-a tenth of it where they slip, and many times that on the flank of a resonance that falls with the amplitude. The
-limits L tell it. Readings x between those under the true force and preload become as far between those of the level,
-and readings outside keep their distance:
+A controller misses the set point by one or two per cent, so that each point has its own force, and the preloads vary
+between set-ups. With friction, amplitudes follow the force with different powers: 1 while contacts stick, a tenth in
+slip, and several on the flank of a softening resonance. The power follows from the limits L. A reading x inside the
+limits for the true force and preload keeps its relative position between the limits of the level; a reading outside
+keeps its distance:
 
 .. math:: x' = L_l + t\,(L_u - L_l) + d, \qquad
           t = \frac{c - L'_l}{L'_u - L'_l}, \quad c = \min(\max(x, L'_l), L'_u), \quad d = x - c .
 
-Limits L' are L and the changes by the force and by each preload.
+The limits L' are L plus the changes by the force and by each preload.
 
 References
 ----------
 F. N. Fritsch and J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM Journal on
-Scientific and Statistical Computing 5 (1984), for how limits follow a force or a preload.
+Scientific and Statistical Computing 5 (1984), for the interpolation of limits over force or preload.
 """
 
 from collections.abc import Mapping
@@ -38,10 +38,10 @@ SetUp = tuple[str, int]
 class _LimitInterpolant:
     """Changes of both limits at p readings with a force or a preload.
 
-    Between the ratios at which limits are known they follow a curve that goes beyond neither end of an interval
-    (Fritsch and Butland's, SciPy's PCHIP); what it differs by from a straight line counts as it does between two
-    frequencies. Beyond these ratios, and where a state is missing, nothing is known: limits stay as they are at the
-    last known one, and are uncertain by as much as the ratio differs from it.
+    Between the ratios with known limits they follow a monotone interpolant (Fritsch and Butland, PCHIP in SciPy); its
+    difference from a straight line gives the interpolation error, as between two frequencies. Beyond these ratios, and
+    where a state is missing, limits keep their last known value, with an uncertainty equal to the further change of the
+    ratio.
     """
 
     def __init__(self, log_ratio: Values, change: Float[NDArray[np.float64], "k 2 p"], level: Both) -> None:
@@ -56,17 +56,17 @@ class _LimitInterpolant:
         nearest = np.clip(np.arange(len(table))[:, None, None], first, last)
         self._change = np.take_along_axis(table, nearest, axis=0)
         self._slope, self._rate = np.zeros(table.shape), np.zeros(table.shape)
-        # What is missing has no part in the slopes of what is known.
+        # Missing limits must not affect the slopes of known ones.
         for low, high in np.unique(np.stack([first.ravel(), last.ravel()]), axis=1).T.tolist():
             own, here = slice(low, high + 1), (first == low) & (last == high)
             if high > low:
                 x, y = self._ratio[own], self._change[own][:, here]
                 self._slope[own, here] = PchipInterpolator(x, y).derivative()(x)
-                # A curve is level at a kink such as the onset of slip, where limits follow an error to one side.
+                # PCHIP has zero slope at a kink such as the onset of slip, where limits follow an error to one side.
                 self._rate[own, here] = np.gradient(y, x, axis=0)
 
     def at(self, log_ratio: Values) -> tuple[Both, Both, Both]:
-        """Change of the limits at each reading, its standard deviation, and its rate with the ratio's logarithm."""
+        """Change of the limits at each reading, its standard deviation, and its derivative by the log ratio."""
         inside = np.clip(log_ratio, self._first, self._last)
         left = np.clip(np.searchsorted(self._ratio, inside, side="right") - 1, 0, len(self._ratio) - 2)
         (y0, y1), (s0, s1), (r0, r1) = (
@@ -75,7 +75,7 @@ class _LimitInterpolant:
         )
         width = self._ratio[left + 1] - self._ratio[left]
         t = (inside - self._ratio[left]) / width
-        # Hermite's cubic, as what it adds to the straight line.
+        # Hermite cubic, less the straight line.
         secant = (y1 - y0) / width
         bend = width * t * (1 - t) * ((s0 - secant) * (1 - t) - (s1 - secant) * t)
         deviation = np.hypot(BETWEEN * bend, np.abs(log_ratio - inside) * np.abs(self._level))
@@ -83,12 +83,12 @@ class _LimitInterpolant:
 
 
 class FamilyCorrection:
-    """Corrects a family for one force of each reading and for any preloads; the limits at its readings are read once.
+    """Corrects a family for the force of each reading and for preloads; the limits at its readings are computed once.
 
     Parameters
     ----------
     family, band
-        Of the same sensor, harmonic and level.
+        Family and band of the same sensor, harmonic and level.
     """
 
     def __init__(self, family: Family, band: PredictedBand) -> None:
@@ -111,16 +111,15 @@ class FamilyCorrection:
         return _LimitInterpolant(by.log_ratio, np.array(others) - self._level, self._level)
 
     def corrected(self, preloads: Mapping[SetUp, Values] | None = None, force_noise: float = 0.0) -> Family:
-        """The family at the force of its level and the preloads of the model, as far as limits follow both.
+        """The family corrected to the force of its level and the preloads of the model, where the limits allow it.
 
         Parameters
         ----------
         preloads
-            Natural logarithm of each preload over that of the model, by set-up, shape (g,) [-]; none differs by
-            default.
+            Natural logarithm of each preload over that of the model, by set-up, shape (g,) [-]; 0 by default.
         force_noise
-            Standard deviation of a measured force, relative [-]. What it does to an amplitude over its force is part of
-            the scatter of these; here it counts as far as limits follow the force.
+            Relative standard deviation of a measured force [-]. Its effect on amplitudes over the force is part of
+            their scatter; here it is weighted by the rate of the limits with the force.
         """
         family, unknown = self._family, np.zeros(len(self._band.by_preload))
         pressed = np.array([(preloads or {}).get(key, unknown) for key in family.set_ups])[family.curve_number]
@@ -135,7 +134,7 @@ class FamilyCorrection:
         for by, own in zip(self._by_preload, pressed.T, strict=True):
             change, deviation, _ = by.at(own)
             limit, variance = limit + change, variance + deviation**2
-        # Limits of no width may cross.
+        # Limits of zero width may cross.
         lower, upper = np.sort(limit, axis=0)
         inside = np.clip(family.value, lower, upper)
         share = (inside - lower) / np.maximum(upper - lower, np.finfo(float).tiny)

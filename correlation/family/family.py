@@ -1,11 +1,11 @@
-"""Measured families: every curve of a sensor at one level, each repeat and sweep by itself.
+"""Measured families: all curves of a sensor at one level, one for each repeat and sweep.
 
-Under friction the steady state depends on how the structure came there, so repeats of one test differ by more than
-noise. A family is all of these curves; nothing is averaged, and nothing is left out where a curve jumps.
+With friction the steady state depends on its history, so that repeats of one test differ by more than noise. A family
+contains all of these curves, without averaging, and including jumps.
 
-Where the force of each point was measured, an amplitude is scaled to that of the level. How amplitudes of a structure
-with friction follow the force is not known beforehand (power 1 while contacts stick): the scaled one is uncertain by as
-much as it was scaled, until limits tell how it does (`correlation.family.correction`).
+If the force of each point was measured, amplitudes are scaled to the force of the level. With friction the dependence
+of amplitudes on the force is unknown beforehand (power 1 while contacts stick): the change by scaling is therefore
+taken as uncertainty, unless limits determine the dependence (`correlation.family.correction`).
 """
 
 from collections.abc import Sequence
@@ -21,10 +21,10 @@ from geometry.read_only_array import freeze_fields
 Values = Float[NDArray[np.float64], " n"]
 Both = Float[NDArray[np.float64], "2 p"]
 
-#: Two frequencies of different curves are one point of the test if they are nearer than this share of the distance to
-#: the next.
+#: Frequencies of different curves belong to one point of the test if they differ by less than this share of the
+#: distance to the next point [-].
 ALIGNED = 0.4
-#: Fields of a curve with a value for each of its points.
+#: Fields of a curve with one value per point.
 COLUMNS = ("frequency", "value", "ratio", "scaled", "uncertain")
 
 
@@ -41,15 +41,15 @@ class FamilyCurve:
     sweep
         +1 up, -1 down, 0 none.
     frequency
-        Frequencies in rising order, shape (n,) [Hz].
+        Frequencies, ascending, shape (n,) [Hz].
     value
         Amplitudes, scaled to the force of the level, or signed means of harmonic 0, shape (n,) [SI unit of the sensor].
     ratio
         Measured force over that of the level, shape (n,) [-]; 1 by default.
     scaled
-        Share of the value that the scaling to the level is uncertain by, shape (n,) [-]; 0 by default.
+        Uncertainty by the scaling to the level, as a share of the value, shape (n,) [-]; 0 by default.
     uncertain
-        Standard deviations of its distances from a lower and an upper limit by what `correct_family` has taken off,
+        Standard deviations of the distances from the lower and the upper limit by the correction of `correct_family`,
         shape (2, n) [unit of the value]; 0 by default.
     """
 
@@ -69,7 +69,7 @@ class FamilyCurve:
         freeze_fields(self, *COLUMNS)
 
     def where(self, rows: NDArray[np.int64] | NDArray[np.bool_] | slice) -> "FamilyCurve":
-        """The curve of some of its points."""
+        """The curve restricted to some of its points."""
         return replace(self, **{name: getattr(self, name)[..., rows] for name in COLUMNS})
 
 
@@ -86,7 +86,7 @@ class Family:
     level
         Level of the excitation [N, or the unit of the drive].
     curves
-        By test, repeat and sweep.
+        Curves by test, repeat and sweep.
     """
 
     sensor: str
@@ -116,16 +116,16 @@ class Family:
 
     @property
     def scaled(self) -> Values:
-        """Share of each reading that its scaling to the level is uncertain by, curve after curve, shape (p,) [-]."""
+        """Relative uncertainty of each reading by its scaling to the level, curve after curve, shape (p,) [-]."""
         return np.concatenate([curve.scaled for curve in self.curves])
 
     def widen(self, deviation: Both, limit: Both) -> Both:
-        """Standard deviations of readings beside limits with those of their correction, shape (2, p) [unit of them].
+        """Standard deviations of distances from limits, including those of the correction, shape (2, p) [their unit].
 
         Parameters
         ----------
         deviation, limit
-            Those without it, and the limits, shape (2, p).
+            Standard deviations without the correction, and the limits, shape (2, p).
         """
         uncertain = np.concatenate([curve.uncertain for curve in self.curves], axis=1)
         return np.asarray(np.sqrt(deviation**2 + (self.scaled * limit) ** 2 + uncertain**2))
@@ -147,7 +147,7 @@ def measured_families(campaign: Campaign) -> tuple[Family, ...]:
     Parameters
     ----------
     campaign
-        Every row counts, those of held-out repeats and levels included.
+        Campaign; all rows are used, including held-out repeats and levels.
     """
     table = campaign.measurement
     jointed = ~campaign.is_free
@@ -164,7 +164,7 @@ def measured_families(campaign: Campaign) -> tuple[Family, ...]:
 
 
 def _passes(table: Measurement) -> list[NDArray[np.int64]]:
-    """Rows of each pass, in rising frequency."""
+    """Rows of each pass, in ascending frequency."""
     if not len(table):
         return []
     columns = (table.frequency, table.sweep, table.repeat, table.test, table.level, table.harmonic, table.sensor)
@@ -181,7 +181,7 @@ def _set_point(level: float) -> float:
 
 def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
     test = campaign.tests[int(table.test[0])]
-    # Of a test at a constant response the force is no cause.
+    # In a test at constant response the force is not prescribed.
     force = table.force / table.level if test.control == "force" else np.ones(len(table))
     ratio = np.where(np.isfinite(force) & (force > 0), force, 1.0)
     value = table.value.real if table.harmonic[0] == 0 else np.abs(table.value) / ratio
@@ -193,11 +193,11 @@ def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
 
 
 def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
-    """Number of the point of the test that each reading belongs to, curve after curve, shape (p,).
+    """Number of the point of the test to which each reading belongs, curve after curve, shape (p,).
 
-    The frequencies of repeats may differ a little. Readings are of one point where they are nearest to the same
-    frequency of a longer curve, and clearly nearer than to the next; where one curve has several, the others are points
-    of their own.
+    The frequencies of repeats may differ slightly. Readings belong to one point if they are nearest to the same
+    frequency of a longer curve, and clearly nearer than to the next one. If one curve has several such readings, the
+    others form separate points.
     """
     place, reach = _places(curves)
     result: list[int] = []
@@ -216,12 +216,12 @@ def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
 
 
 def _places(curves: Sequence[FamilyCurve]) -> tuple[Values, Values]:
-    """Frequencies of the longest curve, then those of others that are near none of them, and how near that is [Hz]."""
+    """Frequencies of the longest curve, then those of others that are near none of them, and capture ranges [Hz]."""
     place, reach = np.zeros(0), np.zeros(0)
     for curve in sorted(curves, key=lambda item: -len(item.frequency)):
         own = np.unique(curve.frequency)
         own = own[(np.abs(own[:, None] - place) > reach).all(axis=1)]
-        # A place keeps the reach that it began with: what comes between takes nothing from it.
+        # The capture range of a place is not reduced by places that are inserted later.
         step = np.diff(np.union1d(place, own), prepend=-np.inf, append=np.inf)
         near = ALIGNED * np.minimum(step[:-1], step[1:])[np.searchsorted(np.union1d(place, own), own)]
         place, reach = np.append(place, own), np.append(reach, near)

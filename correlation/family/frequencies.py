@@ -1,4 +1,4 @@
-"""At which frequencies limits are searched for: measured ones, thinned where there are many, filled in where few."""
+"""Frequencies at which limits are searched: measured ones, thinned out if too many, supplemented if too few."""
 
 from collections.abc import Sequence
 
@@ -9,25 +9,25 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import SAME_FREQUENCY
 from correlation.family.family import Family, common_points
 
-#: Curves that differ in where they stop, at most: those of the longest steps drag sliders furthest.
+#: Largest number of different frequency sequences of curves; those with the longest steps drag sliders furthest.
 MOST_WAYS = 3
 Values = Float[NDArray[np.float64], " f"]
 
 
 def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Values:
-    """Frequencies for the limits of some families, rising [Hz].
+    """Frequencies for the limits of some families, ascending [Hz].
 
-    Chosen are measured frequencies; of too many, those between whose neighbours the curves change least are left out,
-    by the logarithm of the amplitudes or by the share of the band. Where there are fewer than `fewest`, others are put
-    between them, where the curves change most: limits are found on the way along the resonance, and missed by a search
-    that jumps over it.
+    Measured frequencies are chosen. If there are too many, those between whose neighbours the curves change least are
+    left out, by the logarithm of the amplitudes or by the share of the band. If there are fewer than `fewest`, others
+    are inserted where the curves change most: the search follows limits along the resonance, and misses them if it
+    steps over it.
 
     Parameters
     ----------
     families
-        At least one; amplitudes of motions show the resonances best.
+        At least one family; amplitudes of motions show the resonances best.
     most, fewest
-        Number of frequencies [-].
+        Largest and smallest number of frequencies [-].
     """
     measured = _points(families)
     if len(measured) == 1:
@@ -40,7 +40,7 @@ def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Va
             along = np.interp(measured, curve.frequency[rising], np.cumsum(np.abs(np.diff(size, prepend=size[0]))))
             length = np.maximum(length, np.diff(along))
     while len(measured) > max(most, 2):
-        # The one between whose neighbours the curves change least.
+        # Remove the frequency between whose neighbours the curves change least.
         place = int(np.argmin(length[:-1] + length[1:]))
         measured, length[place + 1] = np.delete(measured, place + 1), length[place] + length[place + 1]
         length = np.delete(length, place)
@@ -52,14 +52,14 @@ def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Va
 
 
 def find_stops(families: Sequence[Family], frequency: Values) -> tuple[tuple[int, ...], ...]:
-    """Places in `frequency` at which the curves of some families stop, rising, the longest steps first.
+    """Indices in `frequency` of the frequencies of each curve, ascending; sequences with the longest steps first.
 
     Parameters
     ----------
     families
         Measured families.
     frequency
-        As `choose_frequencies` gives them [Hz].
+        Frequencies from `choose_frequencies` [Hz].
     """
     between = (frequency[1:] + frequency[:-1]) / 2
     ways = {
@@ -71,7 +71,7 @@ def find_stops(families: Sequence[Family], frequency: Values) -> tuple[tuple[int
 
 
 def _points(families: Sequence[Family]) -> Values:
-    """Mean frequencies of the measured points: those of several levels are one if they differ as repeats do."""
+    """Mean frequencies of the measured points; those of several levels are merged if they differ as repeats do."""
     result: list[float] = []
     apart = 0.0
     for family in families:

@@ -1,21 +1,20 @@
-r"""Frequency offsets of set-ups and of a model: one number for all readings that share it, not one per reading.
+r"""Frequency offsets of set-ups and of a model: one value common to all their readings, not one per reading.
 
-A set-up whose frequency is off by a share d, and a model whose frequencies are off by m, compare readings at f with
-limits at f (1 + m + d). An error of the frequency moves a whole curve along its axis: it may bring one flank of a
-resonance to a limit only as it takes the other one away, and it hardly changes a peak. Taken as a tolerance of each
-reading by itself it would allow at both flanks, and at all levels, what it can allow at one; near a resonance that is,
-relative to the amplitude, 1 / (2 zeta) times as large. The offsets are therefore estimated, from all families at once,
-as those that leave least outside:
+With relative frequency errors d of a set-up and m of the model, readings at f are compared with limits at
+f (1 + m + d). A frequency error shifts a whole curve along its axis: it moves one flank of a resonance towards a limit
+and the other one away from it, and hardly changes a peak. A tolerance of each reading would allow the shift at both
+flanks, and at all levels; near a resonance the effect relative to the amplitude is 1 / (2 zeta) times the offset. The
+offsets are therefore estimated from all families together, such that least is outside:
 
 .. math:: \min_{m, d_r} \; \sum_r \sum_j \min\left(\frac{o_j(m + d_r)^2}{\sigma_j^2}, 9\right)
           + \frac{m^2}{\sigma_m^2} + \sum_r \frac{d_r^2}{\sigma_d^2}, \qquad
           |m| \le 3 \sigma_m, \; |d_r| \le 3 \sigma_d .
 
-With o the distance of a reading outside of its limits, 0 inside, and sigma its noise. What is outside then is outside
-for every frequency that the set-ups may have. A reading that is outside by more than its noise, whatever the offset, is
-explained by none: without the bound a few readings on another branch of states would move all others off their limits.
-In sigma_m is also what errors of the contacts do to the frequency: a contact line whose stiffness is 1 % off shifts a
-resonance by several times what the mesh does.
+with o the distance of a reading outside its limits, 0 inside, and sigma its noise. A reading that remains outside is
+outside for every possible frequency of the set-ups. The bound 9 limits readings that no offset explains: without it a
+few readings on another branch of states would move all others out of their limits. sigma_m also contains the effect of
+contact errors on frequency: an error of 1 % in the stiffness of a contact line shifts a resonance several times as much
+as the mesh does.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,10 +28,11 @@ from correlation.family.correction import SetUp
 from correlation.family.family import Family
 from correlation.family.noise import ReadingNoise
 
-#: Limits at fewer frequencies have no shift; those that are smaller than this share of the largest count less.
+#: Least number of frequencies of limits for an estimate of a shift; limits below this share of the largest one have
+#: less weight [-].
 FEWEST_POINTS, SMALL = 4, 0.1
-#: Largest offset in standard deviations, as far as a reading may be outside for its noise; steps of the search in the
-#: smaller one of them, and at most to either side.
+#: Largest offset in standard deviations, equal to the bound of the distance of a reading; steps of the search per
+#: smaller standard deviation, and largest number of steps to either side.
 FURTHEST, FINE, MOST = 3.0, 4, 150
 ROUND_OFF = 1e-9
 
@@ -45,14 +45,14 @@ def estimate_frequency_offsets(
     set_up: float,
     model: float,
 ) -> Mapping[SetUp, float]:
-    """Offsets that leave least outside, the model's included, by set-up [-].
+    """Offsets for which least is outside, including that of the model, by set-up [-].
 
     Parameters
     ----------
     families, bands, noise
         Families, and band and noise of each.
     set_up, model
-        Standard deviations of the frequency from one set-up to another and of the model, relative [-].
+        Relative standard deviations of the frequency between set-ups, and of the model [-].
     """
     keys = list(dict.fromkeys(key for family in families for key in family.set_ups))
     if not (set_up or model):
@@ -64,7 +64,7 @@ def estimate_frequency_offsets(
     cost = np.array(
         [[look.get(key, 0.0) for key in keys] for look in (outside_of_limits(families, bands, noise, o) for o in grid)]
     )
-    # The smallest offset first, so that of equal ones it is taken.
+    # Smallest offsets first, so that they are preferred at equal cost.
     moved = sorted(range(-own, own + 1), key=abs)
     price = np.array([penalty(step * item, set_up) for item in moved])[:, None]
     best, result = np.inf, np.zeros(len(keys), dtype=np.int64)
@@ -92,8 +92,8 @@ def split_frequency_part(
     changes
         Changes of the limits, shape (k, 2, f).
     limits, slope
-        Limits and their slopes, NaN where there are none, shape (2, f). Limits at a few frequencies have no shift: it
-        would be whatever the changes are there.
+        Limits and their slopes, NaN where there are none, shape (2, f). With few frequencies the shift is zero: it
+        would absorb any change.
     """
     known = np.isfinite(limits) & np.isfinite(slope)
     if known.sum(axis=1).max() < FEWEST_POINTS:
@@ -116,14 +116,14 @@ def outside_of_limits(
     noise: Sequence[ReadingNoise],
     offset: float | Mapping[SetUp, float],
 ) -> dict[SetUp, float]:
-    """Bounded squares of the distances outside, in standard deviations, by set-up [-].
+    """Sum of bounded squared distances outside, in standard deviations, by set-up [-].
 
     Parameters
     ----------
     families, bands, noise
         Families, and band and noise of each.
     offset
-        Of the frequency, one for all or by set-up, relative [-].
+        Relative frequency offset, one for all or by set-up [-].
     """
     result: dict[SetUp, float] = {}
     for family, band, own in zip(families, bands, noise, strict=True):

@@ -1,4 +1,4 @@
-"""Which levels a test had before others: what they drag stays until the structure is set up anew."""
+"""Order of the levels of a test: sliders stay where earlier levels dragged them until the next set-up."""
 
 from collections.abc import Sequence
 
@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
 
-#: Levels that differ by less are one: files round them [-].
+#: Relative difference below which levels are equal, due to rounding in files [-].
 SAME_LEVEL = 1e-6
 
 
 def find_earlier_levels(campaign: Campaign, levels: Sequence[float]) -> Bool[NDArray[np.bool_], "l l"]:
-    """Whether a repeat of a test came to a level (row) by way of another (column), or that level itself.
+    """Whether in a repeat of a test a level (row) was preceded by another one (column); true for the level itself.
 
     Parameters
     ----------
     campaign
-        A repeat begins with the static load, which nothing has vibrated before. Readings of the same place in the order
-        of the runs may each have been the first.
+        Campaign; a repeat begins with the static load, without previous vibration. If readings have the same position
+        in the order of runs, each of them may have been first.
     levels
         Levels of jointed tests, shape (l,).
     """

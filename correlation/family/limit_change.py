@@ -1,10 +1,10 @@
 """Limits at other forces and preloads.
 
-With less force or more preload a contact that a limit holds at the edge of slip has room left: the state with the
-sliders of the limit still exists, but it is a limit no more. The sliders are therefore searched for anew from there, in
-a box that moves with the rest under the preload, by the balance of the search for the limits. What the sensor reads is
-then that of a finer balance, as at the limit itself: the static force of a contact that slips throughout may follow the
-force three times as fast there as with the few harmonics and samples of the search.
+With less force or more preload, a contact that is at the onset of slip in a limit state has a margin: the state with
+the sliders of the limit still exists, but is no longer a limit. The sliders are therefore searched again from this
+state, with the balance of the search for the limits, in a box that moves with the state of rest under the preload. The
+reading is then computed with a finer balance, as at the limit itself: with it, the static force of a contact in full
+slip may change with the force three times as fast as with the few harmonics and samples of the search.
 """
 
 from collections.abc import Sequence
@@ -35,8 +35,8 @@ from reduction.array_type import Real
 
 Values = Float[NDArray[np.float64], " k"]
 
-#: Forces and preloads that limits are read at, in spans: a static force in full slip may follow the force three times
-#: as steeply at the ends as between, which no parabola through three points tells.
+#: Forces and preloads at which limits are read, in spans. In full slip, the slope of a static force with the force may
+#: be three times as large at the ends as between, which a parabola through three points misses.
 SPAN_STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
 
 
@@ -46,12 +46,12 @@ class SolveEffort(Enum):
     NEWTON_ONLY = auto()
     """Newton's method from the known state."""
     FEW_STARTS = auto()
-    """Then a ramp of the level and a few other starts, which take minutes in many harmonics."""
+    """Then also a ramp of the level and a few other starts, which take minutes with many harmonics."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Variant:
-    """A model at another force, or pressed more or less.
+    """A model at another force or preload.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Variant:
     factor
         Factor on the force [-].
     box
-        Box of its sliders.
+        Box of the slider positions.
     """
 
     model: Model
@@ -79,14 +79,14 @@ class Variant:
     def limit(
         self, balance: HarmonicBalance, objective: Objective, side: LimitSide, known: SteadyState
     ) -> TrialState | None:
-        """The limit that a search from that of the model ends at; None where no state is found.
+        """The limit of this variant, searched from that of the model; None if no state is found.
 
         Parameters
         ----------
         balance
             Balance of the search.
         objective, side
-            What is bounded, and which limit.
+            Bounded quantity, and side of the limit.
         known
             State of the limit of the model.
         """
@@ -104,18 +104,18 @@ class Variant:
     def refine(
         self, balance: HarmonicBalance, own: TrialState, known: SteadyState, refined: SteadyState, effort: SolveEffort
     ) -> tuple[ModelSolver, SteadyState | None]:
-        """A state in the harmonics and samples of a finer balance, with their configuration.
+        """A state with the harmonics and samples of a finer balance, and the solver for it.
 
         Parameters
         ----------
         balance
             Finer balance.
         own
-            State of this variant in few harmonics.
+            State of this variant with few harmonics.
         known, refined
-            State of the model in as few, and by the finer balance.
+            State of the model with the same few harmonics, and with the finer balance.
         effort
-            What is tried.
+            Effort of the search.
         """
         configuration = self.like(balance)
         finer = configuration.balance.at_level(self.factor * known.level)
@@ -124,22 +124,22 @@ class Variant:
 
 
 class VariantScale(NamedTuple):
-    """A force or a group of preloads that is scaled."""
+    """Variants with a scaled force or group of preloads."""
 
     log_ratio: Values
-    """Natural logarithms of the factors, rising, shape (k,) [-]."""
+    """Natural logarithms of the factors, ascending, shape (k,) [-]."""
     variants: tuple[Variant, ...]
 
 
 def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_span: float) -> list[VariantScale]:
-    """Scales of the force, if it is asked for, then of each group of preloads.
+    """Scales of the force, if requested, then of each group of preloads.
 
     Parameters
     ----------
     curve, model
-        Search at one level, and the model of its system.
+        Search at one level, and its model.
     force_span, preload_span
-        Natural logarithm of the largest factors; 0 for none [-].
+        Natural logarithm of the largest factors; 0 for no variants [-].
     """
 
     def with_preload(group: Sequence[str], log_ratio: float) -> Variant:
@@ -158,7 +158,7 @@ def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_sp
 
 
 def _shift_search_box(curve: LimitCurve, changed: Model) -> SliderBox:
-    """The box of a search, moved and widened as the cone of the friction forces at rest is."""
+    """The box of a search, moved and widened in the same way as the cone of friction forces at rest."""
     before, omega = curve.problem.balance, float(curve.angular_frequency[0])
     after = HarmonicBalance(system=changed.system, n_harmonic=before.n_harmonic, n_sample=before.n_sample)
     try:
@@ -179,7 +179,7 @@ def find_state(
     slider: Real,
     effort: SolveEffort = SolveEffort.FEW_STARTS,
 ) -> SteadyState | None:
-    """The steady state near a motion, in as many harmonics as the balance has; None where there is none.
+    """The steady state near a motion, with the harmonics of the balance; None if there is none.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def find_state(
     slider
         Slider positions, shape (s,) [m].
     effort
-        What is tried: Newton's method alone is enough where a state is known in nearly as many harmonics.
+        Effort of the search; Newton's method is sufficient if the state is known with nearly as many harmonics.
     """
     start, sliders = in_harmonics_of(balance, motion), make_initial_sliders(balance, slider)
     if effort is SolveEffort.NEWTON_ONLY:
@@ -198,5 +198,5 @@ def find_state(
     try:
         return solve_at(balance, condensed, start, sliders)
     except NoSteadyState:
-        # The state is known in fewer harmonics: a few starts about it lead on, or none does, and all take minutes.
+        # The state is known with fewer harmonics: either a few starts near it succeed, or none does; all take minutes.
         return from_many_starts(balance, condensed, start, sliders, FEW_STARTS)

@@ -1,4 +1,4 @@
-"""Limits as sensors read them, with the numerical error of the model at the states of the limits."""
+"""Sensor readings at limit states, with the numerical error of the model at these states."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,13 +22,14 @@ from hbsolve.refinement import MARGIN
 from hbsolve.state import SteadyState
 from reduction.array_type import Real
 
-#: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
+#: Relative error of a search for limits: random histories do not exceed a limit by more [-].
 SEARCH_ERROR = 5e-4
-#: Samples of the balances that read a limit, and their harmonics one after the other, over those of the search [-].
+#: Samples, and sequence of harmonics, of the balances that compute a reading, over those of the search [-].
 SAMPLES, HARMONICS = 16, (1, 2, 4, 8, 16)
-#: Balances with more unknowns are left out, but for the first three: Newton's method takes seconds there.
+#: Largest number of unknowns of further balances, since Newton's method then takes seconds, and number of the first
+#: balances, which are always used.
 MOST_UNKNOWN, FEWEST_BALANCE = 700, 3
-#: Frequencies to either side that changes by harmonics are taken from.
+#: Number of neighbouring frequencies on either side over which changes by harmonics are averaged.
 NEIGHBOURS = 2
 
 
@@ -63,10 +64,11 @@ class LimitReadings:
     value, deviation
         Readings, and their standard deviations by numerical error, shape (2, f) [unit of the sensor].
     shift
-        Standard deviation of the frequency by numerical error of the contacts, which is no part of the others [-].
+        Relative standard deviation of the frequency by numerical error of the contacts, not included in `deviation`
+        [-].
     by_force, by_preload
         Readings at other forces, amplitudes over the factor of the force, and at other preloads, by the groups of the
-        model; None and nothing if they were not asked for.
+        model; None and empty if not requested.
     """
 
     value: Float[NDArray[np.float64], "2 f"]
@@ -77,7 +79,7 @@ class LimitReadings:
 
 
 def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
-    """Objective that the limits of a sensor's harmonic bound: an amplitude of displacement, or a force."""
+    """Quantity bounded by the limits of a sensor's harmonic: an amplitude of displacement, or a force."""
     if not isinstance(sensor, LineSensor):
         return OutputHarmonic(row=sensor.row, harmonic=harmonic)
     direction = -1 if sensor.component == "normal" else 0
@@ -90,32 +92,33 @@ def read_limits(
 ) -> list[LimitReadings]:  # fmt: skip
     """Readings at the limits of one level.
 
-    A search finds which sliders lead to a limit, but not how large it is: a static force of a contact that slips
-    throughout may be a third off. A contact that closes does so between two samples, so that its slider is off by up to
-    a sample's travel until it slips again: an error of first order, whose sign is that of chance, and which may stay as
-    it is when samples are doubled. Limits are therefore read with many more samples, of whose error the share 1 / (n -
-    1) of the change is left after n times as many, and with harmonics that are doubled until the state stands still. By
-    chance one doubling may leave a reading as it is that is a tenth off, such as the static force of a contact that
-    slips throughout, but not all motions and contact forces with it.
+    A search finds the sliders of a limit, but not its accurate value: the static force of a contact in full slip may
+    have an error of a third. A contact closes between two samples, so that its slider has an error of up to the travel
+    in one sample until it slips again. This error is of first order, has a random sign, and may not change when the
+    number of samples is doubled. Limits are therefore computed with n times as many samples, which leaves an error of
+    1 / (n - 1) of the change, and with harmonics that are doubled until the state has converged. By chance, a reading
+    with an error of a tenth, such as the static force of a contact in full slip, may not change in one doubling; but
+    then other motions and contact forces do.
 
-    The numerical error has four parts: that of contact lines to first order, with the sliders of the limit, as far as
-    it does not move the limits along the frequency; what samples leave; the last change by harmonics, times `MARGIN`
-    where the state does not stand still by then, because a stiff contact rings at harmonics that are still left out;
-    and the change of the width of the band, because sliders that are extreme with few harmonics need not be with many.
+    The numerical error has four parts. First, that of contact lines to first order, with the sliders of the limit,
+    without its shift of the limits along the frequency. Second, the remaining error by samples. Third, the last change
+    by harmonics, times `MARGIN` if the state has not converged, since a stiff contact rings at omitted harmonics.
+    Fourth, the change of the width of the band, since sliders that are extreme with few harmonics need not be so with
+    many.
 
     Parameters
     ----------
     curve
         Balance, level and frequencies of the limits.
     model
-        Model of the same system, which has the sensors.
+        Model of the same system, with the sensors.
     budget
-        Numerical error; the part by frequency is left to the band, which moves along the limits.
+        Numerical error; its frequency part is handled by the band, which shifts the limits.
     wanted
         States of each sensor.
     force_span, preload_span
-        Natural logarithm of the largest factor on the force, and on each group of preloads, that readings are wanted
-        for; 0 for none [-].
+        Natural logarithm of the largest factor on the force, and on each group of preloads, for which readings are
+        computed; 0 for none [-].
     """
     balance, sensors = curve.problem.balance, {item.name: item for item in model.sensors}
     solver = ModelSolver.from_model(model, False, None)
@@ -150,7 +153,7 @@ def read_limits(
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, solver, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
-        # At one frequency a change may be 0 by chance.
+        # At a single frequency a change may be zero by chance.
         by_chance = [_average_over_neighbours(item) for item in (sampled, last, np.diff(moved, axis=0))]
         shifts, rest = split_frequency_part(by_contact, value, slope)
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
@@ -168,7 +171,7 @@ def _sort_limits(
     *,
     by_force: bool,
 ) -> LimitReadings:
-    """The lower limit first: a negative gain turns a mean around."""
+    """Readings with the lower limit first: a negative gain reverses the order of means."""
     order = np.argsort(value, axis=0)
     by = [
         LimitChange(scale.log_ratio, np.take_along_axis(one, order[None], axis=1))
@@ -184,7 +187,7 @@ def _sort_limits(
 
 
 def _finer_solvers(model: Model, balance: HarmonicBalance) -> list[tuple[ModelSolver, ModelSolver]]:
-    """More samples, then more and more harmonics; the second of each pair has the sensors of `_with_check_sensors`."""
+    """Solvers with more samples, then more harmonics; the second of each pair has the check sensors."""
     checked, finely = _with_check_sensors(model), []
     for number, times in enumerate(HARMONICS):
         n_harmonic, n_sample = times * (balance.n_harmonic - 1) + 1, SAMPLES * balance.n_sample
@@ -199,24 +202,24 @@ def _finer_solvers(model: Model, balance: HarmonicBalance) -> list[tuple[ModelSo
 
 
 class _Refined(NamedTuple):
-    """A limit by finer and finer balances."""
+    """A limit computed with successively finer balances."""
 
     values: list[float]
-    """Readings as the search has them, with more samples, with more harmonics."""
+    """Readings with the balance of the search, with more samples, then with more harmonics."""
     error: float
-    """The one allowed."""
+    """Allowed error."""
     still: bool
-    """Whether the last change is below it."""
+    """Whether the last change is below `error`."""
     state: SteadyState
     solver: ModelSolver
-    """By the last balance."""
+    """Solver of the last balance."""
 
 
 def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     solvers: Sequence[tuple[ModelSolver, ModelSolver]],
 ) -> _Refined:  # fmt: skip
-    """Readings of a sensor by finer and finer balances, until its state has converged."""
+    """Readings of a sensor with successively finer balances, until its state has converged."""
     readings: list[float] = []
     error, before, reached = 0.0, None, solvers[0][0]
     for number, (solver, check) in enumerate(solvers):
@@ -227,7 +230,7 @@ def _refined_readings(
             break
         state, reached = refined_state, solver
         readings.append(_reading(states, state, solver))
-        # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
+        # A mean that is caused by vibration is no more accurate than the vibration, even if the mean is small.
         vibration = 0.0 if states.harmonic else solver.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
         if len(readings) > 1:
@@ -242,9 +245,9 @@ def _other_reading(
     states: LimitStates, objective: Objective, side: LimitSide, balance: HarmonicBalance, state: SteadyState,
     refined: _Refined, variant: Variant,
 ) -> float:  # fmt: skip
-    """A reading at the limit of a variant by the balance that reads the limit itself, over the factor of the force.
+    """A reading at the limit of a variant, over the factor of the force, with the last balance of the limit itself.
 
-    NaN where no state is found; means are not scaled.
+    NaN if no state is found; means are not scaled.
     """
     own = variant.limit(balance, objective, side, state)
     if own is None:
@@ -263,7 +266,7 @@ def _reading(states: LimitStates, state: SteadyState, solver: ModelSolver) -> fl
 
 
 def _with_check_sensors(model: Model) -> Model:
-    """The model with its motion sensors, and both forces of all its lines, by names of their own."""
+    """The model with its motion sensors, and sensors of both forces of all lines, renamed."""
     motions = [item for item in model.sensors if isinstance(item, Sensor)]
     forces = [(line, component) for line in model.lines for component in COMPONENTS]
     return replace(
@@ -276,7 +279,7 @@ def _with_check_sensors(model: Model) -> Model:
 
 
 def _read_checks(check: ModelSolver, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
-    """Mean and fundamental of the check sensors; motions have no mean that counts."""
+    """Mean and fundamental of the check sensors; means of motions are set to zero."""
     sensors = check.model.sensors
     names = np.array([item.name for item in sensors])
     mean = check.read(state, names, np.zeros(len(names), dtype=np.int64))
@@ -285,7 +288,7 @@ def _read_checks(check: ModelSolver, state: SteadyState) -> Complex[NDArray[np.c
 
 
 def _is_converged(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[NDArray[np.complex128], "2 k"]) -> bool:
-    """Whether no check sensor has changed by more than a search leaves to be gained."""
+    """Whether no check sensor has changed by more than the error of a search."""
     size = np.abs(now)
     size[0] += size[1]
     return bool((np.abs(np.abs(now) - np.abs(before)) <= SEARCH_ERROR * size).all())
@@ -322,7 +325,7 @@ def _choose_effort(number: int) -> SolveEffort:
 def _find_limit_state(
     balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real, effort: SolveEffort
 ) -> SteadyState | None:
-    """The steady state at a limit by a balance; see `find_state`."""
+    """The steady state at a limit with a given balance; see `find_state`."""
     if not np.isfinite(motion).all():
         return None
     at_level = balance.at_level(curve.level)

@@ -1,31 +1,33 @@
 r"""Differences of curves of a family beyond friction history: reading noise and frequency offsets of set-ups.
 
-Friction histories are carried along a sweep, so that curves of one level differ smoothly over frequency; noise does
-not. With the difference :math:`D_j` of a curve from the mean of its family at frequency :math:`f_j`,
+A friction history persists along a sweep, so that curves of one level differ smoothly over frequency; noise is not
+smooth. With the difference :math:`D_j` of a curve from the mean of its family at frequency :math:`f_j`,
 
 .. math:: r_j = D_j - \lambda D_{j-1} - (1 - \lambda) D_{j+1}, \qquad
           \operatorname{var} r_j = \sigma^2\,(1 + \lambda^2 + (1 - \lambda)^2) ,
 
-is nearly free of history; :math:`\sigma^2 = a^2 |X|^2 + b^2` is fitted to it robustly. A set-up whose frequency is off
-by a share e differs by :math:`e f\,dX/df`, which is fitted to each curve first and takes part of the noise with it:
-with s this slope and L the rows above,
+is nearly free of history; :math:`\sigma^2 = a^2 |X|^2 + b^2` is fitted to it robustly. A relative frequency error e of
+a set-up causes a difference of :math:`e f\,dX/df`, which is fitted to each curve first; this removes a part of the
+noise: with s this slope and L the rows above,
 
 .. math:: r = K D, \qquad K = L\,(1 - s s^T / s^T s), \qquad \operatorname{cov} r = \sigma^2 K K^T .
 
-Neighbouring :math:`r_j` share readings. With C the correlations of the n roughnesses of a curve, their mean square
-scatters like a :math:`\chi^2` of :math:`n^2 / \sum_{jk} C_{jk}^2` degrees of freedom (Satterthwaite). So many, d per
-roughness, give the covariance V of the fitted :math:`(a^2, b^2)` by the information of scaled :math:`\chi^2`,
+Neighbouring :math:`r_j` have common readings. With C the correlations of the n roughnesses of a curve, their mean
+square has approximately a :math:`\chi^2` distribution with :math:`n^2 / \sum_{jk} C_{jk}^2` degrees of freedom
+(Satterthwaite). With d of these per roughness, the information of scaled :math:`\chi^2` gives the covariance V of the
+fitted :math:`(a^2, b^2)`,
 
 .. math:: V^{-1} = \sum \frac{d}{2 \sigma^4}\,g g^T , \qquad g = (|X|^2, 1) , \qquad
           \nu(X) = \frac{2 \sigma(X)^4}{g^T V g} ,
 
-and the degrees of freedom :math:`\nu` of the noise of a reading: few where no other reading is as small.
+and the degrees of freedom :math:`\nu` of the noise of a reading, which are few if no other reading is as small.
 
-A sensor that is mounted and cabled anew has another gain, within a per cent: all readings of a repeat are off by one
-factor. It is told where repeats agree best, as the frequency is, and counts as an error of each reading.
+A sensor that is mounted and cabled again has another gain, within one per cent: all readings of a repeat have a common
+factor. Like the frequency offset, it is estimated at the level at which repeats agree best; it counts as an error of
+each reading.
 
-Curves of fewer than four frequencies have no roughness. Their scatter at each frequency then stands for the noise: it
-is larger where histories differ, so that what leaves the limits by less is not seen, but noise alone is no failure.
+Curves with fewer than four frequencies have no roughness. Their scatter at each frequency is then used as noise. It is
+larger if histories differ, so that small departures from the limits remain undetected, but noise alone causes none.
 
 References
 ----------
@@ -49,17 +51,17 @@ from correlation.noise.variance import compute_margin, fit_variance_law
 Values = Float[NDArray[np.float64], " n"]
 Table = Float[NDArray[np.float64], "c p"]
 
-#: Fewer points of a curve have no roughness.
+#: Least number of points of a curve for a roughness.
 FEWEST_POINTS = 4
-#: A roughness of whose variance the fitted shift leaves less than this share tells no noise [-].
+#: Roughnesses of which the fitted shift leaves less than this share of the variance are not used [-].
 LEAST_LEFT = 0.1
-#: No estimate has fewer degrees of freedom [-].
+#: Least degrees of freedom of an estimate [-].
 LEAST_FREEDOM = 1.0
-#: Gains of one sensor differ by no more from repeat to repeat: a calibration is that good, and more is no error [-].
+#: Largest difference of the gain of a sensor between repeats: the accuracy of a calibration [-].
 MOST_GAIN = 0.01
-#: Variance of a median over that of a mean, of normal readings [-].
+#: Variance of a median over that of a mean, for normal readings [-].
 MEDIAN = np.pi / 2
-#: What is known least of the law of the noise has this share of the information on the rest at least [-].
+#: Lower limit of the smaller eigenvalue of the information on the noise law, over the larger one [-].
 MIN_INFORMATION_SHARE = 1e-6
 
 
@@ -70,16 +72,16 @@ class ReadingNoise:
     Parameters
     ----------
     relative
-        Part that grows with the reading [-].
+        Part proportional to the reading [-].
     absolute
         Constant part [SI unit of the sensor].
     gain
-        That of the factor which all readings of a repeat have in common [-].
+        Standard deviation of the factor common to all readings of a repeat [-].
     source
         "stated" in the manifest; estimated from the roughness of the "curves" of the families, or from their "scatter"
-        at each frequency, which histories add to; or "unknown".
+        at each frequency, which includes histories; or "unknown".
     covariance
-        Variance of relative^2, covariance with absolute^2 and variance of absolute^2; 0 where nothing was estimated.
+        Variance of relative^2, covariance with absolute^2 and variance of absolute^2; 0 if not estimated.
     """
 
     relative: float = 0.0
@@ -93,19 +95,19 @@ class ReadingNoise:
         return np.sqrt((self.relative**2 + self.gain**2) * value**2 + self.absolute**2)
 
     def freedom(self, value: Values, known: Values | float = 0.0) -> Values:
-        """Degrees of freedom of the variance at readings, infinite where nothing was estimated, shape (n,) [-].
+        """Degrees of freedom of the variance at readings, infinite if not estimated, shape (n,) [-].
 
         Parameters
         ----------
         value
             Readings, shape (n,).
         known
-            Standard deviation of what is known beside the noise and counts as well, by Satterthwaite.
+            Standard deviation of additional known errors, combined by Satterthwaite's formula.
         """
         relative, both, absolute = self.covariance
         variance = relative * value**4 + 2 * both * value**2 + absolute
         with np.errstate(divide="ignore", invalid="ignore"):
-            # The gain of a repeat is told by as few repeats: it makes nothing more certain.
+            # The gain is estimated from few repeats: it must not increase the degrees of freedom.
             own = (self.relative * value) ** 2 + self.absolute**2
             freedom = np.where(variance > 0, 2 * (own + known**2) ** 2 / variance, inf)
         return np.maximum(freedom, LEAST_FREEDOM)
@@ -120,7 +122,7 @@ class RepeatErrors:
     noise
         Noise of the readings by sensor and harmonic.
     frequency
-        Standard deviation of the frequency from one set-up to another, relative [-]; 0 if there is one repeat alone.
+        Relative standard deviation of the frequency between set-ups [-]; 0 with a single repeat.
     """
 
     noise: Mapping[tuple[str, int], ReadingNoise]
@@ -128,12 +130,12 @@ class RepeatErrors:
 
 
 def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> RepeatErrors:
-    """Noise as the manifest states it, else from the roughness of the differences between curves.
+    """Noise as stated in the manifest, else from the roughness of the differences between curves.
 
     Parameters
     ----------
     campaign
-        Its sensors may state their noise.
+        Campaign; its sensors may state their noise.
     families
         All families of the campaign.
     """
@@ -155,7 +157,7 @@ def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> Re
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Table:
-    """A family as a table of c curves at p points; NaN where a curve has none."""
+    """A family as a table of c curves at p points; NaN where a curve has no reading."""
 
     family: Family
     frequency: Values
@@ -163,7 +165,7 @@ class _Table:
 
     @cached_property
     def count(self) -> NDArray[np.int64]:
-        """Curves at each point, shape (p,)."""
+        """Number of curves at each point, shape (p,)."""
         return np.asarray(np.isfinite(self.value).sum(axis=0))
 
     @cached_property
@@ -173,24 +175,24 @@ class _Table:
 
     @cached_property
     def apart(self) -> Table:
-        """Differences from the mean of the curves; NaN where a point has one curve alone."""
+        """Differences from the mean of the curves; NaN at a point with a single curve."""
         return np.where(self.count > 1, self.value - self.mean, np.nan)
 
     @cached_property
     def unshifted(self) -> Table:
-        """Differences from the mean without what the shifts of the frequency make."""
+        """Differences from the mean without the effect of the frequency shifts."""
         return np.asarray(self.apart - np.nan_to_num(self.shifts)[:, None] * self.slope)
 
     @cached_property
     def slope(self) -> Values:
-        """F dX/df of the mean curve, shape (p,); zero where there are too few points."""
+        """F dX/df of the mean curve, shape (p,); zero with too few points."""
         if len(self.frequency) < FEWEST_POINTS:
             return np.zeros_like(self.frequency)
         return np.asarray(self.frequency * Akima1DInterpolator(self.frequency, self.mean).derivative()(self.frequency))
 
     @cached_property
     def shifts(self) -> Values:
-        """Relative shift of frequency of each curve by least squares, shape (c,); NaN where nothing tells."""
+        """Relative frequency shift of each curve by least squares, shape (c,); NaN if not identifiable."""
         apart, slope = self.apart, self.slope
         there = np.isfinite(apart)
         size = np.where(there, slope**2, 0.0).sum(axis=1)
@@ -199,7 +201,7 @@ class _Table:
 
 
 def _table(family: Family) -> _Table:
-    """Curves beside each other; readings of a point are carried to its mean frequency along their own curve."""
+    """Table of the curves; readings of a point are moved along their curve to its mean frequency."""
     point, number = common_points(family.curves), family.curve_number
     names, place = np.unique(point, return_inverse=True)
     frequency = np.bincount(place, family.frequency) / np.bincount(place)
@@ -213,7 +215,7 @@ def _table(family: Family) -> _Table:
 
 
 def _carried(family: Family, target: Values) -> Values:
-    """Change of each curve from where it was read to a frequency nearby, shape (p,)."""
+    """Change of each curve from the measured frequency to one nearby, shape (p,)."""
     result, number = np.zeros(family.n_point), family.curve_number
     for row, curve in enumerate(family.curves):
         own = number == row
@@ -227,12 +229,12 @@ def _carried(family: Family, target: Values) -> Values:
 
 
 def _noise(tables: Sequence[_Table]) -> ReadingNoise:
-    """From the roughness of curves, else from the scatter at each frequency."""
+    """Noise from the roughness of curves, else from the scatter at each frequency."""
     for source, estimate in (("curves", _roughness(tables)), ("scatter", _scatter(tables))):
         squared, scatter, dof, effective = estimate
         if not scatter.any():
             continue
-        # Readings of few digits may agree exactly.
+        # Readings with few digits may agree exactly.
         a2, b2 = fit_variance_law(squared, np.maximum(scatter, 1e-12 * float(scatter.max())), dof)
         covariance = _law_covariance(squared, a2, b2, effective)
         return ReadingNoise(
@@ -242,7 +244,7 @@ def _noise(tables: Sequence[_Table]) -> ReadingNoise:
 
 
 def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
-    """Squares of readings, variances, their degrees of freedom, and those without what neighbours share."""
+    """Squares of readings, variances, their degrees of freedom, and effective ones with correlated neighbours."""
     parts = [np.zeros((4, 0))]
     for table in tables:
         f, count = table.frequency, table.count
@@ -255,7 +257,7 @@ def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
         seen = there.sum(axis=0)
         rows = _roughness_rows(share, table.slope)
         left = (rows**2).sum(axis=1)
-        # The mean of n curves takes the share 1 / n of the variance with it.
+        # Subtraction of the mean of n curves removes the share 1 / n of the variance.
         whole = left * (1 - 1 / np.maximum(count[1:-1], 2))
         use = (seen > 1) & (left > LEAST_LEFT)
         scaled = rows[use] / np.sqrt(left[use])[:, None]
@@ -264,7 +266,7 @@ def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
         parts.append(
             np.array(
                 [
-                    # Of the readings that each roughness is made of.
+                    # Weighted over the readings of each roughness.
                     (rows**2 @ table.mean**2)[use] / left[use],
                     np.where(there, rough**2, 0.0).sum(axis=0)[use] / seen[use] / whole[use],
                     dof,
@@ -276,7 +278,7 @@ def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
 
 
 def _scatter(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
-    """The same of readings at one frequency, which friction histories scatter, too: no less than the noise."""
+    """The same for the scatter at each frequency, which includes friction histories: an upper bound of the noise."""
     parts = [np.zeros((4, 0))]
     for table in tables:
         use = table.count > 1
@@ -286,20 +288,20 @@ def _scatter(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
 
 
 def _law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple[float, float, float]:
-    """V of the law, as `ReadingNoise.covariance`."""
+    """V of the noise law, see `ReadingNoise.covariance`."""
     top = max(float(squared.max()), np.finfo(float).tiny)
     columns = np.array([squared / top, np.ones_like(squared)])
     variance = a2 * squared + b2
     information = (columns * dof / (2 * (variance / variance.max()) ** 2)) @ columns.T
-    # Of two columns that are alike only the sum is known: all that readings like them ask for, and next to nothing of
-    # readings of another size.
+    # If both columns are proportional, only their sum is identifiable: this is sufficient for readings of similar size,
+    # and leaves readings of another size uncertain.
     size, vector = np.linalg.eigh(information)
     inverse = (vector / np.maximum(size, MIN_INFORMATION_SHARE * size[-1])) @ vector.T * variance.max() ** 2
     return float(inverse[0, 0] / top**2), float(inverse[0, 1] / top), float(inverse[1, 1])
 
 
 def _roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], "q p"]:
-    """K, roughnesses of a curve by its readings, shape (p - 2, p) [-]."""
+    """K, the matrix from the readings of a curve to its roughnesses, shape (p - 2, p) [-]."""
     n = len(share)
     rows = np.zeros((n, n + 2))
     at = np.arange(n)
@@ -309,7 +311,7 @@ def _roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], 
 
 
 def _gain_scatter(tables: Sequence[_Table]) -> float:
-    """Standard deviation of the factor of a repeat, at the level at which repeats agree best, beyond noise [-]."""
+    """Standard deviation of the factor of a repeat beyond noise, at the level at which repeats agree best [-]."""
     result: list[float] = []
     for table in tables:
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -325,7 +327,7 @@ def _gain_scatter(tables: Sequence[_Table]) -> float:
 
 
 def _frequency_jitter(tables: Sequence[_Table]) -> float:
-    """Of the level at which repeats agree best: elsewhere friction histories shift the resonance as well."""
+    """Frequency jitter at the level with the best agreement: elsewhere friction histories shift the resonance too."""
     result: list[float] = []
     for level in sorted({table.family.level for table in tables}):
         group = [table for table in tables if table.family.level == level]

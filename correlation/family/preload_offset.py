@@ -1,14 +1,14 @@
-r"""Preload offsets of set-ups: by how much each is pressed more or less than the model.
+r"""Preload offsets of set-ups: relative differences of their preloads from those of the model.
 
-No assembly presses its contacts twice alike, and where they slip a per cent of preload may change an amplitude by
-several. Limits hold for one preload. The offsets are those that leave least of all families outside:
+Preloads differ between assemblies, and with slip one per cent of preload may change an amplitude by several per cent.
+Limits are valid for one preload. The offsets are those for which least of all families is outside:
 
 .. math:: \min_{q} \; \sum_j \min\left(\frac{o_j(q)^2}{\sigma_j^2}, 9\right) + \frac{q^2}{\sigma_q^2},
           \qquad |q| \le 3 \sigma_q ,
 
-with o the distance of a reading outside of its limits, 0 inside, and sigma its noise. Groups of preloads follow one
-after the other, and the frequency offsets are estimated anew with them. What is outside then is outside for every
-preload that set-ups may have.
+with o the distance of a reading outside its limits, 0 inside, and sigma its noise. Groups of preloads are adjusted one
+after the other, and the frequency offsets are estimated again in each round. A reading that remains outside is outside
+for every possible preload of the set-ups.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,11 +27,11 @@ from correlation.family.frequency_offset import (
 from correlation.family.noise import ReadingNoise
 from correlation.noise.scatter import USUAL_JITTER
 
-#: Standard deviation of a preload from one set-up to another, relative [-].
+#: Relative standard deviation of a preload between set-ups [-].
 SCATTER = USUAL_JITTER[-1]
-#: Largest offset that is looked at [-].
+#: Largest offset that is tried [-].
 PRELOAD_SPAN = FURTHEST * SCATTER
-#: Offsets to either side, and how often all groups are gone through: each time between the neighbours of the last best.
+#: Number of offsets to either side, and of rounds over all groups; each round refines the range about the last optimum.
 OFFSET_STEPS, ROUNDS = 6, 3
 
 
@@ -48,15 +48,15 @@ def estimate_preload_offsets(
     Parameters
     ----------
     families, bands, noise
-        Families as they were measured, and band and noise of each.
+        Families as measured, and band and noise of each.
     set_up, model
-        Standard deviations of the frequency from one set-up to another and of the model, relative [-].
+        Relative standard deviations of the frequency between set-ups, and of the model [-].
     """
     corrections = [FamilyCorrection(family, band) for family, band in zip(families, bands, strict=True)]
     n_group = max((len(band.by_preload) for band in bands), default=0)
     keys = list(dict.fromkeys(key for family in families for key in family.set_ups))
     offsets = {key: np.zeros(n_group) for key in keys}
-    # The smallest step first, so that of equal ones it is taken.
+    # Smallest steps first, so that they are preferred at equal cost.
     steps = np.array(sorted(range(-OFFSET_STEPS, OFFSET_STEPS + 1), key=abs)) / OFFSET_STEPS
     for span in PRELOAD_SPAN / OFFSET_STEPS ** np.arange(ROUNDS if n_group else 0):
         corrected = [item.corrected(offsets) for item in corrections]

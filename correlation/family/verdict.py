@@ -1,16 +1,16 @@
-r"""A measured family over its predicted band: how much of it lies inside, and what leaves it, how far and how surely.
+r"""Comparison of a measured family with its predicted band: coverage, and departures with size and significance.
 
-A reading x outside of the limits [l, u] by d counts as outside only if d is more than `OUTSIDE` standard deviations of
-what limits do not hold: noise of the reading, numerical error. Frequencies that set-ups and model share are no part of
-that: `frequency_offset` moves the readings of a set-up along the axis, all by the same. Where the noise was estimated,
-with :math:`\nu` degrees of freedom, d over its standard deviation is Student's t; it is told as the number of standard
-deviations z of a normal distribution that are exceeded as often,
+A reading x at a distance d outside the limits [l, u] counts as outside only if d exceeds `OUTSIDE` standard deviations
+of the errors that the limits do not include: noise of the reading and numerical error. Common frequency errors of
+set-ups and model are not part of these: `frequency_offset` shifts all readings of a set-up by the same amount. If the
+noise was estimated with :math:`\nu` degrees of freedom, d over its standard deviation has Student's t distribution; it
+is reported as the number of standard deviations z of a normal distribution with the same tail probability,
 
 .. math:: z = \frac{8 \nu + 1}{8 \nu + 3}\,\sqrt{\nu \ln (1 + t^2 / \nu)} .
 
-A family leaves its band if a reading is so far outside that noise would reach it in one of a hundred campaigns alone.
-It also leaves its band if more than one reading in twenty is outside, and if they lie at more frequencies than noise
-would put them at in one of a hundred campaigns: readings at one frequency share the errors of the limit there.
+A family leaves its band if a reading is so far outside that noise reaches this distance in only one of a hundred
+campaigns. It also leaves its band if more than one reading in twenty is outside and these lie at more frequencies than
+noise explains in all but one of a hundred campaigns: readings at one frequency have a common error of the limit.
 
 References
 ----------
@@ -35,15 +35,15 @@ from correlation.metric.band import coverage, interval_score, tightness
 Values = Float[NDArray[np.float64], " p"]
 Both = Float[NDArray[np.float64], "2 p"]
 
-#: Standard deviations beyond a limit from which on a reading is outside.
+#: Distance from a limit above which a reading is outside [standard deviations].
 OUTSIDE = 3.0
-#: Chance of a campaign of noise alone to show a reading that is clearly outside [-].
+#: Probability that noise alone causes a significant departure in a campaign [-].
 CHANCE = 0.01
-#: Share of readings outside that noise does not make [-].
+#: Share of readings outside above which noise does not explain them [-].
 SHARE = 0.05
-#: Quantiles of an estimated variance that chances are averaged over [-].
+#: Number of quantiles of an estimated variance over which probabilities are averaged [-].
 N_QUANTILE = 200
-#: As many degrees of freedom are as good as infinitely many [-].
+#: Degrees of freedom that are practically infinite [-].
 CERTAIN = 1e9
 
 
@@ -54,15 +54,15 @@ class Departure:
     Parameters
     ----------
     test, repeat, sweep
-        Curve that it belongs to; sweep +1 up, -1 down, 0 none.
+        Curve of the reading; sweep +1 up, -1 down, 0 none.
     frequency
-        [Hz].
+        Frequency [Hz].
     side
-        "lower" or "upper": the limit that it has left.
+        Limit that is exceeded: "lower" or "upper".
     value, limit
         Reading and limit [SI unit of the sensor].
     deviations
-        Distance from the limit in standard deviations, of a normal distribution where they are estimated [-].
+        Distance from the limit in standard deviations of an equivalent normal distribution [-].
     """
 
     test: str
@@ -76,36 +76,36 @@ class Departure:
 
     @property
     def distance(self) -> float:
-        """From the limit, positive [SI unit of the sensor]."""
+        """Distance from the limit, positive [SI unit of the sensor]."""
         return abs(self.value - self.limit)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyVerdict:
-    """A family over its band; p readings.
+    """Comparison of a family with its band; p readings.
 
     Parameters
     ----------
     family, band
-        Both.
+        Family and band.
     limit, deviation
         Limits at each reading, and standard deviation of the distance from them, lower then upper, shape (2, p); NaN
-        where a reading has no limits.
+        for a reading without limits.
     coverage
         Share of compared readings that are not outside [-]; NaN if none is compared.
     tightness
-        Median over the points of width of the band over spread of the curves [-]; NaN with one curve alone.
+        Width of the band over spread of the curves, median over the points [-]; NaN with a single curve.
     score
-        Mean interval score over the mean size of the readings [-], of the band as far as noise widens it; alpha is
-        1 / (n + 1) for n readings.
+        Mean interval score of the band widened by noise, over the mean size of the readings [-]; alpha is 1 / (n + 1)
+        for n readings.
     departures
-        Readings outside, the surest first.
+        Readings outside, most significant first.
     critical_deviation
-        Standard deviations from which on a reading alone shows that a family leaves its band [-].
+        Distance above which a single reading shows that a family leaves its band [standard deviations].
     outside
-        Readings outside, curve after curve, shape (p,).
+        Mask of readings outside, curve after curve, shape (p,).
     critical_count
-        Frequencies with readings outside from which on noise does not explain them [-].
+        Least number of frequencies with readings outside that noise does not explain [-].
     """
 
     family: Family
@@ -122,12 +122,12 @@ class FamilyVerdict:
 
     @property
     def n_compared(self) -> int:
-        """Readings with limits [-]."""
+        """Number of readings with limits [-]."""
         return int(np.isfinite(self.limit).all(axis=0).sum())
 
     @property
     def leaves_band(self) -> bool:
-        """Whether the family leaves its band by more than noise does."""
+        """Whether the family leaves its band significantly."""
         far = any(item.deviations > self.critical_deviation for item in self.departures)
         places = len(np.unique(common_points(self.family.curves)[self.outside]))
         return far or (len(self.departures) > SHARE * self.n_compared and places >= self.critical_count)
@@ -147,21 +147,21 @@ def judge_family(
     Parameters
     ----------
     family, band
-        Of the same sensor, harmonic and level.
+        Family and band of the same sensor, harmonic and level.
     noise
-        Noise of its readings.
+        Noise of the readings.
     shift
-        Standard deviation of the frequency that each reading has by itself, relative [-].
+        Relative standard deviation of independent frequency errors of the readings [-].
     n_reading
-        Readings of all families that are judged [-].
+        Number of readings of all families in the comparison [-].
     offsets
-        Known errors of the frequency by set-up, see `estimate_frequency_offsets` [-].
+        Known relative frequency errors by set-up, see `estimate_frequency_offsets` [-].
     """
     known = [(offsets or {}).get(key, 0.0) for key in family.set_ups]
     offset = np.array(known)[family.curve_number]
     value, at = family.value, band.at(family.frequency, shift, offset)
     limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)
-    # Noise of a reading that is as large as the limit: the smaller reading of one below must not make it more certain.
+    # Noise of a reading at the limit: a smaller reading below it must not have a smaller noise.
     beside_noise = family.widen(at.deviation, limit)
     deviation = np.hypot(beside_noise, noise.deviation(limit))
     freedom = np.fmin(noise.freedom(limit, beside_noise), CERTAIN)
@@ -198,21 +198,21 @@ def judge_family(
 
 
 def compute_noise_width(alpha: Values | float) -> Values:
-    """Standard deviations by which normal noise leaves a band on either side in a share alpha of readings [-].
+    """Distance that normal noise exceeds, on both sides together, in a share alpha of readings [standard deviations].
 
-    A quantile of Student's distribution with a few degrees of freedom would make a score of the noise alone.
+    With a quantile of Student's distribution with few degrees of freedom, noise alone would dominate the score.
     """
     return np.asarray(-ndtri(np.asarray(alpha) / 2), dtype=np.float64)
 
 
 def _widen(ends: Both, by: Both) -> Both:
-    """Both ends of a band further out; a closed band stays one line at least."""
+    """Both ends of a band moved outwards; the upper end is at least the lower one."""
     low = ends[0] - by[0]
     return np.array([low, np.maximum(ends[1] + by[1], low)])
 
 
 def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tuple[Values, NDArray[np.int64]]:
-    """Distance of readings outside of their limits in standard deviations, 0 inside, and the limit."""
+    """Distance of readings outside their limits in standard deviations, 0 inside, and index of the limit."""
     beyond = np.nan_to_num(np.array([limit[0] - value, value - limit[1]]), nan=-np.inf)
     side = np.argmax(beyond, axis=0)
     rows = np.arange(len(value))
@@ -223,20 +223,21 @@ def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tup
 
 
 def _normal(deviations: Values, freedom: Values) -> Values:
-    """Standard deviations of a normal distribution that are exceeded as often as these of Student's, shape (p,)."""
+    """Standard deviations of a normal distribution with the same tail probability as Student's t, shape (p,)."""
     return (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(deviations**2 / freedom))
 
 
 def _student(freedom: Both) -> Both:
-    """Standard deviations of Student's distribution that `_normal` makes `OUTSIDE`, shape (2, p)."""
+    """Student's t that `_normal` converts to `OUTSIDE`, shape (2, p)."""
     scaled = (8 * freedom + 3) / (8 * freedom + 1) * OUTSIDE
     return np.sqrt(freedom * np.expm1(scaled**2 / freedom))
 
 
 def _count_critical_points(point: NDArray[np.int64], freedom: Both, chance: float) -> int:
-    """At how many frequencies noise puts readings outside with less than a chance, whatever the estimate of it is.
+    """Number of frequencies with readings outside that noise reaches with less than a given probability.
 
-    A limit may be met by all readings, and a band may be closed: any reading may be outside on either side.
+    The probability is averaged over the distribution of the noise estimate. All readings may lie on a limit, and a band
+    may have zero width: any reading may be outside on either side.
     """
     place, count = np.unique(point, return_counts=True)
     mean = 1 / max(float(np.mean(1 / freedom)) if freedom.size else 0.0, 1 / CERTAIN)
@@ -250,7 +251,7 @@ def _count_critical_points(point: NDArray[np.int64], freedom: Both, chance: floa
 
 
 def _tightness(family: Family, limit: Float[NDArray[np.float64], "2 p"]) -> float:
-    """Readings are carried to the middle of their point along the middle of the band."""
+    """Tightness of the band; readings are moved along the middle of the band to the mean frequency of their point."""
     point, curve = common_points(family.curves), family.curve_number
     names, column = np.unique(point, return_inverse=True)
     middle, width = limit.mean(axis=0), np.maximum(limit[1] - limit[0], 0.0)
@@ -267,5 +268,5 @@ def _tightness(family: Family, limit: Float[NDArray[np.float64], "2 p"]) -> floa
 
 
 def count_readings(families: Sequence[Family]) -> int:
-    """Readings of all families [-]."""
+    """Number of readings of all families [-]."""
     return sum(family.n_point for family in families)
