@@ -1,9 +1,8 @@
-r"""A predicted band beside repeated tests: how many of them it holds, how wide it is, and what both are worth together.
+r"""Metrics of a predicted band for repeated tests: coverage, tightness, and interval score.
 
-Repeats of a test with friction differ more than noise makes them; a prediction of such a family is a band from a lower
-value :math:`l` to an upper one :math:`u`, not a line. A band as wide as the sky holds every test, a narrow one in the
-right place is worth more: the interval score weighs both, and is least, on average, for the band that ends at the true
-quantiles.
+Repeats of a test with friction differ by more than noise; the prediction is a band from a lower value :math:`l` to an
+upper value :math:`u`, not a line. A sufficiently wide band covers every test, but a narrow one at the right place is
+better: the interval score combines both, and its expectation is smallest for the band between the true quantiles.
 
 References
 ----------
@@ -23,19 +22,19 @@ Tests = Float[Real, "n p"]
 
 
 def coverage(measured: Tests, lower: Points, upper: Points) -> float:
-    """Share of measured points inside the band, its ends included [-]; 1 is perfect for limits.
+    """Share of measured points inside the band, including its ends [-]; 1 is perfect for limits.
 
     Parameters
     ----------
     measured
         n repeats at p points, shape (n, p); NaN where a repeat has no value.
     lower, upper
-        The band, shape (p,), in the same unit.
+        Ends of the band, shape (p,), in the same unit.
 
     Raises
     ------
     CampaignError
-        Nothing was measured, shapes that do not fit, or a band whose ends are missing or in the wrong order.
+        No measured point, inconsistent shapes, or a band whose ends are missing or in the wrong order.
     """
     values, low, high = _checked(measured, lower, upper)
     there = np.isfinite(values)
@@ -45,9 +44,9 @@ def coverage(measured: Tests, lower: Points, upper: Points) -> float:
 def tightness(measured: Tests, lower: Points, upper: Points) -> Points:
     """Width of the band over the spread of the tests, its range over the repeats, at each point, shape (p,) [-].
 
-    1 is a band as wide as what was measured; infinite where the repeats agree but the band is open; NaN where there are
-    fewer than two repeats, or where neither has any width. Few repeats see less than the whole spread: compare bands
-    with one another rather than with 1.
+    1 means a band as wide as the measured range; infinite if the repeats agree but the band has a width; NaN with fewer
+    than two repeats, or if both widths are zero. Few repeats underestimate the spread: compare bands with one another
+    rather than with 1.
 
     Parameters
     ----------
@@ -77,8 +76,8 @@ def interval_score(measured: Tests, lower: Points, upper: Points, alpha: float) 
     measured, lower, upper
         As `coverage`; the score is NaN where a repeat has no value.
     alpha
-        The band is meant to hold the middle share 1 - alpha of the tests, in (0, 1): limits that hardly any test may
-        leave have a small one. A point outside costs 2 / alpha times its distance.
+        The band is intended to cover the central share 1 - alpha of the tests, in (0, 1); small for limits that hardly
+        any test may exceed. A point outside costs 2 / alpha times its distance.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-r"""Peaks of the response of one state of a structure over the frequency, all motions together.
+r"""Peaks over frequency of the response at one level, all motions together.
 
-The size of a response is :math:`\sqrt{\sum_s |X_s|^2}` over the sensors s, each in units of its largest value. A peak
-of it is where it falls on either side, to a third of its power or less before it rises to a higher one: the points
-that the frequency and the damping of one mode are read off (`metric.response.find_peak`) are then its own. Bands that
-were measured apart have their own peaks.
+The size of a response is :math:`\sqrt{\sum_s |X_s|^2}` over the sensors s, each in units of its largest value. At a
+peak, the size falls on either side to a third of the power or less before it rises to a higher peak. The points from
+which frequency and damping of one mode are read (`metric.response.find_peak`) then belong to this peak alone. Bands
+that were measured separately are searched separately.
 """
 
 from dataclasses import dataclass
@@ -18,22 +18,22 @@ from correlation.noise.smoothness import estimate_curve_noise
 
 Frequencies = Float[NDArray[np.float64], " f"]
 
-#: Power that a response falls to between two peaks, over that of the lower one [-].
+#: Largest power in the valley between two peaks, over that of the lower peak [-].
 VALLEY = 1 / 3
-#: Standard deviations by which a peak stands out of what lies beside it.
+#: Least height of a peak above its valleys [standard deviations].
 STANDS_OUT = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CurvePeak:
-    """A peak of a state.
+    """A peak at one level.
 
     Parameters
     ----------
     frequency
-        That of its highest point [Hz].
+        Frequency of the highest point [Hz].
     low, high
-        Its valleys, or the ends of the measured band [Hz].
+        Frequencies of the valleys on both sides, or of the ends of the measured band [Hz].
     shape
         Motions at the highest point, shape (s,) [largest of each sensor]; NaN where a sensor was not read.
     """
@@ -49,16 +49,16 @@ def find_curve_peaks(
     motion: Complex[NDArray[np.complex128], "s f"],
     deviation: Float[NDArray[np.float64], "s f"] | None = None,
 ) -> tuple[CurvePeak, ...]:
-    """Peaks by rising frequency.
+    """Peaks in ascending frequency.
 
     Parameters
     ----------
     frequency
-        Ascending, shape (f,) [Hz].
+        Frequencies, ascending, shape (f,) [Hz].
     motion
-        Motions of s sensors, each in units that make it as large as the others, shape (s, f); NaN where there is none.
+        Motions of s sensors, scaled to similar size, shape (s, f); NaN where there is no reading.
     deviation
-        Standard deviation of their moduli, shape (s, f); nothing by default.
+        Standard deviation of their moduli, shape (s, f); zero by default.
     """
     power = np.nansum(np.abs(motion) ** 2, axis=0)
     size = np.sqrt(power)
@@ -87,12 +87,12 @@ def find_curve_peaks(
 def find_own_peaks(
     frequency: Frequencies, value: Complex[NDArray[np.complex128], " f"] | Frequencies
 ) -> tuple[CurvePeak, ...]:
-    """Peaks by rising frequency of a single curve, which shows its noise itself (`noise.smoothness`).
+    """Peaks in ascending frequency of a single curve; its noise is estimated from its roughness (`noise.smoothness`).
 
     Parameters
     ----------
     frequency
-        Ascending, shape (f,) [Hz].
+        Frequencies, ascending, shape (f,) [Hz].
     value
         Complex amplitudes, or moduli, shape (f,).
     """
@@ -103,9 +103,9 @@ def find_own_peaks(
 
 
 def _is_peak(size: Frequencies, noise: Frequencies, top: int) -> bool:
-    """Whether a point is the highest one between two valleys, or between a valley and an end."""
+    """Whether a point is the highest between two valleys, or between a valley and an end."""
     for beside in (np.arange(top - 1, -1, -1), np.arange(top + 1, len(size))):
-        # Of two points that are alike the first is the peak.
+        # Of two equal points the first is the peak.
         higher = size[beside] > size[top] if beside[0] > top else size[beside] >= size[top]
         end = int(np.argmax(higher)) if higher.any() else len(beside)
         if not end:

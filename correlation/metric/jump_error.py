@@ -1,7 +1,7 @@
 """Errors of the frequencies at which a response jumps from one steady state to another.
 
-A model whose branch ends a little earlier than the measured one is wrong by that frequency, and not by the difference
-of two branches at the points between.
+If a branch of the model ends slightly earlier than the measured one, the error is this frequency difference, not the
+difference of two branches at the points between.
 """
 
 from collections.abc import Iterator
@@ -16,9 +16,9 @@ from correlation.feature.jump import find_curve_jumps
 from correlation.feature.observation import Observation
 from correlation.prediction import Prediction, SweepJump
 
-#: Change of a jump, relative to the larger value, and beside the change of the sweep that does not jump [-].
+#: Least change at a jump, relative to the larger value, and relative to the change of the other sweep [-].
 MIN_JUMP, ALONE = 0.2, 2.0
-#: Steps beside a jump in which the response may still settle [-].
+#: Number of steps next to a jump in which the response may still settle [-].
 SETTLED = 3
 
 
@@ -38,9 +38,9 @@ class JumpError:
         Middle of the measured step, and the standard deviation of a frequency within it [Hz]; NaN if the measured
         response does not jump.
     predicted_frequency
-        [Hz]; NaN if the model's response does not jump.
+        Frequency of the predicted jump [Hz]; NaN if the response of the model does not jump.
     swept_both_ways
-        Whether the other sweep was measured, too. By one sweep alone a steep flank and a jump look alike.
+        Whether the other sweep was measured too. In a single sweep a steep flank looks like a jump.
     """
 
     free: bool
@@ -54,14 +54,14 @@ class JumpError:
 
     @property
     def frequency_error(self) -> float:
-        """How much too high the prediction is [Hz]."""
+        """Predicted less measured frequency [Hz]."""
         return self.predicted_frequency - self.frequency
 
 
 def compute_jump_errors(
     observed: Observation, prediction: Prediction, sweeps: tuple[int, ...]
 ) -> tuple[JumpError, ...]:
-    """Jumps of each configuration, level and sweep; each measured one beside the nearest predicted one of its kind.
+    """Jumps of each configuration, level and sweep; each measured one paired with the nearest predicted one.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def compute_jump_errors(
     sweeps
         Directions in which the structure was swept.
     """
-    # The way to a level may lead through others, which are no part of these data.
+    # A level may be reached through others that are not part of these data.
     measured = {*zip(observed.points.free.tolist(), observed.points.level.tolist(), strict=True)}
     predicted = [jump for jump in prediction.jumps if (jump.free, jump.level) in measured]
     result, both = [], len(sweeps) > 1
@@ -100,10 +100,10 @@ def compute_jump_errors(
 
 
 def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Iterator[tuple[SweepJump, float]]:
-    """Jumps of the motion that is largest, and the width of the step in which each lies [Hz].
+    """Jumps of the largest motion, and the width of the frequency step of each [Hz].
 
-    Where both sweeps were measured, one of them jumps at either end of the states at which they differ and the other
-    does not. Where one was, a step far larger than those beside it is taken for a jump.
+    If both sweeps were measured, one of them jumps at each end of the range in which they differ, and the other does
+    not. With a single sweep, a step far larger than its neighbours is taken for a jump.
     """
     points, value = observed.points, np.abs(observed.value)
     motion = observed.motion & (points.harmonic == 1) & (observed.count > 0)
@@ -130,10 +130,10 @@ def _rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int
 
 
 def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[NDArray[np.int64], " m"]) -> list[int]:
-    """Steps of a sweep into, out of or between states with two branches, far larger than those of the other sweep.
+    """Steps of a sweep into, out of or between states with two branches that are far larger than in the other sweep.
 
-    A step over a gap between two measured bands is none. The other sweep may have been read at other frequencies. On
-    one side of a jump the sweeps are on different branches.
+    Steps over a gap between two measured bands do not count. The other sweep may have been read at other frequencies.
+    On one side of a jump the sweeps are on different branches.
     """
     points, value = observed.points, observed.value
     split, change = points.sweep[own] != 0, np.abs(np.diff(value[own]))
@@ -142,7 +142,7 @@ def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[N
     large = change > np.maximum(MIN_JUMP * np.maximum(size[1:], size[:-1]), ALONE * np.abs(np.diff(beside)))
     jumps = (split[1:] | split[:-1]) & large & (np.maximum(apart[1:], apart[:-1]) > change / 2)
     jumps[find_gaps(points.frequency[own])] = False
-    # After a jump a response settles for some steps: the largest of them is the jump.
+    # After a jump the response settles for some steps: the largest step is the jump.
     near = [change[max(step - SETTLED, 0) : step + SETTLED + 1].max() for step in range(len(change))]
     return [int(step) for step in np.flatnonzero(jumps & (change >= near))]
 
@@ -151,14 +151,14 @@ def _read_between(
     frequency: Float[NDArray[np.float64], " m"], value: Complex[NDArray[np.complex128], " m"],
     at: Float[NDArray[np.float64], " n"],
 ) -> Complex[NDArray[np.complex128], " n"]:  # fmt: skip
-    """Values of a curve at some frequencies, those between its own on a line, shape (n,); NaN beyond its ends."""
+    """Values of a curve at some frequencies by linear interpolation, shape (n,); NaN beyond its ends."""
     if not len(frequency):
         return np.full(len(at), np.nan, dtype=np.complex128)
     return np.asarray(np.interp(at, frequency, value, left=np.nan, right=np.nan))
 
 
 def find_rows_between_jumps(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[NDArray[np.bool_], " k"]:
-    """Rows between a measured jump and its predicted one, shape (k,): the model is on another branch there."""
+    """Mask of rows between a measured jump and its predicted one, where the model is on another branch, shape (k,)."""
     points, between_jumps = observed.points, np.zeros(len(observed.points), dtype=bool)
     for item in errors:
         if np.isfinite(item.frequency_error):
@@ -171,11 +171,11 @@ def find_rows_between_jumps(observed: Observation, errors: tuple[JumpError, ...]
 def take_measured_branch(
     observed: Observation, prediction: Prediction, sweeps: tuple[int, ...]
 ) -> Complex[NDArray[np.complex128], " k"]:
-    """Predicted values of the branch that the structure was on, shape (k,).
+    """Predicted values on the branch of the structure, shape (k,).
 
-    Disturbances make a sweep jump before its branch ends. Past such a jump the model is read on the branch that the
-    structure jumped to: in the sweep back, or in the first state after its own jump if there is no sweep back. Where
-    the model jumps earlier than the structure, its last state before the jump stands for the branch that it lacks.
+    Disturbances may cause a jump before the branch ends. After an early jump the prediction is taken on the branch to
+    which the structure jumped: from the sweep back, or from the first state after the predicted jump without a sweep
+    back. If the model jumps earlier than the structure, its last state before the jump is used for the missing branch.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def take_measured_branch(
         number = sweeps.index(jump.sweep)
         if late and len(sweeps) > 1:
             back = prediction.by_sweep[1 - number, rows]
-            # Where the sweep back is on the same branch, or nowhere, the model has no other one that is known.
+            # If the sweep back is on the same branch or has no state, the other branch of the model is unknown.
             other = np.abs(back - prediction.by_sweep[number, rows]) > MIN_JUMP * np.abs(back)
             value[rows[other]] = back[other]
             rows = rows[~other]
@@ -209,7 +209,7 @@ def take_measured_branch(
 
 
 def list_swept_rows(observed: Observation, jump: SweepJump) -> tuple[Int[NDArray[np.int64], " n"], int]:
-    """Rows of the sweep and the motion that jumped, by rising frequency, and the place of the first above the jump."""
+    """Rows of the sweep and motion of a jump, in ascending frequency, and index of the first one above the jump."""
     points = observed.points
     of_level = observed.motion & (points.harmonic == 1) & (observed.count > 0)
     of_level &= (points.free == jump.free) & (points.level == jump.level)
@@ -221,9 +221,9 @@ def list_swept_rows(observed: Observation, jump: SweepJump) -> tuple[Int[NDArray
 def find_other_branch(
     observed: Observation, prediction: Prediction, sweeps: tuple[int, ...]
 ) -> Bool[NDArray[np.bool_], " k"]:
-    """Rows of a level that jumps at which the model is on another branch than the structure was, shape (k,).
+    """Mask of rows, at levels with jumps, at which the model is on another branch than the structure, shape (k,).
 
-    There the largest motion is further off than half of the way of the jump, as a ratio.
+    At these the log error of the largest motion exceeds half of the log ratio of the jump.
 
     Parameters
     ----------

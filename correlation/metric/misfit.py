@@ -1,4 +1,4 @@
-"""Where a model fails: its misfit at every point, and by configuration, level, band of frequency, sensor, harmonic."""
+"""Misfit of a model at every point, and split by configuration, level, frequency band, sensor and harmonic."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,36 +24,36 @@ Mask = Bool[NDArray[np.bool_], " k"]
 Numbers = Float[NDArray[np.float64], " k"]
 Coefficients = Complex[NDArray[np.complex128], " k"]
 
-#: Along what a misfit is split.
+#: Axes along which a misfit can be split.
 AXES = ("configuration", "level", "band", "sensor", "harmonic")
-#: Bands of frequency of each configuration, with equally many frequencies.
+#: Number of frequency bands of each configuration, with equally many frequencies.
 BANDS = 6
-#: Amplitude and phase of a value are told where it is so many times its standard deviation.
+#: Least ratio of a value to its standard deviation for errors of amplitude and phase [-].
 MIN_SIZE_OVER_DEVIATION = 5.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Misfit(RowTable, Tabular):
-    """A model beside measurements, one row per point.
+    """Differences between a model and measurements, one row per point.
 
     Parameters
     ----------
     points
-        k rows.
+        Points, k rows.
     motion
-        Whether a row is of a motion sensor, shape (k,).
+        Whether a row belongs to a motion sensor, shape (k,).
     measured, predicted
-        Shape (k,) [SI unit of the sensor]; predicted is NaN where the model has no steady state.
+        Coefficients, shape (k,) [SI unit of the sensor]; predicted is NaN where the model has no steady state.
     deviation
-        Standard deviation of the mean of the repeats, of real and imaginary part each, shape (k,) [the same]: by their
-        scatter, or by the noise of a reading where there is one repeat.
+        Standard deviation of real and imaginary part of the mean of the repeats, shape (k,) [the same]: from their
+        scatter, or from the noise of a reading with a single repeat.
     standardised
-        Difference of the row's features, real and imaginary part, over its standard deviation with all that points
-        have in common, shape (k, 2) [standard deviations]; the latter is NaN for harmonic 0. It is large where the
-        model fails, and there alone.
+        Difference of the row's features, real and imaginary part, over its total standard deviation including common
+        errors, shape (k, 2) [standard deviations]; the imaginary part is NaN for harmonic 0. It is large only where the
+        model fails.
     whitened
-        The same, whitened, shape (k, 2). Its squares add up to chi^2; but an error at one point that a common mode
-        could explain shows at the other points of that mode, too.
+        The whitened difference, shape (k, 2). Its squares add up to chi^2, but an error at one point that a common mode
+        could explain also affects the other points of that mode.
     """
 
     points: Points
@@ -69,7 +69,7 @@ class Misfit(RowTable, Tabular):
 
     @property
     def phased(self) -> Mask:
-        """Rows that have a phase, shape (k,)."""
+        """Mask of rows with a phase, shape (k,)."""
         return np.asarray(np.isfinite(self.standardised[:, 1]))
 
     @property
@@ -79,17 +79,17 @@ class Misfit(RowTable, Tabular):
 
     @property
     def root_mean_square(self) -> float:
-        """Of all standardised numbers [standard deviations]; 1 is perfect."""
+        """Root mean square of all standardised numbers [standard deviations]; 1 is perfect."""
         return float(np.sqrt(np.nanmean(self.standardised**2)))
 
     @property
     def clear(self) -> Mask:
-        """Rows whose amplitude and phase stand out of the noise, and are predicted, shape (k,)."""
+        """Mask of rows that clearly exceed the noise and have a prediction, shape (k,)."""
         there = (np.abs(self.measured) > 0) & np.isfinite(self.predicted)
         return np.asarray(there & (np.abs(self.measured) > MIN_SIZE_OVER_DEVIATION * self.deviation))
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """One row per point: where it is, what was measured and predicted, and by how much they differ."""
+        """One row per point: coordinates, measured and predicted value, and their difference."""
         import pandas
 
         points = self.points
@@ -114,17 +114,17 @@ class MisfitSummary:
     Parameters
     ----------
     label
-        Which, in words: "10 N", "466.4 to 469.6 Hz, jointed", "tip".
+        Name of the rows: "10 N", "466.4 to 469.6 Hz, jointed", "tip".
     deviations
         Root mean square of the standardised differences [standard deviations]; 1 is perfect.
     whitened
-        The same of the whitened ones.
+        The same for the whitened differences.
     amplitude_error, phase_error
-        Median of the moduli of the clear rows [-, rad]; NaN if none is clear.
+        Median of the absolute errors of the clear rows [-, rad]; NaN if none is clear.
     signed_amplitude_error, signed_phase_error
-        Relative excess and phase lead of the prediction, all rows together [-, rad].
+        Relative excess and phase lead of the prediction over all clear rows together [-, rad].
     n_number
-        Numbers compared [-].
+        Number of compared values [-].
     """
 
     label: str
@@ -145,7 +145,7 @@ def compute_misfit(
     whitened: Float[NDArray[np.float64], " m"],
     noise: Float[NDArray[np.float64], " m"],
 ) -> Misfit:
-    """Arrange differences by the points that they come from.
+    """Arrange differences of features by points.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def compute_misfit(
     features
         Features of these points, m numbers.
     predicted
-        Shape (k,).
+        Predicted coefficients, shape (k,).
     standardised
         (measured - predicted) of the features over its standard deviations, shape (m,).
     whitened
@@ -174,7 +174,7 @@ def compute_misfit(
     mean = np.nansum(observed.repeat, axis=1) / np.maximum(n, 1)
     squares = np.nansum(np.abs(observed.repeat - mean[:, None]) ** 2, axis=1)
     parts = np.where(features.real_only, 1.0, 2.0)
-    # One repeat has no scatter of its own.
+    # A single repeat has no scatter.
     single = (noise / features.per_reading(observed.mean))[:k] ** 2
     variance = np.where(n > 1, squares / parts / np.maximum(n - 1, 1), single) / np.maximum(observed.count, 1)
     return Misfit(
@@ -200,7 +200,7 @@ def summarise_misfit(misfit: Misfit, label: str = "all") -> MisfitSummary:
     measured, predicted = misfit.measured[clear], misfit.predicted[clear]
     any_clear = bool(clear.any())
     dynamic = misfit.phased[clear]
-    # Rows of one part differ in unit and size: each counts by its own modulus.
+    # Rows may differ in unit and size: each is scaled by its modulus.
     scaled = predicted / np.abs(measured)
     return MisfitSummary(
         label=label,
@@ -233,7 +233,7 @@ def find_worst_cell(misfit: Misfit, level_unit: str = "N") -> tuple[MisfitSummar
 
 
 def split_into_bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
-    """Number of the band that each row is in, shape (k,), and the bands in words."""
+    """Number of the band of each row, shape (k,), and the names of the bands."""
     code = np.zeros(len(points), dtype=np.int64)
     labels: list[str] = []
     for free in np.unique(points.free):
@@ -264,5 +264,5 @@ def _words(axis: str, value: float, level_unit: str) -> str:
 
 
 def _mean_lead(measured: Coefficients, scaled: Coefficients) -> float:
-    """Phase lead of all predictions together [rad]; not a number without any."""
+    """Phase lead of all predictions together [rad]; NaN without any."""
     return float(np.angle(np.sum(scaled * np.exp(-1j * np.angle(measured))))) if len(measured) else np.nan

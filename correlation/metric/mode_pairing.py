@@ -1,9 +1,9 @@
-r"""Which peaks are of the same mode: over the levels of one structure, and of a measured and of a predicted one.
+r"""Assignment of peaks to modes, over the levels of one structure, and between measurements and model.
 
-Two peaks are as far from each other as their frequencies, in octaves, and their shapes:
-:math:`|\log_2 f_1 / f_2| + 1 - \mathrm{MAC}`. An octave, or motions at right angles, make another mode. Of a single
-sensor, or of sensors without phase that move alike, the frequency alone decides. All peaks of two states are paired at
-once, so that the sum of the distances is the least.
+The distance of two peaks combines frequency, in octaves, and shape: :math:`|\log_2 f_1 / f_2| + 1 - \mathrm{MAC}`.
+Peaks an octave apart, or with orthogonal motions, are different modes. With a single sensor, or with sensors without
+phase that move in proportion, the frequency alone decides. All peaks of two levels are paired simultaneously, such that
+the sum of the distances is minimal.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,23 +14,23 @@ from scipy.optimize import linear_sum_assignment
 
 from correlation.metric.curve_peak import CurvePeak
 
-#: Distance from which on two peaks are of different modes [-].
+#: Distance from which two peaks belong to different modes [-].
 OTHER_MODE = 1.0
-#: Peaks of one mode by the number of their state.
+#: Peaks of one mode by the number of their level.
 Mode = Mapping[int, CurvePeak]
 One = TypeVar("One")
 Other = TypeVar("Other")
 
 
 def track_modes(states: Sequence[Sequence[CurvePeak]]) -> tuple[Mode, ...]:
-    """Modes of a structure over its levels, by rising frequency; each is seen at one level or more.
+    """Modes of a structure over its levels, in ascending frequency; each has a peak at one or more levels.
 
     Parameters
     ----------
     states
         Peaks of each level, in the order of the levels.
     """
-    # A level that shows most modes tells them apart; from there on each is compared with the nearest level known.
+    # Start with the level that shows most modes; the others are compared with the nearest known level.
     first = max(range(len(states)), key=lambda number: len(states[number]), default=0)
     modes: list[dict[int, CurvePeak]] = []
     for number in sorted(range(len(states)), key=lambda number: abs(number - first)):
@@ -45,12 +45,12 @@ def track_modes(states: Sequence[Sequence[CurvePeak]]) -> tuple[Mode, ...]:
 
 
 def pair_modes(measured: Sequence[Mode], predicted: Sequence[Mode]) -> dict[int, int]:
-    """Numbers of the predicted modes that measured ones are, by the levels that show both."""
+    """Numbers of the predicted modes that correspond to measured ones, by the levels that show both."""
     return dict(_pair(measured, predicted, _mode_distance))
 
 
 def measure_distance(one: CurvePeak, other: CurvePeak) -> float:
-    """How far two peaks are from being of one mode [-]."""
+    """Distance of two peaks in frequency and shape [-]."""
     apart = abs(float(np.log2(one.frequency / other.frequency)))
     both = np.isfinite(one.shape) & np.isfinite(other.shape)
     first, second = one.shape[both], other.shape[both]
@@ -66,7 +66,7 @@ def _mode_distance(one: Mode, other: Mode) -> float:
 def _pair(
     ones: Sequence[One], others: Sequence[Other], distance: Callable[[One, Other], float]
 ) -> list[tuple[int, int]]:
-    """Pairs of the least sum of distances; those further apart than other modes are none."""
+    """Pairs with the smallest sum of distances; those with a distance of different modes are left out."""
     if not (ones and others):
         return []
     apart = np.array([[min(distance(one, other), OTHER_MODE) for other in others] for one in ones])

@@ -1,7 +1,7 @@
-"""States that a model misses by far more than those beside them: they count less.
+"""Weights of outliers: states with a far larger error than their neighbours have less weight.
 
-Where contacts begin to slip, the state that a sweep leaves behind depends on how the motion settled at each step, which
-no steady solution knows. A missing effect shows at many states next to each other; a single one tells of such a place.
+At the onset of slip the state after a step of a sweep depends on the transient, which steady solutions do not contain.
+A missing effect affects many neighbouring states; a single outlier indicates such a transient.
 """
 
 import numpy as np
@@ -13,34 +13,34 @@ from correlation.feature.vector import FeatureVector
 
 Vector = Float[NDArray[np.float64], " m"]
 
-#: Mean square of a state's whitened residuals, as a multiple of what is usual of so many states beside it: at least
-#: this, and what chance makes of its few numbers with this probability.
+#: An outlier has a mean square of its whitened residuals, relative to that of this many neighbouring states, above this
+#: multiple and above the upper chi-square quantile with this probability.
 MUCH, NEIGHBOURS, CHANCE = 2.0, 6, 0.005
-#: Least mean square that is usual: a model may happen to fit better than noise.
+#: Lower limit of the mean square of the neighbours: a model may fit better than noise by chance.
 MIN_MEAN_SQUARE = 0.5
 
 
 def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
-    """By how much to enlarge the standard deviation of each number, 1 for most, shape (m,).
+    """Factor on the standard deviation of each number, 1 for most, shape (m,).
 
     Parameters
     ----------
     features
         Features of the points.
     residual
-        Whitened, shape (m,).
+        Whitened residual, shape (m,).
     """
     state, points = features.state, features.points
     _, first = np.unique(state, return_index=True)
     count = np.bincount(state)
     size = np.bincount(state, residual**2) / count
     much = np.maximum(chdtri(count, CHANCE) / count, MUCH)
-    # Of few squares the median is less than the mean.
+    # The median of the mean of few squares is below its expectation.
     whole = size * count / chdtri(count, 0.5)
     factor, rows = np.ones(len(size)), features.row[first]
     sweep = np.column_stack([points.free[rows], points.level[rows]])
     for item in np.unique(sweep, axis=0):
-        # Numbers of states rise with the frequency.
+        # Indices of states are in order of frequency.
         states = np.flatnonzero((sweep == item).all(axis=1))
         if len(states) <= NEIGHBOURS:
             continue

@@ -1,8 +1,8 @@
 r"""Errors of a model's resonances, mode by mode.
 
-A band may hold several modes, and a level may show some of them only. The peaks of each level (`metric.curve_peak`)
-become modes over the levels, and those of the model are paired with the measured ones (`metric.mode_pairing`); then
-frequency and damping of each are read (`metric.peak_reading`).
+A band may contain several modes, and a level may show only some of them. The peaks of each level (`metric.curve_peak`)
+are assigned to modes over the levels, and modes of the model are paired with measured ones (`metric.mode_pairing`);
+then frequency and damping of each are estimated (`metric.peak_reading`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ from correlation.prediction import Points
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 
-#: A peak as broad as with a larger damping ratio is not that of one mode, which a parabola could tell [-].
+#: Largest damping ratio: a broader peak is not that of a single mode, and the parabola does not apply [-].
 MOST_DAMPED = 0.3
 
 
@@ -37,15 +37,15 @@ class PeakError:
     free, level
         Configuration and level [-, N].
     sensor
-        The motion that it is taken from.
+        Motion sensor.
     frequency, predicted_frequency
-        [Hz]; where the model does not show this mode, what is predicted is not a number.
+        Resonance frequencies [Hz]; the predicted one is NaN if the model does not show this mode.
     frequency_deviation
-        Standard deviation of their difference though the model lacks nothing [Hz].
+        Standard deviation of their difference for a complete model [Hz].
     damping, predicted_damping, damping_deviation
-        The same of the damping ratio [-].
+        The same for the damping ratio [-].
     mode
-        Number of the mode among those that were measured of this configuration, by rising frequency, from 1.
+        Number of the mode among the measured ones of this configuration, in ascending frequency, from 1.
     """
 
     free: bool
@@ -61,28 +61,28 @@ class PeakError:
 
     @property
     def frequency_error(self) -> float:
-        """How much too high the prediction is, relative [-]."""
+        """Relative error of the predicted frequency [-]."""
         return self.predicted_frequency / self.frequency - 1
 
     @property
     def damping_error(self) -> float:
-        """How much too damped the prediction is, relative [-]."""
+        """Relative error of the predicted damping ratio [-]."""
         return self.predicted_damping / self.damping - 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeakSource:
-    """Measurements beside a prediction, of which peaks are read.
+    """Measurements and a prediction from which peaks are estimated.
 
     Parameters
     ----------
     observed
-        Measurements, k points. What is read is the inverse of the mean of F / X: the mean of X over repeats whose
-        resonances are a little apart is lower and broader than each of them.
+        Measurements, k points. The inverse of the mean of F / X is used: the mean of X over repeats with slightly
+        different resonances is lower and broader than each of them.
     predicted
         Predicted coefficients at the same points, shape (k,).
     features, whitening
-        Features and covariance of the same points, from which the deviations follow.
+        Features and covariance of the same points, which give the standard deviations.
     sweeps
         Directions in which the structure was swept.
     """
@@ -96,14 +96,14 @@ class PeakSource:
 
 @dataclass(frozen=True, kw_only=True)
 class ModePeaks:
-    """What the peaks of measurements and of a prediction say.
+    """Errors of resonances from the peaks of measurements and of a prediction.
 
     Parameters
     ----------
     errors
-        Errors of resonances, by configuration, mode and level; of peaks that show one mode, and no jump.
+        Errors of resonances, by configuration, mode and level, for peaks of a single mode without a jump.
     unread
-        Why others were not read, in words.
+        Reasons why other peaks were not evaluated.
     """
 
     errors: tuple[PeakError, ...] = ()
@@ -111,14 +111,14 @@ class ModePeaks:
 
 
 def compute_peak_errors(sources: Sequence[PeakSource], level_unit: str = "N") -> ModePeaks:
-    """Resonances by configuration, mode and level, as far as the bands hold them.
+    """Resonances within the measured bands, by configuration, mode and level.
 
     Parameters
     ----------
     sources
-        Sets of measurements; a level of a configuration is read from the first that has it.
+        Sets of measurements; a level of a configuration is taken from the first set that contains it.
     level_unit
-        Unit of the levels, for what is told in words.
+        Unit of the levels, for messages.
     """
     errors, unread = list[PeakError](), list[str]()
     for free in (False, True):
@@ -150,7 +150,7 @@ def _name_alone(mode: Mode, levels: Sequence["_Level"], level_unit: str) -> str:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Level:
-    """A level of a configuration: where its numbers are from, and coefficients over the force, shape (k,)."""
+    """A level of a configuration: its source, and coefficients over the force, shape (k,)."""
 
     source: PeakSource
     free: bool
@@ -158,7 +158,7 @@ class _Level:
     measured: Coefficients
     predicted: Coefficients
     rows: Int[NDArray[np.int64], " n"]
-    """Those of the fundamentals of its motions."""
+    """Rows of the fundamentals of its motions."""
 
     @property
     def points(self) -> Points:
@@ -169,17 +169,17 @@ class _Level:
         return [str(name) for name in np.unique(self.points.sensor[self.rows])]
 
     def largest(self, sensor: str) -> float:
-        """Largest measured motion of a sensor, 0 if it has none."""
+        """Largest measured motion of a sensor; 0 without any."""
         size = np.abs(self.measured[self.rows[self.points.sensor[self.rows] == sensor]])
         return float(np.max(size[np.isfinite(size)], initial=0.0))
 
     def find_peaks(self, value: Coefficients, largest: Mapping[str, float]) -> tuple[CurvePeak, ...]:
-        """Peaks of measured or predicted coefficients, each motion over the largest one of its sensor."""
+        """Peaks of measured or predicted coefficients, with motions relative to the largest one of each sensor."""
         finite = self.rows[np.isfinite(value[self.rows])]
         grid = np.unique(self.points.frequency[finite])
         motion = np.full((len(largest), len(grid)), np.nan, dtype=np.complex128)
         noise = np.zeros(motion.shape)
-        # The sign of a motion without phase beside others is not known: then moduli are compared.
+        # Without phases the relative sign of motions is unknown: moduli are compared.
         phased = not self.source.features.amplitude[self.rows].any()
         for number, (sensor, size) in enumerate(largest.items()):
             own = finite[self.points.sensor[finite] == sensor]
@@ -195,7 +195,7 @@ class _Level:
         return find_curve_peaks(grid, motion, noise)
 
     def read(self, measured: CurvePeak, predicted: CurvePeak | None, mode: int, level_unit: str) -> PeakError | str:
-        """Error of a resonance; or why it was not read, in words, none if no sensor tells."""
+        """Error of a resonance; or the reason why it was not evaluated, empty without a suitable sensor."""
         own = self.rows[self.source.features.inverse[self.rows]]
         top = own[self.points.frequency[own] == measured.frequency]
         if not len(top):
@@ -228,13 +228,13 @@ class _Level:
 
 
 def _list_levels(sources: Sequence[PeakSource], free: bool) -> list[_Level]:
-    """Levels of a configuration, rising."""
+    """Levels of a configuration, ascending."""
     result: dict[float, _Level] = {}
     for source in sources:
         points, features = source.observed.points, source.features
         own = features.fundamental & (points.free == free)
         measured = features.values(features.of_repeats(source.observed.repeat, source.observed.taken))
-        # A peak is that of the compliance, also where the response was controlled.
+        # Peaks are those of the receptance, also if the response was controlled.
         ratio = points.level / points.force
         measured, predicted = measured * ratio, source.predicted * ratio
         for level in np.unique(points.level[own]).tolist():

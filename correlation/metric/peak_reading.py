@@ -1,14 +1,14 @@
-r"""Frequency and damping of one peak, measured and predicted, and how far both may differ though nothing is missing.
+r"""Frequency and damping of one measured and one predicted peak, and their difference expected for a complete model.
 
-A resonance is read off a few points, often three, by `metric.response.fit_resonance`: a function r of the logarithms of
-their moduli. Two things make its error uncertain although nothing is missing:
+A resonance is estimated from a few points, often three, by `metric.response.fit_resonance`, as a function r of the
+logarithms of their moduli. Even for a complete model its error is uncertain, for two reasons:
 
 - the covariance :math:`S` of the features :math:`f = F / X` (`noise.whitening`): noise, jitter of the repeats,
   friction histories, numerical error. With :math:`\mathrm{d} \ln |X| = -\Re(\bar f \, \mathrm{d} f) / |f|^2` and
-  J the derivatives of r by these logarithms and then by the numbers of f, its share is :math:`J S J^T`;
-- the reading: friction bends a peak away from the parabola that one mode has, and where the points lie on it decides
-  what is read. Its share is that of noise as large as what measured and predicted peaks differ by from a parabola
-  through their points and one more on either side. For a single mode that is nothing.
+  J the derivatives of r with respect to f through these logarithms, the contribution is :math:`J S J^T`;
+- the estimate: with friction a peak differs from the parabola of a single mode, so that the result depends on the
+  position of the points. The contribution is that of noise as large as the deviations of measured and predicted peak
+  from a parabola through their points and one more on either side. It is zero for a single mode.
 """
 
 from dataclasses import dataclass
@@ -30,26 +30,27 @@ Vector = Float[NDArray[np.float64], " f"]
 Mask = Bool[NDArray[np.bool_], " f"]
 Rows = Int[NDArray[np.int64], " f"]
 
-#: Step of a difference by the logarithm of a modulus [-]; resonances are smooth far beyond, and known to 1e-10.
+#: Step of differences with respect to the logarithm of a modulus [-]; resonances are smooth on this scale, and accurate
+#: to 1e-10.
 STEP = 1e-5
-#: A model's peak is read off the points of the measured one if it has so many of them in common.
+#: Least number of common points for which the predicted peak is evaluated at the points of the measured one.
 MIN_COMMON_POINTS = 3
-#: Numbers of a parabola.
+#: Number of coefficients of a parabola.
 PARABOLA = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeakCurve:
-    """Values of one sensor at one level over the force there, and the part of them that one peak takes up.
+    """Values of one sensor at one level over the force, and the range of one peak.
 
     Parameters
     ----------
     frequency
-        Ascending, shape (f,) [Hz].
+        Frequencies, ascending, shape (f,) [Hz].
     value
-        Shape (f,); NaN where there is none.
+        Values, shape (f,); NaN where there is none.
     span
-        Whether a point lies between the valleys of the peak, shape (f,).
+        Mask of the points between the valleys of the peak, shape (f,).
     """
 
     frequency: Vector
@@ -58,12 +59,12 @@ class PeakCurve:
 
     @classmethod
     def around(cls, peak: CurvePeak | None, frequency: Vector, value: Coefficients) -> "PeakCurve":
-        """A curve around a peak; around none, no point is part of it."""
+        """A curve with the range of a peak; without a peak the range is empty."""
         low, high = (np.inf, -np.inf) if peak is None else (peak.low, peak.high)
         return cls(frequency=frequency, value=value, span=(frequency >= low) & (frequency <= high))
 
     def find_points(self, beside: int = 0) -> Mask:
-        """Points that the peak is read off, shape (f,), and so many more on either side; none if nothing is there.
+        """Mask of the points of the peak, and `beside` more on either side, shape (f,); empty without a value.
 
         Raises
         ------
@@ -80,7 +81,7 @@ class PeakCurve:
 class PeakReading:
     """Frequencies [Hz] and damping ratios [-] of a measured and a predicted peak, and deviations of their differences.
 
-    What is predicted is not a number if the model has no peak there.
+    Predicted values are NaN if the model has no peak in the range.
     """
 
     frequency: float
@@ -94,7 +95,7 @@ class PeakReading:
 def read_peaks(
     measured: PeakCurve, predicted: PeakCurve, rows: Rows, features: FeatureVector, whitening: Whitening
 ) -> PeakReading:
-    """Read both peaks.
+    """Estimate frequency and damping of both peaks.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def read_peaks(
     Raises
     ------
     CampaignError
-        The measured peak is none of one mode.
+        The measured peak is not that of a single mode.
     """
     frequency, value = measured.frequency, measured.value
     chosen, own = _points(measured, predicted)
@@ -137,7 +138,7 @@ def read_peaks(
 
 
 def measure_noise(value: Coefficients, rows: Rows, features: FeatureVector, whitening: Whitening) -> Vector:
-    """Standard deviation of moduli by what no two points have in common, shape (f,) [as the values].
+    """Standard deviation of moduli by the independent noise of points, shape (f,) [as the values].
 
     Parameters
     ----------
@@ -153,13 +154,13 @@ def measure_noise(value: Coefficients, rows: Rows, features: FeatureVector, whit
 def choose_upper_branch(
     points: Points, value: Coefficients, rows: Int[NDArray[np.int64], " f"]
 ) -> Int[NDArray[np.int64], " f"]:
-    """Of rows at one frequency in two sweeps the one with the larger amplitude; rising in frequency."""
+    """Rows in ascending frequency; where two sweeps have a row, the one with the larger amplitude."""
     order = rows[np.lexsort([-np.abs(value[rows]), points.frequency[rows]])]
     return np.asarray(order[np.unique(points.frequency[order], return_index=True)[1]])
 
 
 def has_jump_at_peak(points: Points, curve: PeakCurve, rows: Rows, sweeps: tuple[int, ...]) -> bool:
-    """Whether the points of a peak are on one of two branches, or beside a jump of the only sweep."""
+    """Whether the points of a peak are on one of two branches, or next to a jump of the only sweep."""
     try:
         peak = np.flatnonzero(curve.find_points())
     except CampaignError:
@@ -167,26 +168,26 @@ def has_jump_at_peak(points: Points, curve: PeakCurve, rows: Rows, sweeps: tuple
     if not len(peak):
         return False
     beside = np.arange(peak.min() - 1, peak.max() + 1)
-    # A step over a gap between two bands is none of the curve.
+    # A step over a gap between two bands does not count.
     own = np.where(curve.span, curve.value, np.nan)
     steps = find_curve_jumps(curve.frequency, own) if len(sweeps) < 2 else beside[:0]
     return bool(np.isin(steps, beside).any() or points.sweep[rows[peak]].any())
 
 
 def _points(measured: PeakCurve, predicted: PeakCurve, beside: int = 0) -> tuple[Mask, Mask]:
-    """Which points a measured and a predicted peak are read off, shape (f,) each; none if nothing is predicted."""
+    """Masks of the points of a measured and a predicted peak, shape (f,) each; the latter empty without a peak."""
     chosen = measured.find_points(beside)
     try:
         own = predicted.find_points(beside)
     except CampaignError:
         return chosen, np.zeros(len(chosen), dtype=bool)
-    # Other points of a bent peak would read another damping: the same if the peaks have enough of them in common.
+    # With friction the damping depends on the choice of points: use the same ones if enough of them are common.
     same = chosen & np.isfinite(predicted.value)
     return chosen, same if (same & own).sum() >= MIN_COMMON_POINTS else own
 
 
 def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArray[np.float64], "2 f"]:
-    """Derivatives of frequency [Hz] and damping ratio [-] by the logarithm of the modulus of each point."""
+    """Derivatives of frequency [Hz] and damping ratio [-] with respect to the logarithm of each modulus."""
     slopes = np.zeros((2, len(value)))
     for point in np.flatnonzero(chosen):
         ends = []
@@ -199,7 +200,7 @@ def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArr
 
 
 def _numbers(features: FeatureVector, rows: Int[NDArray[np.int64], " f"]) -> Int[NDArray[np.int64], "2 f"]:
-    """Where the real and the imaginary parts of some rows stand among all numbers, shape (2, f); once for a modulus."""
+    """Indices of real and imaginary part of some rows among all numbers, shape (2, f); the same twice for a modulus."""
     imaginary = len(features.points) + np.searchsorted(np.flatnonzero(~features.real_only), rows)
     return np.array([rows, np.where(features.real_only[rows], rows, imaginary)])
 
@@ -207,7 +208,7 @@ def _numbers(features: FeatureVector, rows: Int[NDArray[np.int64], " f"]) -> Int
 def _by_number(
     value: Coefficients, features: FeatureVector, rows: Int[NDArray[np.int64], " f"]
 ) -> Float[NDArray[np.float64], "2 f"]:
-    """Derivatives of the logarithm of |X| by the real and the imaginary part of F / X, shape (2, f)."""
+    """Derivatives of the logarithm of |X| with respect to real and imaginary part of F / X, shape (2, f)."""
     inverse = features.points.level[rows] / value
     parts = np.array([inverse.real, inverse.imag])
     parts[:, features.real_only[rows]] = np.array([[1.0], [0.0]]) * np.abs(inverse[features.real_only[rows]])
@@ -215,9 +216,9 @@ def _by_number(
 
 
 def _reading(measured: PeakCurve, predicted: PeakCurve, noise: Vector) -> float:
-    """Mean square of what measured and predicted peaks differ by from parabolas, relative to their moduli [-].
+    """Mean square deviation of measured and predicted peaks from parabolas, relative to their moduli [-].
 
-    Noise, whose relative variance is given, departs from a parabola, too, and is counted already.
+    The contribution of noise with the given relative variance is subtracted, since it is counted already.
     """
     chosen, own = _points(measured, predicted, beside=1)
     if not own.any():

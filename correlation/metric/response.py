@@ -1,4 +1,4 @@
-r"""Metrics: how far a response is from another, and what a resonance peak says, as small functions.
+r"""Metrics of responses: errors of amplitude and phase, and frequency and damping of a resonance peak.
 
 Responses are complex amplitudes :math:`X` of :math:`e^{i \Omega t}` under a force of real amplitude :math:`F`.
 """
@@ -14,14 +14,14 @@ Metric = Float[NDArray[np.float64], "..."]
 
 
 def amplitude_error(measured: Response, predicted: Response) -> Metric:
-    r"""How much too large a prediction is: :math:`|X_p| / |X_m| - 1` [-], of the shape of both; 0 is perfect."""
+    r"""Relative amplitude error of a prediction, :math:`|X_p| / |X_m| - 1` [-], shape as both; 0 is perfect."""
     measured, predicted = np.asarray(measured), np.asarray(predicted)
     error: Metric = np.abs(predicted) / np.abs(measured) - 1
     return error
 
 
 def phase_error(measured: Response, predicted: Response) -> Metric:
-    r"""By how much a prediction leads: :math:`\arg (X_p \bar{X}_m)` [rad], in (-pi, pi]; 0 is perfect."""
+    r"""Phase lead of a prediction, :math:`\arg (X_p \bar{X}_m)` [rad], in (-pi, pi]; 0 is perfect."""
     return np.angle(np.asarray(predicted) * np.conj(np.asarray(measured)))
 
 
@@ -35,7 +35,7 @@ def find_peak(
     frequency, value
         See `fit_resonance`.
     beside
-        So many more points on either side, as far as there are [-].
+        Number of further points on either side, if available [-].
 
     Raises
     ------
@@ -67,23 +67,23 @@ def fit_resonance(
     r"""Resonance frequency [Hz] and damping ratio [-] of a peak.
 
     The inverse of a displacement near one mode is :math:`1/X = (\omega_0^2 - \omega^2 + 2 i \zeta \omega_0 \omega)
-    \, / \, r` with a complex modal constant r. Its modulus squared is a parabola of :math:`\omega^2` whatever r is, so
-    that a fit to the points around the peak gives both. Exact for one degree of freedom; for frictional damping the
-    equivalent of the peak.
+    \, / \, r` with a complex modal constant r. Its squared modulus is a parabola in :math:`\omega^2` for any r, so that
+    a fit to the points around the peak gives both. It is exact for one degree of freedom; with friction it gives the
+    equivalent values of the peak.
 
     Parameters
     ----------
     frequency
-        Rising or falling, shape (f,) [Hz].
+        Frequencies, ascending or descending, shape (f,) [Hz].
     value
         Displacement per unit of force or at one level, shape (f,).
     points
-        Mask of three or more points, shape (f,); those `find_peak` by default.
+        Mask of three or more points, shape (f,); those of `find_peak` by default.
 
     Raises
     ------
     CampaignError
-        Fewer than three points, the peak is at an end of the band, or what is there is no peak of one mode.
+        Fewer than three points, the peak is at an end of the band, or it is not the peak of a single mode.
     """
     frequency, value = np.asarray(frequency, dtype=np.float64), np.asarray(value)
     chosen = find_peak(frequency, value) if points is None else points
@@ -104,9 +104,9 @@ def measure_bend(
     value: Complex[NDArray[np.complex128], " f"],
     points: Bool[NDArray[np.bool_], " f"],
 ) -> Float[NDArray[np.float64], " p"]:
-    """By how much |X| is above that of the one mode that fits best at the points that take part, shape (p,) [-].
+    """Relative excess of |X| over that of the best fitting single mode at the selected points, shape (p,) [-].
 
-    It is nothing for one mode, and for three points.
+    It is zero for a single mode, and for three points.
     """
     frequency, power, parabola = _parabola(frequency, value, points)
     peak = int(np.argmax(power))
@@ -119,12 +119,12 @@ def _parabola(
     value: Complex[NDArray[np.complex128], " f"],
     points: Bool[NDArray[np.bool_], " f"],
 ) -> tuple[Float[NDArray[np.float64], " p"], Float[NDArray[np.float64], " p"], Float[NDArray[np.float64], "3"]]:
-    """Frequencies and |X|^2 of some points, and the parabola through 1 / |X|^2 over the squared frequency.
+    """Frequencies and |X|^2 of some points, and the parabola of 1 / |X|^2 over the squared frequency.
 
-    Frequency and power count from those of the highest point.
+    Its coefficients are for frequency and power relative to those of the highest point.
     """
     frequency, power = frequency[points], np.abs(value[points]) ** 2
     peak = int(np.argmax(power))
     x = (frequency / frequency[peak]) ** 2
-    # Relative noise is alike at all points: that of 1 / power goes with 1 / power.
+    # The relative noise is equal at all points, so that the noise of 1 / power is proportional to 1 / power.
     return frequency, power, np.polyfit(x - 1, power[peak] / power, 2, w=power / power[peak])
