@@ -27,8 +27,8 @@ EXPONENT_TOLERANCE = 0.5
 MOST_STEEP = 11.0
 #: Range of a stiffness about its start value, and largest clearance over the largest displacement [-].
 RANGE, BEYOND = 1e4, 1.5
-#: Start value g of a clearance over the largest displacement, and share of its stiffness that a spring beyond it on both
-#: sides has for the fundamental: 1 - 2/pi (asin g + g sqrt(1 - g^2)) [-].
+#: Start value g of a clearance over the largest displacement, and share of its stiffness that a spring beyond it on
+#: both sides has for the fundamental: 1 - 2/pi (asin g + g sqrt(1 - g^2)) [-].
 CLEARANCE = 0.5
 REACHED = 1 - 2 / np.pi * (np.arcsin(CLEARANCE) + CLEARANCE * np.sqrt(1 - CLEARANCE**2))
 

@@ -14,7 +14,7 @@ from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "air damping"
-#: Largest over typical strength, which is for a stuck structure: friction may keep speeds far below those of the latter.
+#: Largest over typical strength. The latter is for the stuck structure; friction may keep speeds far below it.
 LARGEST = 1e4
 
 
