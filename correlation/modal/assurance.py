@@ -1,7 +1,7 @@
 """Assurance criteria of mode shapes and of frequency responses: MAC, CoMAC, FRAC, FDAC.
 
-All are squared cosines in [0, 1]: they see direction only, and a factor, real or complex, changes nothing. None of them
-is a measure of frequency or amplitude, and with few sensors unlike modes can score high.
+All are squared cosines in [0, 1]: they compare directions only and do not depend on a real or complex factor. None of
+them measures frequency or amplitude, and with few sensors different modes can have high values.
 
 References
 ----------
@@ -40,25 +40,25 @@ def modal_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
     Raises
     ------
     CampaignError
-        Other numbers of sensors, or a shape of zeros.
+        Different numbers of sensors, or a shape of zeros.
     """
     phi, psi = (_unit_columns(shapes) for shapes in _same_sensors(reference, candidate))
     return np.asarray(np.abs(phi.conj().T @ psi) ** 2)
 
 
 def coordinate_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
-    r"""CoMAC: agreement of each sensor over paired modes; low for a wrong sensor, or a place that is modelled badly.
+    r"""CoMAC: agreement of each sensor over paired modes; low for a wrong sensor or a poorly modelled place.
 
     .. math:: \mathrm{CoMAC}_s = \frac{(\sum_m |\phi_{sm} \bar\psi_{sm}|)^2}{\sum_m |\phi_{sm}|^2 \sum_m |\psi_{sm}|^2}
 
     Parameters
     ----------
     reference, candidate
-        Paired mode shapes, column by column, shape (n_sensor, n_mode); each is brought to unit length first.
+        Paired mode shapes, column by column, shape (n_sensor, n_mode); each is scaled to unit length first.
 
     Returns
     -------
-    Values in [0, 1], shape (n_sensor,) [-]; NaN of a sensor that no mode moves.
+    Values in [0, 1], shape (n_sensor,) [-]; NaN for a sensor that no mode moves.
     """
     phi, psi = (_unit_columns(shapes) for shapes in _same_sensors(reference, candidate))
     if phi.shape != psi.shape:
@@ -71,7 +71,7 @@ def coordinate_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
 def response_assurance(reference: Responses, candidate: Responses) -> Criterion:
     r"""FRAC: squared cosine between both responses of each sensor, over all frequencies, shape (n_sensor,) [-].
 
-    It falls when resonances differ, however alike the shapes are.
+    It decreases if resonances differ, even for equal shapes.
     """
     first, second = _same_sensors(reference, candidate)
     return np.asarray(np.abs((_unit_columns(first.T).conj() * _unit_columns(second.T)).sum(axis=0)) ** 2)
@@ -80,7 +80,7 @@ def response_assurance(reference: Responses, candidate: Responses) -> Criterion:
 def domain_assurance(reference: Responses, candidate: Responses) -> Criterion:
     r"""FDAC: squared cosine between the deflection shapes at every pair of frequencies, shape (n_line, n_line) [-].
 
-    A ridge beside the diagonal is a shift of frequencies: row i is a frequency of the reference.
+    A ridge off the diagonal indicates a frequency shift; row i is a frequency of the reference.
     """
     return modal_assurance(reference, candidate)
 
@@ -96,7 +96,7 @@ def _same_sensors(reference: Shapes, candidate: Shapes) -> tuple[Shapes, Shapes]
 
 
 def _unit_columns(shapes: Shapes) -> Shapes:
-    """Columns of unit length, so that no result leaves [0, 1] by more than round-off at any scale."""
+    """Columns scaled to unit length, so that results lie in [0, 1] up to round-off for any scale."""
     largest = np.abs(shapes).max(axis=0)
     if not (largest > 0).all():
         raise CampaignError(f"column {int(np.argmin(largest > 0))} is zero at all sensors: leave it out")

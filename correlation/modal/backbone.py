@@ -1,11 +1,11 @@
 r"""Frequency and damping of a mode at its amplitude, from the resonance curve of one level.
 
-One mode is fitted to the points around the peak: near a resonance, a nonlinear structure under a constant force level
-responds like a linear one whose frequency and damping belong to the amplitude at the peak. The curve bends where they
-change within the peak, so that points far down its sides belong to smaller amplitudes; the misfit of the one mode is
-added to the deviations.
+A single mode is fitted to the points around the peak: near a resonance, a nonlinear structure at a constant force level
+responds like a linear one with frequency and damping for the amplitude at the peak. If these vary within the peak, the
+curve is bent, since points on its flanks have smaller amplitudes; the misfit of the single mode is added to the
+standard deviations.
 
-The fit is to :math:`1 / |X|^2`, a parabola of the squared frequency: amplitudes are enough, phases are not used.
+The fit is to :math:`1 / |X|^2`, a parabola in the squared frequency: only amplitudes are used, no phases.
 """
 
 from typing import Any
@@ -18,9 +18,9 @@ from correlation.errors import CampaignError
 from correlation.metric.response import find_peak, fit_resonance, measure_bend
 from correlation.model import DERIVATIVE
 
-#: Step of a numerical derivative by the logarithm of an amplitude [-].
+#: Step of numerical derivatives with respect to the logarithm of an amplitude [-].
 STEP = 1e-5
-#: Numbers of a parabola.
+#: Number of coefficients of a parabola.
 PARABOLA = 3
 
 
@@ -32,16 +32,16 @@ def fit_peak(
 ) -> tuple[float, ...]:
     """Amplitude, frequency [Hz] and damping ratio [-] of the largest peak, each followed by its standard deviation.
 
-    The deviations are not a number where nothing tells them: three points in all, and no deviation of their own.
+    The standard deviations are NaN if they cannot be estimated: with three points in all and no stated deviation.
 
     Parameters
     ----------
     frequency
-        Shape (f,) [Hz].
+        Frequencies, shape (f,) [Hz].
     response
-        Complex, or amplitudes alone, shape (f,) [any unit].
+        Complex responses, or amplitudes, shape (f,) [any unit].
     deviation
-        Standard deviation of real and imaginary part, or of the amplitude, shape (f,); None for what the fit leaves.
+        Standard deviation of real and imaginary part, or of the amplitude, shape (f,); None to use the misfit.
     quantity
         "displacement", "velocity" or "acceleration".
 
@@ -58,8 +58,8 @@ def fit_peak(
     chosen = find_peak(lines, values.astype(complex))
     best = np.array(fit_resonance(lines, values.astype(complex), chosen))
     relative = np.full(len(order), np.nan) if deviation is None else deviation[order] / np.abs(response[order])
-    # What one mode leaves is noise, or the bend of a nonlinear peak: either way it is unexplained. Three points leave
-    # nothing, so that it is seen with one more on either side.
+    # The misfit of one mode is noise, or the bend of a nonlinear peak. Three points have no misfit, so that one more on
+    # either side is used.
     seen = chosen if chosen.sum() > PARABOLA else find_peak(lines, values.astype(complex), beside=1)
     bend = measure_bend(lines, values.astype(complex), seen)
     left = float((bend**2).sum() / (len(bend) - PARABOLA)) if len(bend) > PARABOLA else 0.0

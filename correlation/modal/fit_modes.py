@@ -1,4 +1,4 @@
-"""Modes of a structure from its measured frequency responses: poles, shapes, and how well they are known."""
+"""Modes of a structure from measured frequency responses: poles, shapes, and their uncertainty."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ from geometry.read_only_array import freeze_fields
 
 Numbers = Float[NDArray[np.float64], " m"]
 
-#: Highest order of the diagram, and lines per order at least [-].
+#: Highest order of the diagram, and least number of lines per order [-].
 HIGHEST_ORDER, LINES_PER_ORDER = 30, 3
-#: Lines that modes need at least [-].
+#: Least number of lines for an identification of modes [-].
 FEWEST_LINES = 8
-#: A mode that has fewer lines between its half-power points is not resolved [-].
+#: A mode with fewer lines between its half-power points is not resolved [-].
 FEW_LINES = 1.0
 
 
@@ -34,30 +34,30 @@ class Modes:
     Parameters
     ----------
     frequency, frequency_deviation
-        Undamped, rising, shape (m,) [Hz].
+        Undamped natural frequencies, ascending, shape (m,) [Hz].
     damping_ratio, damping_deviation
-        Shape (m,) [-].
+        Damping ratios, shape (m,) [-].
     shapes, shape_deviation
-        Shape (c, m): residues over the largest of each mode, so that this sensor is 1 [-]; with a driving point
-        normalised to unit modal mass [1/sqrt(kg)]. The deviation is that of real and imaginary part alike.
+        Shapes, (c, m): residues over the largest one of each mode, so that this sensor is 1 [-]; with a driving point
+        normalised to unit modal mass [1/sqrt(kg)]. The deviation is that of the real and of the imaginary part.
     residues
         A_k of H = s^p sum A_k / (s - s_k) + conj., with p the time derivatives of each sensor, shape (c, m) [unit of
         the response times s^(1 - p)].
     participation
-        Share of the mean square of all responses that the mode alone makes up, shape (m,) [-]; overlapping modes do not
-        sum to 1.
+        Share of the mean square of all responses due to the mode alone, shape (m,) [-]; the sum over overlapping modes
+        is not 1.
     residual
-        Root mean square of what the modes leave over that of each response, shape (c,) [-].
+        Root mean square of the residual over that of each response, shape (c,) [-].
     fitted
-        Responses of the modes as those that were measured, shape (c, f).
+        Responses of the modes, for comparison with the measured ones, shape (c, f).
     stabilisation
-        All poles that were looked at.
+        All poles of the stabilisation diagram.
     leaks
-        Whether a window has changed the responses near a mode.
+        Whether leakage of a window has changed the responses near a mode.
     suspicions
-        What speaks against the result, in words.
+        Messages on doubts about the result.
     remarks
-        What the lines leave open, in words.
+        Messages on properties that the lines do not determine.
     """
 
     frequency: Numbers
@@ -100,28 +100,29 @@ def fit_modes(
     Parameters
     ----------
     frequency
-        Rising, evenly spaced or not, shape (f,) [Hz].
+        Frequencies, ascending, evenly spaced or not, shape (f,) [Hz].
     responses
-        Of all sensors as they were measured, shape (f,) or (c, f) [quantity / N]: their noise is then known best.
+        Responses of all sensors in the measured quantity, shape (f,) or (c, f) [quantity / N], so that their noise is
+        modelled correctly.
     quantity
-        "displacement", "velocity" or "acceleration", of all sensors or of each.
+        "displacement", "velocity" or "acceleration", for all sensors or for each.
     deviation
         Standard deviation of real and imaginary part, shape (c, f); by default equal along each response.
     band
-        Lowest and highest frequency that are used [Hz].
+        Lowest and highest frequency to use [Hz].
     n_mode
-        Number of modes; by default as many as the data call for.
+        Number of modes; by default chosen by an information criterion.
     driving_point
         Row of the sensor at the force, for shapes of unit modal mass.
     decay
-        sigma of an exponential window [1/s], whose damping is taken off.
+        sigma of an exponential window [1/s], whose damping is subtracted.
     window
-        Window under which the responses were estimated: its leakage is taken off.
+        Window under which the responses were estimated; its leakage is corrected.
 
     Raises
     ------
     CampaignError
-        Shapes that do not fit, too few lines, an unknown quantity, or no mode in the band.
+        Inconsistent shapes, too few lines, an unknown quantity, or no mode in the band.
     """
     lines, values, spread = _checked(frequency, responses, deviation, band)
     power = _count_derivatives(quantity, len(values))
@@ -156,7 +157,7 @@ def _checked(
     Float[NDArray[np.float64], " f"], Complex[NDArray[np.complex128], "c f"], Complex[NDArray[np.complex128], "c f"] |
     None
 ]:  # fmt: skip
-    """Lines of the band, responses and deviations there."""
+    """Lines of the band, and responses and deviations at these."""
     lines, values = np.asarray(frequency, dtype=np.float64), np.atleast_2d(np.asarray(responses, dtype=np.complex128))
     if lines.ndim != 1 or values.ndim != 2 or values.shape[1] != len(lines):
         raise CampaignError(
@@ -187,7 +188,7 @@ def _between(lines: Float[NDArray[np.float64], " f"]) -> str:
 def _describe(
     data: ResponseData, fit: ModalFit, diagram: Stabilisation, driving_point: int | None, decay: float
 ) -> Modes:
-    """Frequencies, damping and shapes of the poles and residues."""
+    """Frequencies, damping and shapes from poles and residues."""
     values = data.values
     order = np.argsort(fit.poles.imag)
     poles, residues = fit.poles[order], fit.residues[:, order]
@@ -226,7 +227,7 @@ def _describe(
     alone = [residues[:, k, None] * parts[:, 0, k] + residues[:, k, None].conj() * parts[:, 1, k] for k in range(m)]
     total = (np.abs(values) ** 2).sum(axis=1)
     damping_deviation = np.sqrt(np.diag(by_damping @ covariance @ by_damping.T))
-    if data.duration is None:  # whether there is leakage is not told by so few lines
+    if data.duration is None:  # too few lines to detect leakage
         unresolved = -fit.poles[order].real / np.pi < FEW_LINES * np.diff(data.lines).min()
         damping_deviation = np.where(unresolved, np.maximum(damping_deviation, -poles.real / size), damping_deviation)
     return Modes(
@@ -248,9 +249,9 @@ def _describe(
 
 
 def _local_excess(data: ResponseData, fit: ModalFit) -> Float[NDArray[np.float64], " m"]:
-    """Variance of what is left at the lines of each mode over that of the noise, at least 1, shape (m,) [-].
+    """Variance of the residual at the lines of each mode over that of the noise, at least 1, shape (m,) [-].
 
-    Leakage of noise is larger at a resonance than noise in proportion to the response is.
+    At a resonance the leakage of noise exceeds noise proportional to the response.
     """
     if data.duration is None:
         return np.ones(len(fit.poles))
@@ -265,7 +266,7 @@ def _local_excess(data: ResponseData, fit: ModalFit) -> Float[NDArray[np.float64
 def _describe_unresolved(
     lines: Float[NDArray[np.float64], " f"], poles: Complex[NDArray[np.complex128], " m"]
 ) -> Iterator[str]:
-    """Modes that lie between lines."""
+    """Messages on modes that the lines do not resolve."""
     step = float(np.diff(lines).min())
     for pole in poles.tolist():
         count = -pole.real / np.pi / step

@@ -1,11 +1,11 @@
-r"""Whether a structure is linear over its levels, without a model: whether its responses grow with the force.
+r"""Test of linearity without a model: whether the responses are proportional to the force over the levels.
 
 The homogeneity index of a level is the distance of its frequency responses from those of the lowest level,
 
 .. math:: h_l = \sqrt{\frac{\sum |H_l - H_1|^2 - \sum (\sigma_l^2 + \sigma_1^2)}{\sum |H_1|^2}}
 
-without what noise explains. It says that a structure is nonlinear, not why; and a drift between two tests, such as a
-change of temperature, looks like it unless a level is repeated.
+less the contribution of noise. It detects nonlinearity, but not its cause; a drift between two tests, such as a change
+of temperature, has the same effect unless a level is repeated.
 """
 
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ from geometry.read_only_array import freeze_fields
 
 Levels = Float[NDArray[np.float64], " l"]
 
-#: A difference is no chance if noise is as large in one of so many sets of levels.
+#: Significance level of a difference: share of sets of levels in which noise is as large [-].
 CHANCE = 1e-3
-#: Homogeneity indices below this share are of no consequence for a model [-].
+#: Homogeneity indices below this value are irrelevant for a model [-].
 NEGLIGIBLE = 0.01
 
 
@@ -34,9 +34,9 @@ class Linearity:
     Parameters
     ----------
     level
-        Rising, shape (l,) [N].
+        Levels, ascending, shape (l,) [N].
     index
-        Homogeneity index of each level beside the lowest, shape (l,) [-]; 0 of the lowest.
+        Homogeneity index of each level relative to the lowest, shape (l,) [-]; 0 for the lowest.
     noise
         Index that noise alone would give, shape (l,) [-].
     significant
@@ -62,18 +62,18 @@ def check_linearity(level: Any, responses: Any, deviation: Any, unit: str = "N")
     Parameters
     ----------
     level
-        Shape (l,) [N].
+        Levels, shape (l,) [N].
     responses
-        Response per force of each level, complex or amplitudes alone, shape (l, f) or (l, c, f).
+        Response per force of each level, complex or amplitudes, shape (l, f) or (l, c, f).
     deviation
-        Standard deviation of real and imaginary part, or of the amplitude, of the same shape.
+        Standard deviation of real and imaginary part, or of the amplitude, same shape.
     unit
         Unit of the levels.
 
     Raises
     ------
     CampaignError
-        Fewer than two levels, other shapes, or no frequency that two levels have in common.
+        Fewer than two levels, inconsistent shapes, or no common frequency of two levels.
     """
     levels = np.asarray(level, dtype=np.float64)
     values, spread = np.asarray(responses), np.asarray(deviation, dtype=np.float64)
@@ -102,7 +102,7 @@ def check_linearity(level: Any, responses: Any, deviation: Any, unit: str = "N")
         noise[place] = np.sqrt(parts * variance.sum() / size)
         index[place] = np.sqrt(max(square.sum() - parts * variance.sum(), 0.0) / size)
         beyond = statistic > chdtri(parts * known.sum(), CHANCE) if known.any() else square.sum() > 0
-        # A few readings of little noise may differ where the responses as a whole do not.
+        # A few readings with little noise may differ although the responses as a whole do not.
         significant[place] = bool(beyond) and index[place] > 0
     return Linearity(
         level=levels, index=index, noise=noise, significant=significant,

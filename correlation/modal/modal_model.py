@@ -5,13 +5,13 @@ The receptance between one force and the sensors c is
 .. math:: H_c(\omega) = \sum_m \left( \frac{R_{cm}}{i \omega - p_m} + \frac{\bar R_{cm}}{i \omega - \bar p_m} \right)
           + \frac{L_c}{\omega^2} + U_c
 
-with residual terms of the modes below and above the band; mobility and accelerance are it times :math:`i \omega` and
-:math:`-\omega^2`. Residues and residual terms are linear and are solved for at every step, so that Gauss and Newton's
-method moves the poles alone (variable projection).
+with residual terms of the modes below and above the band; mobility and accelerance are the receptance times
+:math:`i \omega` and :math:`-\omega^2`. Residues and residual terms are linear and are solved for at every step, so that
+the Gauss-Newton iteration changes the poles alone (variable projection).
 
-Noise of a sensor is a part that is the same at all lines and one that grows with the response,
-:math:`v = a^2 |H|^2 + b^2`; both are estimated from what the modes leave. H is the response as it was measured: noise
-of an accelerometer that is the same at all lines grows as :math:`1 / \omega^2` towards low frequencies in receptance.
+The noise of a sensor has a constant part and a part proportional to the response, :math:`v = a^2 |H|^2 + b^2`; both are
+estimated from the residual. H is the response in the measured quantity: constant noise of an accelerometer grows as
+:math:`1 / \omega^2` towards low frequencies in the receptance.
 """
 
 from dataclasses import dataclass
@@ -30,18 +30,18 @@ Matrix = Float[NDArray[np.float64], "n p"]
 Noise = Float[NDArray[np.float64], "c f"]
 Powers = Int[NDArray[np.int64], " c"]
 
-#: Steps, and the step of a pole, as a share of its distance from the imaginary axis, that ends them.
+#: Largest number of steps, and final step of a pole as a share of its distance from the imaginary axis.
 ROUNDS, ENOUGH = 40, 1e-7
-#: What is smaller beside a response is no reason for another mode: no measurement is linear to this share [-].
+#: A residual below this share of a response does not justify another mode: no measurement is as linear [-].
 NEGLIGIBLE = 1e-4
-#: Real numbers per sensor of the residual terms, of which L and U have two each.
+#: Number of real residual terms per sensor, two each for L and U.
 RESIDUAL_TERMS = 4
-#: Noise grows with the response if that part exceeds the other at the largest response by this factor in variance [-]:
-#: the few lines of a resonance tell it with some tens of percent.
+#: Least ratio of proportional to constant noise variance at the largest response for the proportional part to be used:
+#: the few lines of a resonance determine it to some tens of per cent [-].
 GROWS = 1.0
-#: Lines that count as one under Hann's window: the sum of the squared correlations 1, 2/3 and 1/6 of neighbours [-].
+#: Number of lines that count as one under a Hann window: sum of the squared correlations 1, 2/3 and 1/6 [-].
 LINES_ALIKE = 1 + 2 * (4 / 9 + 1 / 36)
-#: Iterations of the two parts, and least variance over the largest: one line at an antiresonance must not decide [-].
+#: Iterations of the two parts, and least variance over the largest, so that no line at an antiresonance dominates [-].
 NOISE_ROUNDS, LEAST_VARIANCE = 6, 1e-6
 
 
@@ -52,15 +52,15 @@ class ModalFit:
     Parameters
     ----------
     poles
-        Shape (m,) [rad/s].
+        Poles, shape (m,) [rad/s].
     pole_covariance
-        Of real and imaginary parts, all real parts first, shape (2 m, 2 m) [rad^2/s^2].
+        Covariance of real and imaginary parts, all real parts first, shape (2 m, 2 m) [rad^2/s^2].
     residues, residue_deviation
-        R, shape (c, m), and standard deviation of its real and imaginary parts alike.
+        R, shape (c, m), and standard deviation of its real and of its imaginary part.
     fitted
         Responses of the model, shape (c, f).
     noise
-        Standard deviation of real and imaginary parts of what is left, shape (c, f).
+        Standard deviation of real and imaginary part of the residual, shape (c, f).
     """
 
     poles: Poles
@@ -71,7 +71,7 @@ class ModalFit:
     noise: Noise
 
     def criterion(self) -> float:
-        """Bayes's information criterion: the smaller the better."""
+        """Bayesian information criterion; smaller is better."""
         c, f = self.fitted.shape
         count = 2 * len(self.poles) * (1 + c) + RESIDUAL_TERMS * c
         least = NEGLIGIBLE * np.sqrt((np.abs(self.fitted) ** 2).mean(axis=1, keepdims=True)) + 1e-300
@@ -79,7 +79,7 @@ class ModalFit:
 
 
 class _Basis:
-    """Real basis of responses with given poles; it depends on no weights.
+    """Real basis of responses with given poles, independent of weights.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class _Basis:
             self.slopes[power] = by_first, by_second
 
     def directions(self, power: int) -> tuple[Matrix, Matrix]:
-        """Orthonormal directions of the columns, and the columns in them."""
+        """QR factors of the columns."""
         if power not in self._directions:
             self._directions[power] = np.linalg.qr(self.columns[power])
         return self._directions[power]
@@ -119,22 +119,22 @@ def fit_poles(
     deviation: Responses | None = None,
     duration: float | None = None,
 ) -> ModalFit:
-    """Poles and residues from first guesses of the poles.
+    """Poles and residues from initial guesses of the poles.
 
     Parameters
     ----------
     frequency
-        Shape (f,) [Hz].
+        Frequencies, shape (f,) [Hz].
     responses
-        Shape (c, f).
+        Responses, shape (c, f).
     poles
-        First guesses, shape (m,) [rad/s].
+        Initial guesses, shape (m,) [rad/s].
     power
-        Of i omega by which each response exceeds a receptance: 0, 1 or 2, shape (c,).
+        Power of i omega in each response relative to a receptance: 0, 1 or 2, shape (c,).
     deviation
-        Of real and imaginary part of the responses, shape (c, f); equal along each response by default.
+        Standard deviation of real and imaginary part, shape (c, f); equal along each response by default.
     duration
-        Of the window of Hann under which the responses were estimated [s]; None for no leakage.
+        Duration of the Hann window under which the responses were estimated [s]; None for no leakage.
     """
     values = np.hstack([responses.real, responses.imag])
     if deviation is None:
@@ -146,7 +146,7 @@ def fit_poles(
     fit = _Projection(values, weight, _Basis(frequency, poles, powers, duration), power)
     for _ in range(ROUNDS):
         if deviation is None:
-            # Noise differs between sensors: each counts by what it leaves.
+            # Noise differs between sensors: each is weighted by its residual.
             noise = np.maximum(fit.estimate_noise(), 1e-12 * np.abs(values).max())
             weight = np.hstack([1 / noise, 1 / noise])
             fit = _Projection(values, weight, fit.basis, power)
@@ -169,7 +169,7 @@ def fit_poles(
 
 
 class _Projection:
-    """Residues at given poles, and what they leave."""
+    """Residues at given poles, and the residual."""
 
     def __init__(self, values: Matrix, weight: Matrix, basis: _Basis, power: Powers) -> None:
         self.basis, self.weight, self.power = basis, weight, power.tolist()
@@ -181,7 +181,7 @@ class _Projection:
         even = np.ptp(weight, axis=1) == 0
         for row, (value, w) in enumerate(zip(values, weight, strict=True)):
             columns = basis.columns[self.power[row]]
-            if even[row]:  # equal weights along a response leave the directions of its columns as they are
+            if even[row]:  # equal weights along a response do not change the orthonormal basis
                 q, r = basis.directions(self.power[row])
                 r = r * w[0]
             else:
@@ -196,7 +196,7 @@ class _Projection:
             self.triangles.append(r)
 
     def normal_equations(self) -> tuple[Matrix, Float[NDArray[np.float64], " p"]]:
-        """Those of a step of the poles, real parts first: matrix, shape (2 m, 2 m), and right side, shape (2 m,)."""
+        """Normal equations of a step of the poles, real parts first: matrix, (2 m, 2 m), and right side, (2 m,)."""
         m = len(self.basis.poles)
         normal, right = np.zeros((2 * m, 2 * m)), np.zeros(2 * m)
         for row, (amplitude, q, w) in enumerate(zip(self.amplitudes, self.directions, self.weight, strict=True)):
@@ -212,23 +212,23 @@ class _Projection:
         return normal, right
 
     def estimate_noise(self) -> Noise:
-        """Standard deviation of real and imaginary part at each line, from what is left, shape (c, f)."""
+        """Standard deviation of real and imaginary part at each line, from the residual, shape (c, f)."""
         response, scatter = (part[:, : part.shape[1] // 2] ** 2 + part[:, part.shape[1] // 2 :] ** 2
                              for part in (self.fitted, self.left))  # fmt: skip
         return np.array([_noise(*pair, self.freedom) for pair in zip(response, scatter, strict=True)])
 
     def scale_noise(self) -> Noise:
-        """The stated deviations in proportion to what is left of each sensor, shape (c, f)."""
+        """The stated deviations, scaled to the residual of each sensor, shape (c, f)."""
         size = np.sqrt(((self.left * self.weight) ** 2).sum(axis=1, keepdims=True) / self.freedom)
         return np.asarray(size / self.weight[:, : self.weight.shape[1] // 2])
 
     def result(self, known: bool) -> ModalFit:
         """The fit with its covariance."""
         m, f = len(self.basis.poles), self.left.shape[1] // 2
-        # Noise that moves sensors or lines alike averages less.
+        # Correlated noise of sensors or lines averages less.
         scale = 1.0 if self.basis.duration is None else LINES_ALIKE
         scale *= _sensors_alike((self.left * self.weight)[:, :f] + 1j * (self.left * self.weight)[:, f:])
-        if known:  # deviations that are too small for what is left are scaled up
+        if known:  # deviations that are too small for the residual are scaled up
             scale *= max(self.square / (self.freedom * len(self.left)), 1.0)
         normal, _ = self.normal_equations()
         covariance = np.asarray(np.linalg.pinv(normal, hermitian=True) * scale, dtype=np.float64)
@@ -254,7 +254,7 @@ def _sensors_alike(left: Responses) -> float:
         return 1.0
     unit = left / size[:, None]
     squared = np.abs(unit @ unit.conj().T) ** 2
-    # Independent ones correlate by chance.
+    # Correlation of independent residuals by chance.
     by_chance = (len(left) - 1) / left.shape[1]
     return float(max(squared.sum() / len(left) - by_chance, 1.0))
 
@@ -262,15 +262,15 @@ def _sensors_alike(left: Responses) -> float:
 def _noise(response: Frequencies, scatter: Frequencies, freedom: int) -> Frequencies:
     r"""Standard deviation of real and imaginary part at each line of one sensor, from :math:`v = a^2 |H|^2 + b^2`.
 
-    Fisher scoring of the likelihood. The parts are scaled so that squares of what is left over v sum to their degrees
-    of freedom.
+    Fisher scoring of the likelihood. The parts are scaled so that squared residuals over v sum to their degrees of
+    freedom.
 
     Parameters
     ----------
     response, scatter
-        Squared moduli of the fitted response and of what is left, shape (f,).
+        Squared moduli of the fitted response and of the residual, shape (f,).
     freedom
-        Numbers less those that were fitted.
+        Degrees of freedom: number of data less that of fitted parameters.
     """
     even = np.full_like(scatter, max(float(scatter.sum()) / freedom, np.finfo(np.float64).tiny))
     top = float(response.max())

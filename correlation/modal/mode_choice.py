@@ -1,4 +1,4 @@
-"""Number of modes of frequency responses and window of their estimation, by an information criterion."""
+"""Selection of the number of modes, and of the window of the frequency responses, by an information criterion."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -11,26 +11,26 @@ from correlation.modal.modal_model import Frequencies, ModalFit, Poles, Powers, 
 from correlation.modal.stabilisation import MOST_DAMPING
 from correlation.modal.window import Window
 
-#: A mode stays if it improves the information criterion by more than chance does.
+#: Least improvement of the information criterion by a mode that is kept.
 SIGNIFICANT = 10.0
-#: Most modes that are added because the residual has a peak.
+#: Largest number of modes that are added at peaks of the residual.
 MOST_ADDED = 4
-#: A mode is at least so wide between its half-power points, in distances of lines: a narrower one is a single line.
+#: Least half-power bandwidth of a mode over the distance of lines; a narrower one is a single line [-].
 RESOLVED = 0.1
-#: Two modes have one shape from this MAC on [-].
+#: MAC above which two modes have the same shape [-].
 SAME_SHAPE = 0.9
-#: Lines are multiples of their distance to this share of it [-].
+#: Tolerance of lines that are multiples of their distance, as a share of it [-].
 UNEVEN = 1e-2
-#: Modes that are wider than so many lines do not show leakage: it changes their width by less than 1 %. Hann's main
-#: lobe is twice so many lines wide: lines of a spectrum that are nearer to each other make one peak [-].
+#: Bandwidth in lines above which leakage is negligible (it changes the width by less than 1 %), and half the width of
+#: the main lobe of a Hann window in lines: peaks closer than this are not resolved [-].
 WIDE_MODE, RESOLUTION = 20.0, 2.0
-#: Damping of a mode that is added is at least so many of its standard deviations: noise has peaks of any width.
+#: Least damping of an added mode in its standard deviations: noise has peaks of any width.
 CLEAR_DAMPING = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResponseData:
-    """Responses of a band, and what the fit knows of them.
+    """Responses of a band, with data for the fit.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class ResponseData:
     power
         Time derivatives of the displacement that each sensor measures, shape (c,).
     duration
-        Of Hann's window [s]; None for no leakage.
+        Duration of the Hann window [s]; None for no leakage.
     """
 
     lines: Frequencies
@@ -53,23 +53,23 @@ class ResponseData:
         return self.duration is not None and _is_narrow(fit, self.duration)
 
     def fit(self, poles: Poles) -> ModalFit:
-        """Poles and residues from first guesses of the poles."""
+        """Poles and residues from initial guesses of the poles."""
         return fit_poles(self.lines, self.values, poles, self.power, self.spread, self.duration)
 
 
 def choose_modes(data: ResponseData, poles: Poles, n_mode: int | None, window: Window) -> tuple[ResponseData, ModalFit]:
-    """The modes under the window that is named, or under the one that explains the responses better.
+    """The modes for the given window; if it is unknown, for the one that explains the responses better.
 
     Parameters
     ----------
     data
-        Of the band.
+        Responses of the band.
     poles
-        First guesses, shape (m,) [rad/s].
+        Initial guesses, shape (m,) [rad/s].
     n_mode
-        Number of modes; None for as many as the data call for.
+        Number of modes; None to choose it by the criterion.
     window
-        Of the estimate of the responses.
+        Window of the estimate of the responses.
     """
     duration = _hann_duration(data.lines)
     leaking = replace(data, duration=duration)
@@ -78,7 +78,7 @@ def choose_modes(data: ResponseData, poles: Poles, n_mode: int | None, window: W
     fit = _choose(data, poles, n_mode)
     if window is not Window.UNKNOWN or duration is None or not _is_narrow(fit, duration):
         return data, fit
-    # Leakage makes pairs of modes: with it one mode explains the responses better than one does without it.
+    # Leakage imitates pairs of modes: with leakage a single mode explains the responses better than without it.
     other, single = _choose(leaking, _apart(poles, duration), n_mode), fit
     while n_mode is None and (pair := _unresolved_pair(single, duration)) is not None:
         single = data.fit(np.delete(single.poles, pair))
@@ -89,19 +89,19 @@ def choose_modes(data: ResponseData, poles: Poles, n_mode: int | None, window: W
 
 
 def _hann_duration(lines: Frequencies) -> float | None:
-    """Duration of the window that evenly spaced lines belong to [s]; None for other lines."""
+    """Duration of the window for evenly spaced lines [s]; None for other lines."""
     step = float(np.diff(lines).min())
     number = lines / step
     return 1 / step if np.abs(number - np.round(number)).max() < UNEVEN else None
 
 
 def _is_narrow(fit: ModalFit, duration: float) -> bool:
-    """Whether leakage would be seen: some mode is no wider between its half-power points than a few lines."""
+    """Whether leakage would be significant: the half-power bandwidth of a mode is less than `WIDE_MODE` lines."""
     return bool((-fit.poles.real * duration / np.pi < WIDE_MODE).any())
 
 
 def _apart(poles: Poles, duration: float) -> Poles:
-    """Merge poles that leakage makes of one mode: the least damped one stays."""
+    """Merge poles that are one mode with leakage; the least damped one is kept."""
     kept: list[complex] = []
     for pole in sorted(poles.tolist(), key=lambda item: -item.real):
         if all(abs(pole.imag - other.imag) * duration > 2 * np.pi * RESOLUTION for other in kept):
@@ -110,7 +110,7 @@ def _apart(poles: Poles, duration: float) -> Poles:
 
 
 def _choose(data: ResponseData, poles: Poles, n_mode: int | None) -> ModalFit:
-    """As many modes as the information criterion allows, or the number that is asked for."""
+    """Modes selected by the information criterion, or the requested number of modes."""
     lines, values = data.lines, data.values
     fit = _without_impossible(data, data.fit(poles))
     for _ in range(MOST_ADDED if n_mode is None else max(n_mode - len(fit.poles), 0)):
@@ -136,14 +136,14 @@ def _choose(data: ResponseData, poles: Poles, n_mode: int | None) -> ModalFit:
 
 
 def _is_split(data: ResponseData, fit: ModalFit) -> bool:
-    """Whether a mode under a window has become two."""
+    """Whether the fit contains a pair of modes that the window does not resolve."""
     return data.duration is not None and _unresolved_pair(fit, data.duration) is not None
 
 
 def _unresolved_pair(fit: ModalFit, duration: float) -> int | None:
-    """The weaker of two modes of one shape that a window of a duration [s] does not resolve; None without such a pair.
+    """Index of the weaker of two modes of equal shape that a window of this duration [s] does not resolve, or None.
 
-    Noise under a window moves all sensors alike, so that it looks like one more mode of the same shape.
+    Noise under a window is correlated between sensors and thus imitates an additional mode of the same shape.
     """
     order = np.argsort(fit.poles.imag)
     for first, second in pairwise(order.tolist()):
@@ -157,7 +157,7 @@ def _unresolved_pair(fit: ModalFit, duration: float) -> int | None:
 
 
 def _possible(lines: Frequencies, fit: ModalFit) -> NDArray[np.bool_]:
-    """Modes that decay, with some but not much damping, in the band or near it, and no narrower than its lines."""
+    """Mask of modes with plausible damping, in or near the band, and with a bandwidth that the lines can show."""
     damping, own = -fit.poles.real / np.abs(fit.poles), np.abs(fit.poles) / (2 * np.pi)
     width = lines[-1] - lines[0]
     inside = (own > lines[0] - 0.1 * width) & (own < lines[-1] + 0.1 * width)
@@ -167,7 +167,7 @@ def _possible(lines: Frequencies, fit: ModalFit) -> NDArray[np.bool_]:
 
 
 def _is_clear(lines: Frequencies, fit: ModalFit) -> bool:
-    """Whether all modes are possible, and the damping of the last, which was added, is told from none."""
+    """Whether all modes are possible, and the damping of the last one, which was added, is significant."""
     deviation = float(np.sqrt(fit.pole_covariance[len(fit.poles) - 1, len(fit.poles) - 1]))
     return bool(_possible(lines, fit).all() and -fit.poles[-1].real > CLEAR_DAMPING * deviation)
 

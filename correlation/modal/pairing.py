@@ -10,24 +10,24 @@ from correlation.modal.assurance import Criterion, Shapes, modal_assurance
 
 Frequencies = Float[NDArray[np.float64], " m"]
 
-#: A pair whose MAC is lower, or whose frequencies differ by a larger factor, is none [-].
+#: Least MAC and largest ratio of frequencies of a pair [-].
 LEAST_ASSURANCE, MOST_RATIO = 0.3, 1.5
-#: Logarithm of the ratio of frequencies that halves the score of a pair: shape decides among near frequencies [-].
+#: Logarithm of the frequency ratio that halves the score of a pair; the shape decides between close frequencies [-].
 HALF_SCORE = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModePair:
-    """A measured mode and its mode of the model.
+    """A measured mode and the corresponding mode of the model.
 
     Parameters
     ----------
     measured, model
-        Their numbers.
+        Indices of the modes.
     assurance
         MAC of their shapes [-].
     measured_frequency, model_frequency
-        [Hz].
+        Frequencies [Hz].
     """
 
     measured: int
@@ -44,14 +44,14 @@ class ModePair:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pairing:
-    """All pairs, by measured mode, and what is left over.
+    """All pairs, by measured mode, and unpaired modes.
 
     Parameters
     ----------
     pairs
-        Modes that belong together.
+        Pairs of corresponding modes.
     measured_only, model_only
-        Numbers of modes without a partner; of the model, those within the measured band alone.
+        Indices of modes without a partner; of the model only those within the measured band.
     assurance
         MAC of all modes, shape (n_measured, n_model) [-].
     """
@@ -65,7 +65,7 @@ class Pairing:
 def pair_modes(
     measured_frequency: Frequencies, measured: Shapes, model_frequency: Frequencies, model: Shapes
 ) -> Pairing:
-    """The pairs with the highest sum of MAC times nearness in frequency.
+    """The pairs with the largest sum of MAC times closeness in frequency.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def pair_modes(
     Raises
     ------
     CampaignError
-        Other numbers of sensors, or a shape of zeros.
+        Different numbers of sensors, or a shape of zeros.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -108,7 +108,7 @@ def pair_modes(
 
 
 def score_pairs(assurance: Criterion, measured_frequency: Frequencies, model_frequency: Frequencies) -> Criterion:
-    """MAC times nearness in frequency of all pairs, shape (n_measured, n_model) [-].
+    """MAC times closeness in frequency of all pairs, shape (n_measured, n_model) [-].
 
     Parameters
     ----------
@@ -121,5 +121,5 @@ def score_pairs(assurance: Criterion, measured_frequency: Frequencies, model_fre
 
 
 def _ratio(first: Frequencies, second: Frequencies) -> Criterion:
-    """Size of the logarithm of all ratios of frequencies."""
+    """Absolute logarithm of all ratios of frequencies."""
     return np.asarray(np.abs(np.log(second[None, :] / first[:, None])))

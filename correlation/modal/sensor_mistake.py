@@ -1,7 +1,7 @@
 """Swapped sensors, or a sensor with reversed sign, found by comparing measured mode shapes with those of a model.
 
-A mistake of a sensor is the same in all modes, an error of the model is not: the one change of the sensors that makes
-nearly all shapes those of the model at nearly their frequencies is the likely cause.
+A sensor mistake is the same in all modes, an error of the model is not. A single change of the sensors that makes
+nearly all shapes agree with those of the model at similar frequencies is therefore the likely cause.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,10 +17,9 @@ from correlation.modal.pairing import score_pairs
 
 Frequencies = Float[NDArray[np.float64], " m"]
 
-#: Shapes agree with a mean score or MAC from here on [-], and a change is suspected if it leaves at most this share of
-#: what is lacking in the score [-].
+#: Least mean score or MAC of shapes that agree, and largest remaining share of 1 - score after a suspected change [-].
 AGREES, AFTER_CORRECTION = 0.9, 1 / 3
-#: With more sensors than this only reversed ones are looked for: pairs are too many.
+#: With more sensors than this only reversed ones are searched, since there are too many pairs.
 MOST_SENSORS = 60
 
 
@@ -31,9 +30,9 @@ class SensorMistake:
     Parameters
     ----------
     sensors
-        Row of the sensor whose sign is reversed, or of both that are swapped.
+        Row of the sensor with reversed sign, or rows of both swapped sensors.
     before, after
-        Mean MAC of the modes with those of the model, as measured and with the change [-].
+        Mean MAC of the modes with those of the model, without and with the change [-].
     """
 
     sensors: tuple[int, ...]
@@ -52,7 +51,7 @@ def find_sensor_mistake(
     model: Shapes,
     quantities: Sequence[str],
 ) -> SensorMistake | None:
-    """The mistake that explains best why shapes do not agree; None if they do, or if none explains it.
+    """The mistake that best explains the disagreement of shapes; None if they agree, or if none explains it.
 
     Parameters
     ----------
@@ -61,7 +60,7 @@ def find_sensor_mistake(
     measured, model
         Shapes at the same sensors, shape (c, n_measured) and (c, n_model).
     quantities
-        What each sensor measures: others than those of one quantity are not swapped.
+        Quantity of each sensor; only sensors of the same quantity are swapped.
     """
     if measured.shape[1] < 2 or len(measured) < 2 or not len(model_frequency):
         return None

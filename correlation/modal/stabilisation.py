@@ -1,11 +1,11 @@
-r"""Poles of measured frequency responses over the order of a common denominator, and those among them that are stable.
+r"""Poles of measured frequency responses for increasing order of a common denominator, and the stable ones.
 
 The least-squares complex frequency-domain method fits all responses by :math:`H_c = B_c(z) / A(z)` with polynomials of
-:math:`z = e^{-i \theta}`, theta being the frequency over the band. The equation error :math:`A H_c - B_c` is linear;
-its numerators are eliminated, so that one small eigenvalue problem per order is left. Modes of the structure come back
-at every order; poles that fit the noise move.
+:math:`z = e^{-i \theta}`, with theta the frequency scaled to the band. The equation error :math:`A H_c - B_c` is
+linear; elimination of the numerators leaves one small eigenvalue problem per order. Modes of the structure appear at
+every order, while poles that fit the noise vary.
 
-Complex coefficients and a band that covers most of the circle keep the equations well conditioned at any order.
+With complex coefficients and a band that covers most of the circle the equations are well conditioned at any order.
 
 References
 ----------
@@ -27,16 +27,15 @@ Poles = Complex[NDArray[np.complex128], " p"]
 Responses = Complex[NDArray[np.complex128], "c f"]
 Frequencies = Float[NDArray[np.float64], " f"]
 
-#: The band covers this share of the circle: less than all, since responses do not close [-].
+#: Share of the circle that the band covers: less than 1, since responses are not periodic in frequency [-].
 CIRCLE = 0.9
-#: A pole is stable if one of the order below differs by less in frequency, relative, and in damping ratio, relative.
+#: Largest relative difference of frequency and of damping to a pole of the next lower order, for a stable pole [-].
 SAME_FREQUENCY, SAME_DAMPING = 2e-3, 0.1
-#: Poles with more damping belong to the background [-].
+#: Damping ratio above which poles belong to the background [-].
 MOST_DAMPING = 0.2
-#: Stable poles of one mode lie within this share of their distance from the imaginary axis, and within so much of the
-#: band's resolution.
+#: Radius of a group of stable poles, as a share of their distance from the imaginary axis [-].
 STABLE_DISTANCE = 0.5
-#: Share of the orders at which a mode is stable at least [-].
+#: Least share of the orders at which a mode is stable [-].
 MIN_STABLE_SHARE = 0.3
 
 
@@ -49,9 +48,9 @@ class Stabilisation:
     order
         Order at which each pole was found, shape (p,) [-].
     pole
-        Shape (p,) [rad/s].
+        Poles, shape (p,) [rad/s].
     stable
-        Whether the order below has the pole too, shape (p,).
+        Whether the next lower order has the pole too, shape (p,).
     """
 
     order: Int[NDArray[np.int64], " p"]
@@ -65,12 +64,12 @@ class Stabilisation:
 
     @property
     def frequency(self) -> Float[NDArray[np.float64], " p"]:
-        """Undamped, shape (p,) [Hz]."""
+        """Undamped natural frequencies, shape (p,) [Hz]."""
         return np.asarray(np.abs(self.pole) / (2 * np.pi))
 
     @property
     def damping_ratio(self) -> Float[NDArray[np.float64], " p"]:
-        """Shape (p,) [-]."""
+        """Damping ratios, shape (p,) [-]."""
         return np.asarray(-self.pole.real / np.abs(self.pole))
 
 
@@ -80,11 +79,11 @@ def find_poles(frequency: Frequencies, responses: Responses, highest_order: int)
     Parameters
     ----------
     frequency
-        Rising, evenly spaced or not, shape (f,) [Hz].
+        Frequencies, ascending, evenly spaced or not, shape (f,) [Hz].
     responses
-        Each over its own noise, shape (c, f).
+        Responses scaled to similar size, shape (c, f).
     highest_order
-        Of the common denominator [-].
+        Highest order of the common denominator [-].
     """
     low, high = frequency[0], frequency[-1]
     turn = 2 * np.pi * CIRCLE / (high - low)  # angle per Hz
@@ -101,12 +100,12 @@ def find_poles(frequency: Frequencies, responses: Responses, highest_order: int)
         n = order + 1
         inverse = np.linalg.pinv(numerator[:n, :n], hermitian=True, rcond=1e-12)
         reduced = normal[:n, :n] - sum(part[:n, :n].conj().T @ inverse @ part[:n, :n] for part in products)
-        # The constant is one: spurious poles are then unstable, and drop out.
+        # With a constant coefficient of one, spurious poles are unstable and are removed.
         rest = np.linalg.lstsq(reduced[1:, 1:], -reduced[1:, 0], rcond=1e-14)[0]
         roots = np.roots(np.concatenate([rest[::-1], [1.0]]))
         roots = roots[np.abs(roots) > 0]
         exponents = 2 * np.pi * (1j * low - np.log(roots) / turn)
-        # The logarithm's branch: the angle runs from 0 to 2 pi over the circle.
+        # Branch of the logarithm: the angle runs from 0 to 2 pi over the circle.
         exponents = np.where(exponents.imag < 2 * np.pi * low - np.pi * (1 / CIRCLE - 1) * (high - low),
                          exponents + 2j * np.pi * (high - low) / CIRCLE, exponents)  # fmt: skip
         damping = -exponents.real / np.abs(exponents)
@@ -129,9 +128,9 @@ def _is_stable(pole: complex, below: Poles) -> bool:
 
 
 def select_modes(diagram: Stabilisation) -> Poles:
-    """One pole for every mode that is stable at many orders, by rising frequency, shape (m,) [rad/s].
+    """One pole for every mode that is stable at many orders, in ascending frequency, shape (m,) [rad/s].
 
-    Stable poles are grouped, the densest group first; a group has one pole per order at most.
+    Stable poles are grouped, the group with the most orders first.
     """
     poles, orders = diagram.pole[diagram.stable], diagram.order[diagram.stable]
     least = max(MIN_STABLE_SHARE * (diagram.order.max() if len(diagram.order) else 0), 3)

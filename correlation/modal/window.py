@@ -1,12 +1,12 @@
 r"""Effect of a window on the frequency response of a mode.
 
-The cross spectrum of stationary noise under a window of the duration T is, on average, that of the structure with its
-impulse response times the autocorrelation of the window, :math:`h(\tau)\, r(\tau)`. Hann's has, with u = tau / T,
+The expected cross spectrum of stationary noise under a window of duration T is that of a structure with the impulse
+response :math:`h(\tau)\, r(\tau)`, where r is the autocorrelation of the window. For the Hann window, with u = tau / T,
 
 .. math:: r = (1 - u) \left(\tfrac{2}{3} + \tfrac{1}{3} \cos 2 \pi u\right) + \tfrac{1}{2 \pi} \sin 2 \pi u
 
-so that a pole p gives :math:`\int_0^T r\, e^{(p - s) \tau} d\tau` in place of :math:`1 / (s - p)`: leakage. A mode that
-is narrower than some lines looks wider, and not like one mode.
+so that a pole p contributes :math:`\int_0^T r\, e^{(p - s) \tau} d\tau` instead of :math:`1 / (s - p)`: leakage. A mode
+only a few lines wide appears wider, and differs from the shape of a single mode.
 
 References
 ----------
@@ -31,37 +31,37 @@ class Window(Enum):
     NONE = "none"
     """No leakage: whole periods, bursts or decays, or stepped sines."""
     HANN = "Hann"
-    """Hann's, on stationary noise, with lines one over its duration apart."""
+    """Hann window on stationary noise; the distance of lines is one over its duration."""
     UNKNOWN = "unknown"
-    """Either: the one that explains the responses better."""
+    """Either of them: the one that explains the responses better."""
 
 
 def pole_response(s: Any, poles: Any, power: int, duration: float | None) -> tuple[Differences, Differences]:
-    r""":math:`s^k / (s - p)` of some poles under a window, and its slope by the pole, shape (f, m) each.
+    r""":math:`s^k / (s - p)` of some poles under a window, and its derivative by the pole, shape (f, m) each.
 
     Parameters
     ----------
     s
         i omega of the lines, shape (f, 1) [rad/s].
     poles
-        Shape (m,) [rad/s].
+        Poles, shape (m,) [rad/s].
     power
         k: 0 for displacement, 1 for velocity, 2 for acceleration.
     duration
-        Of Hann's window [s]; None for no window.
+        Duration of the Hann window [s]; None for no window.
     """
     z = poles - s
     value, slope = -(s**power) / z, s**power / z**2
     if duration is None:
         return value, slope
-    # s^k = p^k + a polynomial times (s - p): only the part that lasts is windowed.
+    # s^k = p^k + a polynomial times (s - p): only the first part has a decaying response that is windowed.
     excess, excess_slope = _leakage(z, duration)
     turned, turned_slope = poles**power, power * poles ** max(power - 1, 0)
     return value + turned * excess, slope + turned_slope * excess + turned * excess_slope
 
 
 def _leakage(z: Differences, duration: float) -> tuple[Differences, Differences]:
-    r""":math:`\int_0^T r\, e^{z \tau} d\tau + 1 / z`, and its slope."""
+    r""":math:`\int_0^T r\, e^{z \tau} d\tau + 1 / z`, and its derivative by z."""
     side = 2j * np.pi / duration
     _, falling = _integrals(z, duration)
     above, falling_above = _integrals(z + side, duration)
@@ -76,7 +76,7 @@ def _leakage(z: Differences, duration: float) -> tuple[Differences, Differences]
 def _integrals(
     z: Differences, duration: float
 ) -> tuple[tuple[Differences, Differences], tuple[Differences, Differences]]:
-    r""":math:`\int_0^T e^{z \tau} d\tau` with its slope, and the same with the factor :math:`1 - \tau / T`."""
+    r""":math:`\int_0^T e^{z \tau} d\tau` with its derivative, and the same with the factor :math:`1 - \tau / T`."""
     end = np.exp(z * duration)
     whole = (end - 1) / z
     slope = (duration * end - whole) / z
