@@ -1,15 +1,15 @@
-r"""Branches: states of which a sweep up and a sweep down, or two repeats, measured different steady states.
+r"""Branches: points at which upward and downward sweep, or two repeats, measured different steady states.
 
-Where a structure has two steady states the sweep decides which one it takes, and the mean of both is none. A state has
-two branches where the sweeps of the same repeat differ
+If a structure has two steady states, the sweep direction selects one of them, and the mean of both is not a steady
+state. A point has two branches if the sweeps of the same repeat differ
 
 - by more than the noise of the curves (`correlation.noise.smoothness`),
-- by more than a shift of all frequencies from one sweep to the next explains, and
-- by so much that their mean would matter: the mean of :math:`F / X` over two values that differ by a share
-  :math:`\varepsilon` is off by :math:`\varepsilon^2 / 4`.
+- by more than a shift of all frequencies between the sweeps explains, and
+- so much that the error of their mean is significant: the mean of :math:`F / X` over two values with the relative
+  difference :math:`\varepsilon` has the relative error :math:`\varepsilon^2 / 4`.
 
-Repeats of one sweep differ where some of them jumped earlier. Those on the branch of the minority are recognised; where
-there is no majority, none of them can be used.
+Repeats of one sweep differ if some of them jumped earlier. Readings on the branch of the minority are excluded; without
+a majority none of them can be used.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,15 +28,15 @@ from correlation.noise.smoothness import estimate_curve_noise
 
 Curves = Complex[NDArray[np.complex128], "r n"]
 
-#: Difference of the sweeps that is more than noise [standard deviations], and that matters [-].
+#: Least difference of the sweeps, in standard deviations of noise, and relative [-].
 CLEAR_DIFFERENCE, MIN_DIFFERENCE = 5.0, 0.05
-#: A shift of all frequencies explains the difference of two sweeps if it leaves at most this share of its median [-].
+#: A frequency shift explains the difference of two sweeps if it leaves at most this share of its median [-].
 MAX_SHARE_LEFT = 0.6
-#: Two groups of repeats are apart by so many times what either of them spreads [-], by noise at least so many standard
-#: deviations.
+#: Least gap between two groups of repeats over the spread of either group [-], and lower limit of the spread in
+#: standard deviations of noise.
 GAP, NOISY = 3.0, 2.0
-#: Scatter of the repeats of a state, as a multiple of the median of so many states beside it, that is no noise; from
-#: so many readings.
+#: Ratio of the scatter at a point to the median of neighbouring points above which it is not noise, number of these
+#: points, and least number of readings.
 SCATTER, BESIDE, FEWEST = 3.0, 6, 4
 
 
@@ -49,9 +49,9 @@ class Branches:
     curves
         The curves.
     noise
-        Standard deviation of each reading by noise, shape (c, n); NaN where curves are too short to tell.
+        Standard deviation of each reading by noise, shape (c, n); NaN if curves are too short to estimate it.
     bistable
-        States of which the sweeps measured different branches, shape (n,).
+        States at which the sweeps measured different branches, shape (n,).
     in_one_sweep
         States that were read in one sweep alone, at a level with different branches, shape (n,).
     excluded
@@ -67,7 +67,7 @@ class Branches:
 
     @property
     def is_empty(self) -> Bool[NDArray[np.bool_], " n"]:
-        """States of which all readings are excluded, shape (n,)."""
+        """Mask of states of which all readings are excluded, shape (n,)."""
         there = np.isfinite(self.curves.value)
         return np.asarray((there & self.excluded).any(axis=0) & ~(there & ~self.excluded).any(axis=0))
 
@@ -117,7 +117,7 @@ def classify_readings(
         number = {key: curve for curve, key in enumerate(zip(of.sweep.tolist(), of.repeat.tolist(), strict=True))}
         keys = zip(table.sweep[rows].tolist(), table.repeat[rows].tolist(), strict=True)
         curve = np.array([number.get(key, -1) for key in keys], dtype=np.int64)
-        # A sensor may have been read in a sweep of which the one that moves most has nothing.
+        # A sensor may have been read in a sweep in which the sensor of the curves was not.
         excluded[rows] = np.where(curve >= 0, item.excluded[curve, state], item.is_empty[state])
     return bistable, excluded
 
@@ -125,7 +125,7 @@ def classify_readings(
 def find_states(
     known: Float[NDArray[np.float64], " n"], frequency: Float[NDArray[np.float64], " k"]
 ) -> Int[NDArray[np.int64], " k"]:
-    """Index of each frequency among known ones that rise, shape (k,); -1 for none of them."""
+    """Index of each frequency among known, ascending ones, shape (k,); -1 without a match."""
     middle = (known[1:] + known[:-1]) / 2
     nearest = np.searchsorted(middle, frequency)
     return np.where(np.abs(frequency / known[nearest] - 1) < 2 * SAME_FREQUENCY, nearest, -1)
@@ -134,7 +134,7 @@ def find_states(
 def find_minority(
     value: Complex[NDArray[np.complex128], " r"], noise: Float[NDArray[np.float64], " r"], *, scattered: bool = False
 ) -> Bool[NDArray[np.bool_], " r"]:
-    """Readings of one state that are on another branch than most, shape (r,); all of them without a majority.
+    """Mask of readings of one state on another branch than the majority, shape (r,); all of them without a majority.
 
     Parameters
     ----------
@@ -173,23 +173,23 @@ def _noise(curves: CurveSet, number: int) -> Float[NDArray[np.float64], " n"]:
 def _states_between_jumps(
     frequency: Float[NDArray[np.float64], " n"], value: Curves, noise: Float[NDArray[np.float64], "r n"]
 ) -> Iterator[int]:
-    """States that some repeats pass before a jump and others after it."""
+    """States that are before a jump in some repeats and after it in others."""
     if len(value) < 2:
         return
     jumps = [find_curve_jumps(frequency, curve, scatter) for curve, scatter in zip(value, noise, strict=True)]
     places = np.unique(np.concatenate(jumps))
     if not len(places):
         return
-    # Jumps that lie within a few points are one and the same.
+    # Jumps within a few points are the same jump.
     for group in np.split(places, np.flatnonzero(np.diff(places) > max(3, value.shape[1] // 10)) + 1):
-        # A repeat whose jump was not recognised may have jumped a step beside.
+        # A repeat whose jump was not recognised may have jumped one step aside.
         yield from range(max(int(group[0]), 0), min(int(group[-1]) + 2, value.shape[1]))
 
 
 def _find_bistable(
     curves: CurveSet, value: Complex[NDArray[np.complex128], "c n"], noise: Float[NDArray[np.float64], "c n"]
 ) -> Bool[NDArray[np.bool_], " n"]:
-    """States of which the sweeps measured different branches, shape (n,)."""
+    """States at which the sweeps measured different branches, shape (n,)."""
     repeats = np.intersect1d(curves.repeat[curves.sweep == 1], curves.repeat[curves.sweep == -1])
     if not len(repeats):
         return np.zeros(value.shape[1], dtype=bool)
@@ -202,7 +202,7 @@ def _find_bistable(
     mean = np.where(known, apart, 0.0).sum(axis=0) / count
     variance = np.where(known, own**2, 0.0).sum(axis=0) / count**2
     if not np.isfinite(variance).all():
-        # Too few frequencies to see the noise of a curve; what the repeats agree in is no difference of the sweeps.
+        # Too few frequencies to estimate the noise of a curve: use the scatter of the difference over the repeats.
         squares = np.where(known, np.abs(apart - mean) ** 2, 0.0).sum(axis=0) / np.maximum(count - 1, 1) / curves.parts
         usual = float(np.median(squares[count > 1])) if (count > 1).any() else np.inf
         variance = np.maximum(squares, usual) / count
@@ -233,7 +233,7 @@ def _without_shift(
     down: Complex[NDArray[np.complex128], " n"],
     noise: Float[NDArray[np.float64], " n"],
 ) -> Complex[NDArray[np.complex128], " n"]:
-    """Difference of two sweeps without what a shift of all frequencies explains, if it explains most of it."""
+    """Difference of two sweeps, less the effect of a common frequency shift if this explains most of it."""
     apart = up - down
     there = np.flatnonzero(np.isfinite(apart))
     if len(there) < FEWEST:
@@ -241,7 +241,7 @@ def _without_shift(
     rate = np.gradient((up[there] + down[there]) / 2, np.log(frequency[there]))
     scale = noise[there] if np.isfinite(noise[there]).all() else np.ones(len(there))
     size = np.maximum(np.abs(rate) ** 2, np.finfo(float).tiny)
-    # Weighted median of the shift that each state alone asks for: a branch does not move it.
+    # Weighted median of the shifts of single states, which is insensitive to a branch.
     shifts, weight = (np.conj(rate) * apart[there]).real / size, np.abs(rate) / scale
     order = np.argsort(shifts)
     shift = shifts[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
@@ -254,10 +254,10 @@ def _without_shift(
 
 
 def find_scattered(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
-    """States whose readings scatter far more than beside them, as X and as 1 / X, shape (n,).
+    """States whose readings scatter far more than their neighbours, both as X and as 1 / X, shape (n,).
 
-    Jitter makes the dynamic stiffness F / X scatter almost alike at neighbouring frequencies, and noise X itself. (Away
-    from a resonance F / X alone scatters more, and at a resonance X alone.)
+    With jitter the scatter of the dynamic stiffness F / X is nearly equal at neighbouring frequencies, with noise that
+    of X. (Away from a resonance F / X alone scatters more, and at a resonance X alone.)
     """
     result = np.ones(len(bistable), dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,4 +1,4 @@
-"""Measured curves: the fundamental of the motion that moves most, over the frequencies of one sweep of one repeat."""
+"""Measured curves: fundamental of the largest motion over the frequencies of one sweep of one repeat."""
 
 from dataclasses import dataclass
 
@@ -21,9 +21,9 @@ class CurveSet:
     sensor
         Name of the sensor.
     has_phase
-        Whether values are complex; without, they are amplitudes.
+        Whether values are complex; otherwise they are amplitudes.
     frequency
-        Rising, shape (n,) [Hz].
+        Frequencies, ascending, shape (n,) [Hz].
     sweep, repeat
         Direction (+1 up, -1 down, 0 none) and number of the repeat of each curve, shape (c,).
     value
@@ -41,12 +41,12 @@ class CurveSet:
 
     @property
     def parts(self) -> int:
-        """Numbers of each value: two of a complex one, one of an amplitude [-]."""
+        """Number of parts of each value: two if complex, one for an amplitude [-]."""
         return 2 if self.has_phase else 1
 
 
 def list_curves(campaign: Campaign) -> list[CurveSet]:
-    """Curves of each configuration and level, in this order; none of levels at which no motion was read."""
+    """Curves of each configuration and level, in this order; levels without a reading of a motion are left out."""
     table, result = campaign.measurement, []
     is_free = campaign.is_free[table.test]
     for free in np.unique(is_free):
@@ -76,7 +76,7 @@ def _arranged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: boo
 
 
 def _largest_motion(campaign: Campaign, there: Bool[NDArray[np.bool_], " k"]) -> Bool[NDArray[np.bool_], " k"]:
-    """Rows of the fundamental of the sensor that moves most; one with a phase where there is any."""
+    """Rows of the fundamental of the sensor with the largest motion; one with a phase if there is any."""
     table = campaign.measurement
     follows = np.array([sensor.line is None for sensor in campaign.sensors])
     rows = there & follows[table.sensor] & (table.harmonic == 1) & (np.abs(table.value) > 0)

@@ -1,22 +1,23 @@
-"""Gaps of a measured curve: steps in frequency that no band was measured in."""
+"""Gaps of a measured curve: frequency steps between separately measured bands."""
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-#: A step so many times as large as those beside it is none of a grid, however that is refined around a peak [-].
+#: Ratio to the neighbouring steps above which a step is a gap; the refinement of a grid around a peak is less [-].
 GAP = 5.0
-#: Steps on either side that it is compared with: of readings in pairs, as of both sweeps, every other step is tiny [-].
+#: Number of neighbouring steps on either side; with pairs of readings, as from both sweeps, every other step is tiny
+#: [-].
 BESIDE = 2
 
 
 def find_gaps(frequency: Float[NDArray[np.float64], " f"]) -> Int[NDArray[np.int64], " g"]:
-    """Steps over a gap, from point i to point i + 1: far larger than those beside them.
+    """Steps over a gap, from point i to point i + 1: far larger than their neighbours.
 
     Parameters
     ----------
     frequency
-        Ascending, shape (f,) [any unit].
+        Frequencies, ascending, shape (f,) [any unit].
     """
     step = np.diff(frequency)
     if len(step) < 2:

@@ -1,8 +1,8 @@
-r"""Jumps of a measured curve: steps to another steady state, far larger than the steps beside them.
+r"""Jumps of a measured curve: steps to another steady state, far larger than the neighbouring steps.
 
-Near one mode the response X changes fast and its inverse 1 / X does not; at an antiresonance it is the other way round.
-A step is a jump where both change by far more than at the steps beside it. A step over a gap between two measured bands
-is none of the curve.
+Near a resonance the response X changes rapidly and its inverse 1 / X does not; at an antiresonance the reverse is true.
+A step is a jump if both change by far more than in the neighbouring steps. Steps over a gap between two measured bands
+do not count.
 """
 
 import numpy as np
@@ -14,11 +14,11 @@ from correlation.feature.gap import find_gaps
 Curve = Complex[NDArray[np.complex128], " n"]
 Steps = Float[NDArray[np.float64], " s"]
 
-#: Step, as a multiple of the median of so many steps beside it, that is a jump.
+#: Least ratio of a jump to the median of neighbouring steps, and number of these steps.
 JUMP, NEIGHBOURS = 4.0, 8
-#: Change of a jump, of the larger value [-], and the fewest points of a curve that shows one.
+#: Least change of a jump relative to the larger value [-], and least number of points of a curve.
 MIN_JUMP, MIN_POINTS = 0.1, 6
-#: Noise of a step that is no jump [standard deviations].
+#: Largest step that noise explains [standard deviations].
 MAX_NOISE_STEP = 5.0
 
 
@@ -30,11 +30,11 @@ def find_curve_jumps(
     Parameters
     ----------
     frequency
-        Ascending, shape (n,) [Hz].
+        Frequencies, ascending, shape (n,) [Hz].
     value
         Values, shape (n,); NaN where there is none.
     noise
-        Standard deviation of each, shape (n,); none by default.
+        Standard deviation of each value, shape (n,); zero by default.
     """
     there = np.flatnonzero(np.isfinite(value) & (np.abs(value) > 0))
     bands = np.split(there, find_gaps(frequency[there]) + 1)
@@ -44,7 +44,7 @@ def find_curve_jumps(
 def _find_in_band(
     there: Int[NDArray[np.int64], " b"], value: Curve, noise: Float[NDArray[np.float64], " n"] | None
 ) -> Int[NDArray[np.int64], " j"]:
-    """Jumps among the points with these numbers."""
+    """Jumps among the points with these indices."""
     if len(there) < MIN_POINTS:
         return np.zeros(0, dtype=np.int64)
     x = value[there]
@@ -54,7 +54,7 @@ def _find_in_band(
     if noise is not None:
         scatter = np.nan_to_num(noise[there])
         result &= step > MAX_NOISE_STEP * np.hypot(scatter[1:], scatter[:-1])
-    # A single outlying point makes two steps, there and back.
+    # A single outlier causes two opposite steps.
     back = np.abs(x[2:] - x[:-2]) < 0.5 * np.minimum(step[1:], step[:-1])
     result[1:] &= ~back
     result[:-1] &= ~back

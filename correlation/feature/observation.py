@@ -16,10 +16,10 @@ from correlation.prediction import Points
 from correlation.row_group import group_rows
 from correlation.row_table import RowTable
 
-#: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
+#: Readings of a sensor are noise if they are below this multiple of their scatter at most frequencies of a level.
 MIN_SIGNAL_TO_NOISE = 2.0
-#: Amplitudes without a phase that, at most frequencies of a level, are below this many times their scatter are those of
-#: noise: alone it has a mean of 1.9 times its scatter (Rayleigh), and at 4 times it adds an eighth of it (Rice).
+#: Amplitudes without a phase are noise if they are below this multiple of their scatter at most frequencies of a level.
+#: The mean of pure noise is 1.9 times its scatter (Rayleigh); at 4 times, noise adds an eighth of the scatter (Rice).
 MIN_AMPLITUDE_TO_NOISE = 4.0
 
 
@@ -30,21 +30,21 @@ class Observation(RowTable):
     Parameters
     ----------
     points
-        Where.
+        Points, k rows.
     repeat
-        Coefficients, the mean of both sweeps or of that of the row, shape (k, R) [SI]; NaN where a repeat lacks the
-        point, or has it on another branch than most repeats.
+        Coefficients, mean of both sweeps or of the sweep of the row, shape (k, R) [SI]; NaN where a repeat lacks the
+        point, or is on another branch than most repeats.
     motion
-        Whether the row's sensor follows a motion (and no force), shape (k,).
+        Whether the row's sensor measures a motion rather than a force, shape (k,).
     taken
-        Mask of the repeats that are compared with a model, shape (k, R); the noise follows from all of them.
+        Mask of the repeats that are compared with a model, shape (k, R); the noise is estimated from all of them.
     phased
-        Whether a row has a phase; without, its values are amplitudes, shape (k,); all by default.
+        Whether a row has a phase; otherwise its values are amplitudes, shape (k,); all by default.
     noise
-        Standard deviation of each part of a single repeat's value that is stated, or estimated from the curve of the
-        only repeat, shape (k,) [SI]; NaN, the default, where the repeats tell it.
+        Standard deviation of each part of a single repeat's value, stated or estimated from the curve of the only
+        repeat, shape (k,) [SI]; NaN, the default, if it is to be estimated from the repeats.
     n_reading
-        Readings of which a repeat's value is the mean, such as both sweeps, shape (k,); one by default.
+        Number of readings averaged in a repeat's value, such as both sweeps, shape (k,); one by default.
     """
 
     points: Points
@@ -65,38 +65,38 @@ class Observation(RowTable):
 
     @property
     def value(self) -> Complex[NDArray[np.complex128], " k"]:
-        """Mean of the repeats taken, shape (k,)."""
+        """Mean of the repeats in `taken`, shape (k,)."""
         total = np.where(self.taken, self.repeat, 0.0).sum(axis=1)
         return np.asarray(total / np.maximum(self.count, 1))
 
     @property
     def mean(self) -> Complex[NDArray[np.complex128], " k"]:
-        """Mean of all repeats that have the point, taken or not, shape (k,); NaN where none has."""
+        """Mean of all repeats with the point, whether in `taken` or not, shape (k,); NaN without any."""
         with np.errstate(invalid="ignore"):
             return np.asarray(np.nanmean(self.repeat, axis=1))
 
     @property
     def count(self) -> Int[NDArray[np.int64], " k"]:
-        """Repeats taken, shape (k,)."""
+        """Number of repeats in `taken`, shape (k,)."""
         return np.asarray(self.taken.sum(axis=1))
 
     @property
     def above_noise(self) -> Bool[NDArray[np.bool_], " k"]:
-        """Mask of rows whose sensor reads more than noise in its harmonic at its level, shape (k,).
+        """Mask of rows whose sensor exceeds noise in its harmonic at its level, shape (k,).
 
-        A sensor on a body without a connection to the excited one reads noise, whose inverse is arbitrary.
+        A sensor on a body that is not connected to the excited one reads noise, whose inverse is arbitrary.
         """
         return self._exceeds_scatter(MIN_SIGNAL_TO_NOISE)
 
     @property
     def amplitude_of_noise(self) -> Bool[NDArray[np.bool_], " k"]:
-        """Mask of rows of curves that are amplitudes of noise without a phase, shape (k,): no model reads them."""
+        """Mask of rows of curves without a phase that are amplitudes of noise and cannot be compared, shape (k,)."""
         amplitude = ~self.phased & (self.points.harmonic > 0)
-        # Noise of a mean of amplitudes falls with the number of readings, and its mean does not.
+        # The scatter of a mean of amplitudes decreases with the number of readings, its bias does not.
         return np.asarray(amplitude & ~self._exceeds_scatter(MIN_AMPLITUDE_TO_NOISE * np.sqrt(self.n_reading)))
 
     def _exceeds_scatter(self, times: float | Float[NDArray[np.float64], " k"]) -> Bool[NDArray[np.bool_], " k"]:
-        """Mask of rows whose curve is so many times its scatter at most frequencies, shape (k,)."""
+        """Mask of rows whose curve exceeds this multiple of its scatter at most frequencies, shape (k,)."""
         points, there = self.points, np.isfinite(self.repeat)
         n = there.sum(axis=1)
         mean = np.where(there, self.repeat, 0.0).sum(axis=1) / np.maximum(n, 1)
@@ -104,8 +104,8 @@ class Observation(RowTable):
         group = group_rows([points.free, points.level, points.sensor, points.harmonic]).number
         parts = np.where(self.phased & (points.harmonic > 0), 2, 1)
         scatter = np.where(n == 1, np.sqrt(parts) * self.noise, np.sqrt(apart / np.maximum(n - 1, 1)))
-        # A point that was read once tells nothing of noise, unless that is known. Most points decide: where a response
-        # jumps, repeats differ by as much as they read.
+        # A point that was read once has no scatter, unless its noise is known. The majority of points decides: at a
+        # jump of the response repeats differ by as much as their size.
         known_noise = np.isfinite(scatter)
         clear = np.abs(mean) >= times * np.nan_to_num(scatter)
         known_rows, above = np.bincount(group, known_noise), np.bincount(group, clear & known_noise)
@@ -114,7 +114,7 @@ class Observation(RowTable):
 
 @lru_cache(maxsize=2)  # several parts of one comparison ask
 def arrange_campaign(campaign: Campaign) -> Observation:
-    """Arrange a whole campaign; a state with two branches has a row for each sweep (`correlation.feature.branch`)."""
+    """Arrange a whole campaign; a point with two branches has one row per sweep (`correlation.feature.branch`)."""
     table = campaign.measurement
     bistable, excluded = classify_readings(campaign, find_branches(campaign))
     excluded |= find_unsettled(campaign)
@@ -177,7 +177,7 @@ def average_readings(
     Parameters
     ----------
     value
-        Readings, shape (rows,); those that are not finite count as none.
+        Readings, shape (rows,); those that are not finite are ignored.
     point, column
         Indices of the point (-1 for none) and of the repeat of each reading, shape (rows,).
     shape
@@ -213,7 +213,7 @@ def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " 
 
 
 def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
-    """Directions of the sweeps through the jointed structure, in the order of measurement; none if it was not swept."""
+    """Sweep directions of the jointed structure, in the order of measurement; empty if it was not swept."""
     table = campaign.measurement
     jointed = ~campaign.is_free[table.test]
     sweep, order = table.sweep[jointed], table.order[jointed]
@@ -223,15 +223,15 @@ def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
 
 
 def take_training_part(campaign: Campaign) -> Observation:
-    """Training data: neither held-out levels nor held-out repeats, and no state without a branch of most repeats."""
+    """Training data: without held-out levels and repeats, and without points that lack a majority branch."""
     return _parts(campaign)[0]
 
 
 def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
     """Training data, see `take_training_part`, and the data that test the fit.
 
-    The test is on the held-out repeats at all levels, held out or not; without any, on the held-out levels. One set of
-    repeats has one jitter of their mean, which can settle before it judges.
+    The test uses the held-out repeats at all levels, whether held out or not; without held-out repeats, the held-out
+    levels. A single set of repeats has a single jitter of its mean, which can be fitted before the test.
 
     Raises
     ------

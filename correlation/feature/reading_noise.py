@@ -1,4 +1,4 @@
-"""Noise of single readings: what the test engineer states, or what is left of the curve of the only repeat."""
+"""Noise of single readings: stated by the test engineer, or estimated from the roughness of the only repeat."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -11,9 +11,9 @@ from correlation.prediction import Points
 
 Noise = Float[NDArray[np.float64], " k"]
 
-#: Degrees of freedom with which a curve tells its noise.
+#: Degrees of freedom of the noise estimate of a curve.
 FREEDOM = 20
-#: Repeats of a smaller share of the points, such as a turning point read twice, do not tell the noise of all [-].
+#: Least share of repeated points for an estimate from repeats; a turning point read twice is not sufficient [-].
 LEAST_REPEATED = 0.05
 
 
@@ -26,7 +26,7 @@ def find_reading_noise(
 ) -> Noise:
     """Noise of one repeat at each point, of its real and its imaginary part, shape (k,) [SI].
 
-    NaN where it is left to the repeats.
+    NaN where it is to be estimated from the repeats.
 
     Parameters
     ----------
@@ -35,10 +35,10 @@ def find_reading_noise(
     points, value
         Points, and a value of each, shape (k,).
     n_reading
-        Readings that one repeat has of each point, such as one per sweep, shape (k,).
+        Number of readings of each point in one repeat, such as one per sweep, shape (k,).
     repeated
-        Points that more than one repeat has, shape (k,). Where a sensor and configuration have too few of them, what is
-        not stated is estimated from the curves.
+        Mask of points with more than one repeat, shape (k,). If a sensor and configuration have too few of them, noise
+        that is not stated is estimated from the curves.
     """
     noise = np.full(len(points), np.nan)
     for sensor in campaign.sensors:
@@ -57,13 +57,13 @@ def find_reading_noise(
 
 
 def smooth_noise(points: Points, value: ComplexColumn, *, has_phase: bool) -> Noise:
-    """Noise of the curves of one sensor, shape (k,); NaN where a curve has too few frequencies."""
+    """Noise of the curves of one sensor, shape (k,); NaN if a curve has too few frequencies."""
     noise = np.full(len(points), np.nan)
     curves = {*zip(points.free.tolist(), points.level.tolist(), points.harmonic.tolist(), strict=True)}
     for free, level, harmonic in sorted(curves):
         of = (points.free == free) & (points.level == level) & (points.harmonic == harmonic)
         for way in np.unique(points.sweep[of]):
-            # The branch of a sweep goes on where both sweeps are one.
+            # Sweep 0, where both sweeps coincide, continues the curve of a sweep.
             rows = np.flatnonzero(of & np.isin(points.sweep, (0, way)) & np.isfinite(value))
             rows = rows[np.argsort(points.frequency[rows])]
             if not len(rows) or not np.abs(value[rows]).any():
@@ -76,7 +76,7 @@ def smooth_noise(points: Points, value: ComplexColumn, *, has_phase: bool) -> No
 
 
 def _filled(points: Points, size: FloatColumn, noise: Noise) -> Noise:
-    """Short curves have the relative noise of the others of their harmonic."""
+    """Noise with that of short curves taken relative from other curves of the same harmonic."""
     for harmonic in np.unique(points.harmonic):
         rows = points.harmonic == harmonic
         known = rows & np.isfinite(noise) & (size > 0)

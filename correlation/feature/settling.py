@@ -1,8 +1,8 @@
-r"""Settling: readings of a response that still changes, such as a joint that runs in, posed as repeats.
+r"""Settling: repeats of a response that still changes, such as that of a joint that runs in.
 
-The curve of a repeat differs from the mean of all by a shift of its frequencies and by a factor,
-:math:`X_r - \bar X \approx \delta_r\,\mathrm{d}\bar X / \mathrm{d} \ln f + \gamma_r \bar X`. Repeats have them at
-random. A response that settles has them in order: from repeat to repeat in one direction, by less and less.
+The curve of a repeat differs from the mean of all by a frequency shift and a factor,
+:math:`X_r - \bar X \approx \delta_r\,\mathrm{d}\bar X / \mathrm{d} \ln f + \gamma_r \bar X`. In true repeats both are
+random. In a settling response they change from repeat to repeat in one direction, by decreasing amounts.
 """
 
 from collections.abc import Iterator
@@ -17,14 +17,15 @@ from scipy.special import stdtr
 from correlation.campaign.measurement import Campaign, Mask
 from correlation.feature.curve import CurveSet, list_curves
 
-#: Repeats that can show an order, and those from which their ranks alone do: seven in order are one in 2,520.
+#: Least number of repeats for a trend, and least number for a test by ranks alone: seven are in order by chance in 1 of
+#: 2,520 cases.
 FEWEST, BY_RANK = 4, 7
-#: Chance of an order of ranks among repeats without one [-].
+#: Significance level of the rank order [-].
 CHANCE = 0.002
-#: Share of the first step that is left of the last one where fewer repeats run in one direction, by their number [-]:
-#: repeats without an order do so once in some 250 to 1,000.
+#: Largest ratio of the last to the first step of a monotone sequence, by the number of repeats [-]: by chance this
+#: occurs in 1 of 250 to 1,000 cases.
 LAST = {4: 0.1, 5: 0.5, 6: 1.0}
-#: Share of the whole change within which the last repeats count as settled [-].
+#: Share of the total change within which the last repeats count as settled [-].
 SETTLED = 0.25
 
 
@@ -55,7 +56,7 @@ class Drift:
 
     @property
     def settled(self) -> Bool[NDArray[np.bool_], " R"]:
-        """The last repeats, which differ by a small share of the whole change; at least the last one, shape (R,)."""
+        """Mask of the last repeats that differ by a small share of the total change; at least the last one, (R,)."""
         result = np.ones(len(self.repeat), dtype=bool)
         for change in (self.frequency, self.amplitude):
             if is_ordered(change):
@@ -64,7 +65,7 @@ class Drift:
 
 
 def find_drifts(campaign: Campaign) -> list[Drift]:
-    """Drift of each configuration that has enough repeats."""
+    """Drift of each configuration with enough repeats."""
     curves = list_curves(campaign)
     drifts = []
     for free in sorted({item.free for item in curves}):
@@ -80,16 +81,16 @@ def find_drifts(campaign: Campaign) -> list[Drift]:
 
 
 def is_ordered(change: Float[NDArray[np.float64], " R"]) -> bool:
-    """Whether a sequence runs in one direction more than chance makes it."""
+    """Whether a sequence has a significant trend."""
     if not np.isfinite(change).all() or len(change) < FEWEST:
         return False
     return _is_first_apart(change) or _runs_on(change)
 
 
 def _is_first_apart(change: Float[NDArray[np.float64], " R"]) -> bool:
-    """Whether the first one is far from all others, by Student's test of one against the rest, and the second after it.
+    """Whether the first value is far from all others by Student's test, and the second one deviates to the same side.
 
-    What settles fast is in the scatter of the repeats from the third one on.
+    In fast settling the repeats from the third one on differ only by scatter.
     """
     rest = change[1:]
     apart, spread = change[0] - rest.mean(), rest.std(ddof=1) * np.sqrt(1 + 1 / len(rest))
@@ -98,7 +99,7 @@ def _is_first_apart(change: Float[NDArray[np.float64], " R"]) -> bool:
 
 
 def _runs_on(change: Float[NDArray[np.float64], " R"]) -> bool:
-    """Whether it runs in one direction; where few repeats would by chance, by less and less."""
+    """Whether the sequence has a trend by rank correlation; with few repeats, is monotone with decreasing steps."""
     if len(change) >= BY_RANK:
         from scipy.stats import kendalltau
 
@@ -110,7 +111,7 @@ def _runs_on(change: Float[NDArray[np.float64], " R"]) -> bool:
 
 
 def find_unsettled(campaign: Campaign) -> Mask:
-    """Rows of early repeats of the tests that the manifest calls settling, shape (k,): no fit uses them."""
+    """Rows of early repeats of tests that the manifest marks as settling, shape (k,); they are not used in fits."""
     table, unsettled = campaign.measurement, np.zeros(len(campaign.measurement), dtype=bool)
     if not any(test.settling for test in campaign.tests):
         return unsettled
@@ -123,7 +124,7 @@ def find_unsettled(campaign: Campaign) -> Mask:
 
 
 def _in_order(campaign: Campaign, curves: list[CurveSet]) -> Int[NDArray[np.int64], " R"]:
-    """Repeats by the mean order of their readings."""
+    """Repeats in the mean order of their readings."""
     table = campaign.measurement
     numbers = np.unique(np.concatenate([item.repeat for item in curves]))
     return np.asarray(numbers[np.argsort([table.order[table.repeat == item].mean() for item in numbers])])
@@ -147,7 +148,7 @@ def _fit(
     mean: Complex[NDArray[np.complex128], " n"],
     value: Complex[NDArray[np.complex128], " n"],
 ) -> Float[NDArray[np.float64], "2"]:
-    """Shift and factor by least squares of real numbers."""
+    """Shift and factor by real least squares."""
     table = np.column_stack([np.gradient(mean, np.log(frequency)), mean])
     parts = np.concatenate([table.real, table.imag])
     apart = value - mean

@@ -1,14 +1,13 @@
-r"""Features: what repeats and sweeps measured at one point, averaged, with the noise of the mean.
+r"""Features: averages over repeats and sweeps at each point, with the noise of the mean.
 
-The values of a point differ by noise of the instruments and by the history of the friction, so their scatter is partly
-proportional to the amplitude, partly constant, and here and there much larger. Three steps make the best of few
-repeats:
+The values of a point differ by instrument noise and by friction history, so that their scatter is partly proportional
+to the amplitude, partly constant, and at some points much larger. For few repeats it is estimated in three steps:
 
 1. their scatter :math:`s^2` is fitted, over all points of a test, sensor and harmonic, by
    :math:`a^2 |X|^2 + b^2`, robustly (`correlation.noise.variance`);
-2. at each point the fit and the point's own scatter are averaged, weighted by their degrees of freedom;
-3. sweeps of one repeat may err together: by how much is seen in all points together, and the mean counts as an
-   average over fewer values accordingly.
+2. at each point the fit and the scatter of the point are averaged, weighted by their degrees of freedom;
+3. sweeps of one repeat may have common errors: their correlation is estimated from all points, and the mean counts as
+   an average over correspondingly fewer values.
 """
 
 from collections.abc import Collection
@@ -49,7 +48,7 @@ class Averages:
     point
         Index of each point among the points of the whole campaign, shape (k,).
     mean, n
-        Over all values of a point, shape (k,).
+        Mean and number of all values of a point, shape (k,).
     squares, dof
         Squared residuals about the mean of their sweep, and their degrees of freedom, shape (k,).
     effect
@@ -57,7 +56,7 @@ class Averages:
     sweep_point
         Point of each sweep, shape (s,).
     sweep_mean, sweep_n
-        Over the values of each sweep, shape (s,).
+        Mean and number of the values of each sweep, shape (s,).
     """
 
     first: Measurement
@@ -73,7 +72,7 @@ class Averages:
 
 
 def sort_by_point(measurement: Measurement) -> Measurement:
-    """All values of a point one after the other, sweep by sweep."""
+    """Table sorted such that the values of a point are consecutive, sweep by sweep."""
     order = [measurement.repeat, measurement.sweep, *(getattr(measurement, name) for name in reversed(POINT))]
     return measurement.where(np.lexsort(order))
 
@@ -84,7 +83,7 @@ def average_points(measurement: Measurement, rows: Mask) -> Averages:
     Raises
     ------
     CampaignError
-        There are none.
+        There are no rows.
     """
     table = measurement.where(rows)
     if not len(table):
@@ -92,7 +91,7 @@ def average_points(measurement: Measurement, rows: Mask) -> Averages:
     starts = starts_of(table, POINT)
     n = np.diff([*starts, len(table)])
     point = np.repeat(np.arange(len(starts)), n)
-    # About the mean of its sweep: what sweeps disagree by is no noise, and is told as `spread`.
+    # About the mean of its sweep: the difference between sweeps is not noise, and is reported as `spread`.
     sweep_starts = starts_of(table, (*POINT, "sweep"))
     sweep_n = np.diff([*sweep_starts, len(table)])
     sweep_mean = _summed(table.value, sweep_starts) / sweep_n
@@ -147,7 +146,7 @@ def starts_of(table: Measurement, names: tuple[str, ...]) -> IntColumn:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FeatureTable(RowTable):
-    """Means over repeats and sweeps, one a (test, level, frequency, sensor, harmonic).
+    """Means over repeats and sweeps, one per (test, level, frequency, sensor, harmonic).
 
     Parameters
     ----------
@@ -156,13 +155,13 @@ class FeatureTable(RowTable):
     value
         Mean, shape (k,) [SI unit of the sensor].
     deviation
-        Standard deviation of the mean, of its real and of its imaginary part alike, shape (k,) [the same]; of harmonic
-        0, whose imaginary part is zero, of the real part.
+        Standard deviation of the real and of the imaginary part of the mean, shape (k,) [the same]; for harmonic 0,
+        whose imaginary part is zero, of the real part.
     n
-        Number of values averaged, shape (k,).
+        Number of averaged values, shape (k,).
     spread
-        Distance of the means of both sweeps, in its standard deviations, shape (k,) [-]: where the sweeps agree, 95 %
-        are below 2.4; 0 where there is one sweep. A large one says that the mean is one of two branches.
+        Distance of the means of both sweeps, in its standard deviations, shape (k,) [-]: if the sweeps agree, 95 % are
+        below 2.4; 0 with one sweep. A large value indicates a mean over two branches.
     """
 
     test: IntColumn
@@ -190,7 +189,7 @@ class FeatureTable(RowTable):
 
 
 def average_campaign(campaign: Campaign) -> FeatureTable:
-    """Means of all points of a campaign; their deviations are NaN where nothing tells the noise."""
+    """Means of all points of a campaign; their deviations are NaN where the noise is unknown."""
     measurement = sort_by_point(campaign.measurement)
     average = average_points(measurement, np.ones(len(measurement), dtype=bool))
     return _table(average, *_noise(campaign, average))
@@ -204,7 +203,7 @@ def extract_features(
     Raises
     ------
     CampaignError
-        Nothing was measured there, or no point was repeated, so that the noise is not known.
+        There are no such measurements, or no point was repeated, so that the noise is unknown.
     """
     measurement = sort_by_point(campaign.measurement)
     rows = np.ones(len(measurement), dtype=bool)
@@ -219,9 +218,9 @@ def extract_features(
 def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
     """Features to train on, and features held out.
 
-    No value is in both: training has the other levels and the other repeats; held out are the held-out levels (all
-    repeats) and the held-out repeats of the other levels. Training has the noise of its own scatter alone; what is held
-    out, often of two repeats, has that of the whole campaign.
+    No value is in both: held out are the held-out levels (all repeats) and the held-out repeats of the other levels,
+    the rest is for training. The noise of training data is estimated from these alone; that of held-out data, often of
+    two repeats, from the whole campaign.
 
     Raises
     ------
@@ -248,7 +247,7 @@ def _table(average: Averages, variance: FloatColumn, together: FloatColumn) -> F
 
 
 def _known_noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
-    """As `_noise`, where something tells it."""
+    """As `_noise`; unknown noise is an error."""
     variance, together = _noise(campaign, average)
     unknown = np.flatnonzero(~np.isfinite(variance))
     if len(unknown):
@@ -262,7 +261,7 @@ def _known_noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, Fl
 
 
 def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
-    """Variance of one value, NaN where unknown, and how many values count as one, at every point, shape (k,) each."""
+    """Variance of one value, NaN where unknown, and number of values that count as one, per point, shape (k,) each."""
     first, dof, squares = average.first, average.dof, average.squares
     variance, together = np.full(len(first), np.nan), np.ones(len(first))
     blocks = starts_of(first, ("test", "sensor", "harmonic"))
@@ -276,7 +275,7 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
                 variance[block] = single**2
                 continue
         together[block] = estimate_design_effect(average.effect[block], squares[block], dof[block])
-        # Values that err together with a correlation rho tell less of their variance: by 1 + rho^2 for pairs.
+        # Errors with a correlation rho have fewer degrees of freedom: by the factor 1 + rho^2 for pairs.
         certain = dof[block] / (1 + (together[block] - 1) ** 2)
         scatter = squares[block] / np.maximum(dof[block], 1.0)
         variance[block] = pool_variance(np.abs(average.mean[block]), scatter, certain)
@@ -284,7 +283,7 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
 
 
 def _single_noise(sensor: MeasuredSensor, rows: Measurement, mean: ComplexColumn) -> FloatColumn:
-    """Noise of a block that was read once, as stated or as its curves show it, shape (k,); NaN where neither tells."""
+    """Noise of a block that was read once, stated or estimated from its curves, shape (k,); NaN if unknown."""
     if any(sensor.noise):
         return np.asarray(np.hypot(sensor.noise[0] * np.abs(mean), sensor.noise[1]))
     points = Points(

@@ -1,15 +1,15 @@
-r"""From coefficients to the numbers that are compared: they change almost linearly with a model's parameters.
+r"""Transformation of coefficients into features that are nearly linear in the parameters of a model.
 
-A resonance that shifts by its width changes X by its own size; the inverse F / X hardly leaves a straight line. So,
+A resonance shift by its width changes X by its own size, while the inverse F / X remains nearly linear. Therefore:
 
-- motion, harmonic 1: the dynamic stiffness D = F / X_1; where another sensor moves far more than this one usually lets
-  it, at an antiresonance, that leaves the straight line, and the share of the reference motion is taken,
+- motion, harmonic 1: the dynamic stiffness D = F / X_1. At an antiresonance, where the share of a sensor in the
+  reference motion is far below its usual value, this is not linear, and the ratio to the reference motion is used;
 - higher harmonics, and forces of harmonics 1 and up: the ratio to the fundamental of the reference motion, X_k / X_1 or
-  T_k / X_1 (a contact's complex stiffness),
-- static parts: as they are.
+  T_k / X_1 (a contact's complex stiffness);
+- static parts: unchanged.
 
-The reference motion of a state is its largest fundamental, so that its noise is the least. Of a sensor without phase
-the same numbers are moduli: F / |X_1|, |X_k| / |X_1|; one that has a phase refers to a motion that has one.
+The reference motion of a state is its largest fundamental, which has the smallest relative noise. For a sensor without
+phase the features are moduli: F / |X_1|, |X_k| / |X_1|; a sensor with a phase refers to a motion with a phase.
 """
 
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ from correlation.row_group import group_rows
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 
-#: Scatter of a reading between repeats, relative to it, above which noise and not a shift is what differs.
+#: Relative scatter of a reading between repeats above which the difference is noise rather than a frequency shift.
 UNSTEADY = 0.2
-#: Share of a sensor's usual part of the reference motion below which it stands at an antiresonance.
+#: Share of a sensor's usual part of the reference motion below which it is at an antiresonance.
 DIP = 0.3
 
 
@@ -38,15 +38,15 @@ class FeatureVector:
     points
         Rows.
     fundamental
-        First harmonics of the motion, shape (k,).
+        Mask of first harmonics of motions, shape (k,).
     inverse
-        Rows of these that become F / X, shape (k,).
+        Mask of these rows with the feature F / X, shape (k,).
     reference
-        Row that a ratio refers to, shape (k,); -1 where there is none.
+        Reference row of a ratio, shape (k,); -1 without a ratio.
     real_only
-        Rows of one number: without an imaginary part (harmonic 0), or without a phase, shape (k,).
+        Mask of rows with a single number: no imaginary part (harmonic 0), or no phase, shape (k,).
     amplitude
-        Rows of these without a phase, whose feature is a modulus, shape (k,).
+        Mask of these rows without a phase, whose feature is a modulus, shape (k,).
     """
 
     points: Points
@@ -73,7 +73,7 @@ class FeatureVector:
         value
             Measured coefficients, shape (k,).
         motion
-            Whether a row is of a motion sensor, shape (k,).
+            Whether a row belongs to a motion sensor, shape (k,).
         phased
             Whether a row has a phase, shape (k,); all by default.
         """
@@ -102,12 +102,12 @@ class FeatureVector:
 
     @property
     def row(self) -> Int[NDArray[np.int64], " m"]:
-        """Row of the points that each number comes from: real parts first, then imaginary ones."""
+        """Row of the points of each number: real parts first, then imaginary ones, shape (m,)."""
         return np.concatenate([np.arange(len(self.points)), np.flatnonzero(~self.real_only)])
 
     @property
     def state(self) -> Int[NDArray[np.int64], " m"]:
-        """Number of the steady state that each number is of: a configuration, level, frequency, and sweep if apart."""
+        """Index of the steady state of each number: configuration, level, frequency, and sweep if on two branches."""
         points = self.points
         return group_rows([points.free, points.level, points.frequency, points.sweep]).number[self.row]
 
@@ -116,7 +116,7 @@ class FeatureVector:
         level = self.points.force.reshape(-1, *[1] * (value.ndim - 1))
         features = np.array(value, dtype=np.complex128)
         ratio = self.reference >= 0
-        # Where no steady state was found there is no number.
+        # NaN without a steady state.
         with np.errstate(invalid="ignore"):
             features[self.inverse] = level[self.inverse] / value[self.inverse]
             features[ratio] = value[ratio] / value[self.reference[ratio]]
@@ -124,7 +124,7 @@ class FeatureVector:
         return self._real(features)
 
     def values(self, number: Float[NDArray[np.float64], " m"]) -> Coefficients:
-        """Coefficients that have these features, shape (k,); the inverse of `of_values`."""
+        """Coefficients with these features, shape (k,); the inverse of `of_values`."""
         k = len(self.points)
         features = number[:k].astype(np.complex128)
         features[~self.real_only] += 1j * number[k:]
@@ -138,11 +138,11 @@ class FeatureVector:
     def of_repeats(
         self, repeat: Complex[NDArray[np.complex128], "k R"], taken: Bool[NDArray[np.bool_], "k R"]
     ) -> Float[NDArray[np.float64], " m"]:
-        """Mean over the repeats taken of their features, shape (m,).
+        """Mean of the features over the selected repeats, shape (m,).
 
-        Where repeats differ by a shift of the resonance, features are linear in it and coefficients are not: the
-        inverse of their mean would be biased. Where noise drowns a reading it is the inverse of the reading that is
-        biased, so that there the mean comes first.
+        If repeats differ by a shift of the resonance, features are linear in it and coefficients are not: the inverse
+        of the mean coefficient would be biased. If noise dominates a reading, the inverse of the reading is biased, so
+        that the coefficients are averaged first.
         """
         count = np.maximum(taken.sum(axis=1), 1)
         mean = np.where(taken, repeat, 0.0).sum(axis=1) / count
@@ -161,7 +161,7 @@ class FeatureVector:
         x, changed = value[:, None], np.array(slopes, dtype=np.complex128)
         i, ratio = self.inverse, self.reference >= 0
         to = self.reference[ratio]
-        # Where no steady state was found there is no slope.
+        # NaN without a steady state.
         with np.errstate(invalid="ignore"):
             changed[i] = -self.points.force[i, None] / x[i] ** 2 * slopes[i]
             changed[ratio] = slopes[ratio] / x[to] - x[ratio] / x[to] ** 2 * slopes[to]
@@ -169,7 +169,7 @@ class FeatureVector:
         return self._real(changed)
 
     def _turned(self, value: Coefficients) -> Complex[NDArray[np.complex128], " a"]:
-        """Unit numbers that turn the complex features of the amplitudes onto the real axis, shape (a,)."""
+        """Unit complex numbers that rotate the complex features of amplitudes to the real axis, shape (a,)."""
         rows, feature = self.amplitude, np.array(value, dtype=np.complex128)
         ratio = rows & (self.reference >= 0)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -178,7 +178,7 @@ class FeatureVector:
             return np.asarray((np.conj(feature) / np.abs(feature))[rows])
 
     def per_reading(self, value: Coefficients) -> Float[NDArray[np.float64], " m"]:
-        """Change of each feature per unit of its own reading (the reference of a ratio is known far better)."""
+        """Modulus of the derivative of each feature by its reading (the noise of the reference is negligible)."""
         rate = np.ones(len(value))
         i = self.inverse
         rate[i] = self.points.force[i] / np.abs(value[i]) ** 2
@@ -196,7 +196,7 @@ def _dips(
     fundamental: Bool[NDArray[np.bool_], " k"],
     reference: Int[NDArray[np.int64], " k"],
 ) -> Bool[NDArray[np.bool_], " k"]:
-    """Fundamentals at an antiresonance: a share of the reference motion far below what the sensor usually has of it."""
+    """Mask of fundamentals at an antiresonance: share in the reference motion far below its usual value."""
     rows, result = np.flatnonzero(fundamental), np.zeros(len(points), dtype=np.bool_)
     # Where no steady state was found, or nothing moves, there is no share.
     with np.errstate(invalid="ignore", divide="ignore"):
