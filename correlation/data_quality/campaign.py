@@ -1,4 +1,4 @@
-"""Suspected mistakes in a campaign by its data alone, each with its evidence in numbers."""
+"""Suspected mistakes in a campaign from its data alone, each with numerical evidence."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -168,7 +168,7 @@ def _copied_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) ->
 
 
 def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
-    """Runs without a level that other runs of their sweep have; a few states that were read twice are no run."""
+    """Runs without a level that other runs of their sweep have; a few states that were read twice do not count."""
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
         runs = table.where(group_rows([table.repeat, table.sweep]).first)
@@ -188,7 +188,7 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _missing_frequencies(campaign: Campaign) -> Iterator[Suspicion]:
-    """Runs that lack frequencies which more runs of their level and direction have in common."""
+    """Runs without frequencies that are common to most runs of their level and direction."""
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
         alike = group_rows([table.level, table.sweep])
@@ -208,7 +208,7 @@ def _missing_frequencies(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _describe_missing(full: frozenset[float], grid: frozenset[float]) -> str:
-    """Which frequencies a run lacks, and what may be the cause."""
+    """Missing frequencies of a run, and the likely cause, in words."""
     missing = sorted(full - grid)
     ends = missing[0] > max(grid) or missing[-1] < min(grid)
     where = f"{missing[0]:.5g} Hz" + (f" to {missing[-1]:.5g} Hz" if len(missing) > 1 else "")
@@ -268,7 +268,7 @@ def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _missing_repeats(campaign: Campaign) -> Iterator[Suspicion]:
-    """Repeats that a test lacks altogether, though the numbers of its others go on past them."""
+    """Missing repeats of a test, if later numbers exist."""
     table = campaign.measurement
     for number, test in enumerate(campaign.tests):
         there = np.unique(table.repeat[table.test == number])
@@ -321,7 +321,7 @@ def _levels(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"]) -> list[flo
 
 
 def line(table: Measurement, level: float) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Frequencies of a level, rising, and the mean at each, shape (f,) each."""
+    """Frequencies of a level, ascending, and the mean at each, shape (f,) each."""
     at = table.level == level
     frequency, index = np.unique(table.frequency[at], return_inverse=True)
     mean = np.zeros(len(frequency), dtype=np.complex128)
@@ -330,6 +330,6 @@ def line(table: Measurement, level: float) -> tuple[NDArray[np.float64], NDArray
 
 
 def _is_smooth(values: Float[NDArray[np.float64], " f"]) -> bool:
-    """Whether values run from one end of their range to the other without much ado, but for one jump (of a phase)."""
+    """Whether values are nearly monotone over their range, except for one jump (of a phase)."""
     steps = np.sort(np.abs(np.diff(values)))
     return bool(np.ptp(values) > 0 and steps[:-1].sum() <= 1.5 * np.ptp(values))

@@ -1,4 +1,4 @@
-"""Suspected mistakes of single channels: a phase that is none, swapped sensors, sweeps without a name, settling."""
+"""Suspected mistakes of single channels: wrong phases, swapped sensors, undeclared sweeps, settling."""
 
 from collections.abc import Iterator
 
@@ -39,7 +39,7 @@ def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 
 
 def _signs(campaign: Campaign) -> Iterator[Suspicion]:
-    """Phases that count from something else, or else have the wrong sign."""
+    """Phases with another reference, or with the wrong sign."""
     turned = [*find_turned_runs(campaign)]
     yield from turned
     for suspicion in find_conjugate_repeats(campaign):
@@ -74,7 +74,7 @@ def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
-    """Suspicion about phases that hardly change over the peaks of some tests: one explanation for all of them."""
+    """Suspicion about phases that hardly change over the peaks of some tests, with one explanation for all."""
     degrees = [float(np.degrees(spread)) for spread in spreads.values()]
     # Where a phase is in radians once, it is nothing else elsewhere: that of the force may add to it.
     in_radians = any(AS_RADIANS[0] < item < AS_RADIANS[1] for item in degrees)
@@ -130,7 +130,7 @@ def _unnamed_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _turns(frequency: Float[NDArray[np.float64], " n"]) -> bool:
-    """Whether a run goes one way for some steps and then back over the same frequencies."""
+    """Whether a run covers the same frequencies in both directions."""
     step = np.sign(np.diff(frequency))
     step = step[step != 0]
     if len(step) < 2 * RUN:

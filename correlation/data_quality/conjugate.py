@@ -1,9 +1,9 @@
-r"""Phases with the wrong sign: complex numbers that are conjugated, and sensors that read the other way round.
+r"""Phases with the wrong sign: conjugated complex numbers, and sensors with reversed polarity.
 
 With :math:`e^{+i \Omega t}` a passive structure's displacement lags its load, with :math:`e^{-i \Omega t}` it leads.
 The agreement of measured :math:`x` and expected :math:`y` is :math:`\Re \sum \bar{y} x / \sum |y| |x|`: 1 for equal
-phases, -1 for opposite ones. At a resonance a conjugate number and one of the opposite sign are the same, so that the
-explanation that fits better over all frequencies is named.
+phases, -1 for opposite ones. At a resonance conjugation and a change of sign are equivalent, so that the explanation
+that fits better over all frequencies is named.
 """
 
 from collections.abc import Iterator
@@ -127,7 +127,7 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _mean(values: Complex[NDArray[np.complex128], "n r"]) -> Values:
-    """Mean of the repeats that are there; NaN without any."""
+    """Mean of the available repeats; NaN without any."""
     there = np.isfinite(values)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(np.where(there, values, 0).sum(axis=1) / there.sum(axis=1))

@@ -1,9 +1,9 @@
-r"""Channels that read one well-known factor too much or too little at all points: g for m/s^2, inches, rms for peak.
+r"""Channels with a well-known constant factor at all points: g for m/s^2, inches, rms for peak.
 
 The ratio of a reading to the model, :math:`r = \ln |X_m / X_p|`, is that of a wrong unit at every frequency and level,
-at a resonance too once what all channels of a state have in common is taken off. A model that is wrong differs by
-another factor, by factors that change over frequency and level, or at the other channels too. `wrong_unit` judges
-powers of ten.
+at a resonance too after subtraction of the part common to all channels of a state. An error of the model causes another
+factor, factors that vary over frequency and level, or factors of the other channels too. Powers of ten are handled by
+`wrong_unit`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -90,7 +90,7 @@ def _read(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
 
 
 def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
-    """All channels have the same factor, so near that nothing but a factor of the load does the same."""
+    """Common factor of all channels, accurate enough to be a factor of the load."""
     quantities = {campaign.sensors[item].quantity for item in sensors}
     factors = [_find_constant_ratio(readings, readings.sensor == item, readings.ratio.real) for item in sensors]
     known = {**AMPLITUDES, **(UNITS[next(iter(quantities))] if len(quantities) == 1 else {})}
@@ -111,7 +111,7 @@ def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[i
 
 
 def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
-    """Factor of one channel alone, where the others agree with the model."""
+    """Factor of one channel alone, if the others agree with the model."""
     for sensor in sensors:
         apart = _ratios_to_others(readings, sensor)
         if campaign.sensors[sensor].has_phase and not np.nanmedian(np.abs(apart.imag)) < PHASE:

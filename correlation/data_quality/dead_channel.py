@@ -1,4 +1,4 @@
-"""Channels that read one number at all frequencies of a run: a cable that is off, or a file that was never filled."""
+"""Channels with a constant reading at all frequencies of a run: a disconnected cable, or an unfilled file."""
 
 from collections.abc import Iterator
 
@@ -21,7 +21,7 @@ def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     Parameters
     ----------
     campaign
-        Campaign. Where the response is controlled, a constant amplitude is what the control holds.
+        Campaign. A constant amplitude of a controlled response is not suspected.
     """
     table = campaign.measurement
     dead = np.zeros(len(table), dtype=np.bool_)
@@ -44,7 +44,7 @@ def find_dead_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) 
     campaign
         Campaign.
     dead
-        What `find_dead_rows` finds in it, shape (k,).
+        Result of `find_dead_rows`, shape (k,).
     """
     table = campaign.measurement
     for test, sensor in {*zip(table.test[dead].tolist(), table.sensor[dead].tolist(), strict=True)}:

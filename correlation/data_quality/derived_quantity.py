@@ -1,7 +1,7 @@
-r"""A motion that is called another one, such as a displacement an acceleration: a factor of a power of i omega.
+r"""A motion with a wrong quantity, such as a displacement labelled as acceleration: a factor of a power of i omega.
 
-An acceleration is :math:`-\omega^2` times its displacement, so that a wrong name alone looks like a reversed cable; and
-:math:`i \omega` times its velocity, whose phases look as if they did not count from the force.
+An acceleration is :math:`-\omega^2` times its displacement, so that a wrong quantity alone looks like a reversed cable;
+it is :math:`i \omega` times its velocity, which looks like a phase that does not refer to the force.
 """
 
 import numpy as np
@@ -12,8 +12,8 @@ from correlation.data_quality.wrong_unit import UNITS
 
 #: Powers of i omega that make each quantity from a displacement.
 POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
-#: A reversed cable leaves the size, which a model is off by up to so much; another quantity changes it further, and is
-#: a unit of its own, a power of ten, within so much [natural logarithm].
+#: Change of the size that an error of a model explains, so that the cable is reversed; another quantity changes it
+#: more, and leaves a power of ten within this tolerance [natural logarithm].
 SIZE, UNIT = np.log(3.0), 0.3
 
 
@@ -27,9 +27,9 @@ def name_derived_quantity(
     stated
         Quantity of the sensor.
     ratio
-        Readings over what the model says, shape (n,) [-].
+        Readings over the predictions of the model, shape (n,) [-].
     frequency
-        Of each, shape (n,) [Hz].
+        Frequency of each reading, shape (n,) [Hz].
     """
     there = np.isfinite(ratio) & (ratio != 0)
     if stated not in POWER or not there.any():

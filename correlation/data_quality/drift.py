@@ -1,4 +1,4 @@
-"""Repeats that differ by one factor in all readings, or in all of a sensor: a gain that drifts, a force set anew."""
+"""Repeats with a common factor of all readings, or of all readings of a sensor: drift of a gain, readjusted force."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class _Factors(NamedTuple):
 
 
 def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
-    """Tests whose motions are larger by one factor in some repeats than in others, and sensors that alone are.
+    """Tests with a common factor of all motions between repeats, and single sensors with such a factor.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _find_own_factors(share: Float[NDArray[np.float64], "s n r"], place: int) -> _Factors | None:
-    """Factors of one sensor by itself and beside the median of the others, where both are clear."""
+    """Factors of one sensor, absolute and relative to the median of the others, if both are clear."""
     there = np.isfinite(share).all(axis=(0, 2))
     if len(share) < 2 or not there.any():
         return None
@@ -82,7 +82,7 @@ def _find_own_factors(share: Float[NDArray[np.float64], "s n r"], place: int) ->
 
 
 def _find_factors(share: Shares, n_sensor: int = 1) -> _Factors | None:
-    """Factors of the repeats, if some are clearly apart; of one of some sensors."""
+    """Factors of the repeats, if their differences are significant for `n_sensor` sensors."""
     share = share[np.isfinite(share).all(axis=1)]
     if len(share) < FEWEST:
         return None
@@ -95,6 +95,6 @@ def _find_factors(share: Shares, n_sensor: int = 1) -> _Factors | None:
 
 
 def _describe_change(factors: _Factors, repeats: list[int]) -> str:
-    """The largest difference of two repeats in words."""
+    """Words for the largest difference of two repeats."""
     least, most = (repeats[int(end(factors.factor))] for end in (np.argmin, np.argmax))
     return f"{np.expm1(factors.apart):.0%} larger in repeat {most} than in repeat {least}"

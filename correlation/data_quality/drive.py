@@ -1,4 +1,4 @@
-"""A measured force beside its own set point: in another unit, of another level, or of a drive that clips."""
+"""Comparison of a measured force with its set point: wrong unit, force of another level, or a clipping drive."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -32,14 +32,14 @@ UNITS: Mapping[str, Sequence[str]] = {
 
 
 def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
-    """Levels whose measured force is in another unit, is that of another level, or never reaches the set point.
+    """Levels with a measured force in another unit, of another level, or below its set point.
 
     A test at a constant response has no set point of the force.
 
     Parameters
     ----------
     campaign
-        Campaign; only forces that were measured tell.
+        Campaign; only measured forces are used.
     """
     for number, test in enumerate(campaign.tests):
         forces = {} if test.control == "response" else _forces(campaign, number)
@@ -77,7 +77,7 @@ def _forces(campaign: Campaign, test: int) -> dict[float, Forces]:
 
 
 def common_factor(ratios: Sequence[float]) -> float | None:
-    """The factor by which forces are off their set points; None if it is not one for all.
+    """The common factor of forces over their set points; None if it is not the same for all.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def find_mistaken_levels(ratios: Mapping[float, float]) -> dict[float, float]:
 
 
 def _suspect_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple[float, str]]:
-    """Levels whose force is far above their set point, or that have each other's forces, with what looks wrong."""
+    """Levels whose force is far above their set point, or with interchanged forces, with messages."""
     force = {level: level * ratio for level, ratio in ratios.items()}
     meant = find_mistaken_levels(ratios)
     for level, ratio in ratios.items():
@@ -149,7 +149,7 @@ def _suspect_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple[
 
 
 def is_in_cycle(meant: Mapping[float, float], level: float) -> bool:
-    """Whether the way from a level to the one whose force it has comes back; that of levels that clip does not.
+    """Whether the map from a level to the level whose force it has is a cycle; for clipping levels it is not.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def is_in_cycle(meant: Mapping[float, float], level: float) -> bool:
 
 
 def _clipped(forces: Mapping[float, Forces], unit: str) -> Iterator[tuple[float, str]]:
-    """Levels that the force never reaches, though it reaches the lowest one, with what looks wrong."""
+    """Levels that the force does not reach although it reaches the lowest one, with messages."""
     if len(forces) < 2:
         return
     lowest, *higher = forces

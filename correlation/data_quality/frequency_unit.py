@@ -1,4 +1,4 @@
-r"""A frequency in rad/s or kHz that is called Hz, or the other way round: one factor on every measured resonance."""
+r"""Frequencies in rad/s or kHz labelled as Hz, or the reverse: a common factor of all measured resonances."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ class WrongUnit:
     Parameters
     ----------
     factor
-        Of the measured frequencies on those of the model [-].
+        Factor of the measured frequencies relative to those of the model [-].
     words
         The factor in words.
     stated, likely
-        Unit that was stated if a reader converts from it to Hz, and the one that the numbers seem to have.
+        Stated unit, if a reader converts from it to Hz, and likely unit of the values.
     """
 
     factor: float
@@ -41,7 +41,7 @@ MISTAKES = (
 
 
 def find_wrong_frequency_unit(distance: Callable[[float], Float[NDArray[np.float64], " m"]]) -> WrongUnit | None:
-    """The unit that makes all measured resonances those of a model; None if one of them is as it is.
+    """The unit for which all measured resonances agree with a model; None if one of them agrees without a change.
 
     Parameters
     ----------

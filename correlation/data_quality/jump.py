@@ -1,16 +1,16 @@
-"""States at which repeats are on different branches: the response jumps, and not in all of them at one frequency."""
+"""States at which repeats are on different branches, because they jump at different frequencies."""
 
 import numpy as np
 
 from correlation.campaign.measurement import SWEEPS, Campaign, Suspicion, name_configuration
 from correlation.feature.branch import Branches, find_branches
 
-#: What lets repeats of one state differ.
+#: Causes of differences between repeats of one state.
 CAUSES = "the response jumps between two steady states, contacts slip in some repeats only, or it had not settled"
 
 
 def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
-    """Remark on each state that is excluded, in all or some repeats; a jump is no mistake."""
+    """Remark on each state that is excluded in some or all repeats; a jump is not a mistake."""
     return tuple(
         Suspicion(
             where=_where(campaign, of, float(of.curves.frequency[state])),

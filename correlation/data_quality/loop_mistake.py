@@ -1,4 +1,4 @@
-"""Force-displacement loops that agree with a model in another unit, or without the offsets of their sensors."""
+"""Force-displacement loops that agree with a model only in another unit, or without offsets of their sensors."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -26,7 +26,7 @@ NONE = (0.0, 0.0)
 
 
 def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
-    """The unit that explains a gross misfit of a loop, or else the offsets of its two sensors.
+    """The unit that explains a gross misfit of a loop, otherwise the offsets of its two sensors.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
         return
     first = loop.loops.plateaus[0]
     offsets = -first.displacement_offset[0], -first.force_offset[0]
-    # The middle of the strokes that was taken as zero leaves a displacement without an offset.
+    # If the middle of the strokes was taken as zero, the displacement has no offset.
     moved = abs(offsets[0]) > MIN_DEVIATION * first.amplitude[0]
     read = f"{-offsets[0]:.3g} m and {-offsets[1]:.3g} N" if moved else f"{-offsets[1]:.3g} N"
     at_rest = f"without its offset of {read}: do its sensors read this at rest? If so, take it off"
@@ -53,7 +53,7 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
         for scale, (change, units) in UNITS.items()
     } | {((1.0, 1.0), offsets): at_rest}
     left = {change: _misfit(model, _changed(loop, *change)) for change in questions}
-    # A loop that sticks has one stiffness, of which force and displacement may each be the cause.
+    # A loop in full stick has a single stiffness: the unit of force or of displacement may be wrong.
     result = [
         change for change in sorted(left, key=lambda one: left[one]) if left[change] < min(MENDED, before / BETTER)
     ]
@@ -66,7 +66,7 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
 
 
 def _changed(loop: ForceLoop, scale: tuple[float, float], offset: tuple[float, float]) -> ForceLoop:
-    """The loop with other units, or with something added to both signals."""
+    """The loop with scaled signals and offsets."""
     x, f = scale[0] * (loop.displacement + offset[0]), scale[1] * (loop.force + offset[1])
     return replace(loop, displacement=x, force=f, loops=analyse_loop(x, f))
 

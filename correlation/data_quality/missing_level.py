@@ -1,4 +1,4 @@
-"""Repeats that differ by one large factor over the whole sweep: levels that nothing in the campaign names."""
+"""Repeats that differ by a large common factor over the whole sweep: undeclared levels."""
 
 from collections.abc import Iterator
 
@@ -40,12 +40,12 @@ def find_common_factors(size: Float[NDArray[np.float64], "n r"]) -> Float[NDArra
 
 
 def format_factors(factors: Float[NDArray[np.float64], " r"]) -> str:
-    """Factors as people write them: 1 : 3 : 10."""
+    """Factors in the form 1 : 3 : 10."""
     return " : ".join(f"{factor:.2g}" for factor in factors)
 
 
 def find_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
-    """Tests whose repeats of a level seem to be levels themselves.
+    """Tests whose repeats of a level are probably different levels.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Suspected mistakes in a campaign by comparison with a model, each with its evidence in numbers."""
+"""Suspected mistakes in a campaign by comparison with a model, each with numerical evidence."""
 
 from functools import partial
 from itertools import combinations, permutations
@@ -100,7 +100,7 @@ def find_swapped_sensors(
                 f"swapped, they agree within {max(np.expm1(swapped), 1e-3):.1%}: check the cables"
             )
             result.append((float(swapped / own), i, j, sentence))
-    # Two that are swapped make each of them look wrong beside a third: the pair that explains best stands for all.
+    # Each of two swapped sensors also looks wrong relative to a third: only the best pair is reported.
     reported: set[int] = set()
     suspicions = []
     for _, i, j, sentence in sorted(result):
@@ -129,7 +129,7 @@ def _ratios(
 
 
 def _others_confirm(measured: Logarithms, predicted: Logarithms, i: int, j: int) -> bool:
-    """Whether the ratios to all other sensors show that two are swapped, and those among the others are right."""
+    """Whether the ratios to all other sensors confirm that two are swapped, and ratios among the others are right."""
     known = np.isfinite(measured + predicted)
     rest = [k for k in range(len(measured)) if k not in {i, j} and known[[i, j], k].all()]
     if not rest:

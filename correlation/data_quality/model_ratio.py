@@ -24,9 +24,9 @@ Values = Complex[NDArray[np.complex128], " n"]
 def find_model_ratios(
     campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Measurement, Values]:
-    """Fundamentals that stand out of their noise, and their ratios to the model, shape (n,) [-].
+    """Fundamentals that exceed their noise, and their ratios to the model, shape (n,) [-].
 
-    What is zero by the sensor or the model has no ratio.
+    Readings or predictions of zero are left out.
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ def find_model_ratios(
 
 @lru_cache(maxsize=2)  # several checks of one comparison ask
 def _stands_out(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
-    """Readings beyond their stated noise and the scatter of their repeats, where most of their kind are, shape (k,).
+    """Mask of readings above their stated noise and the scatter of their repeats, if most of their kind are, (k,).
 
-    Of readings of noise alone the largest stand out as well.
+    Otherwise the largest readings of pure noise would be included.
     """
     table, size = campaign.measurement, np.abs(campaign.measurement.value)
     stated = np.array([item.noise for item in campaign.sensors])[table.sensor]

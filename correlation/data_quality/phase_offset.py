@@ -1,11 +1,11 @@
-r"""A common phase offset of some curves, which an error of a resonance could not explain.
+r"""A common phase offset of some curves that an error of a resonance cannot explain.
 
-An error of a resonance in frequency and damping moves a curve along :math:`\Omega` by a complex amount. As
-:math:`\ln X` is analytic, phases then change to first order by
+An error of frequency and damping of a resonance shifts a curve along :math:`\Omega` by a complex amount. Since
+:math:`\ln X` is analytic, phases change to first order by
 
 .. math:: \epsilon \, d \arg X / d \ln \Omega + \delta \, d \ln |X| / d \ln \Omega ,
 
-which vanishes away from the resonance, while a phase offset acts there as well.
+which is zero away from the resonance, while a phase offset is constant.
 """
 
 from typing import NamedTuple
@@ -31,7 +31,7 @@ Angles = Float[NDArray[np.float64], " n"]
 
 
 class PhaseOffset(NamedTuple):
-    """Phase by which values lead the expected ones.
+    """Phase lead of values relative to the expected ones.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class PhaseOffset(NamedTuple):
     agreement
         Agreement of the phases without the rotation: 1 for equal, -1 for opposite ones [-].
     residual
-        Below this most phase differences are after a rotation by the angle [rad].
+        Upper limit of most phase differences after a rotation by the angle [rad].
     """
 
     angle: float
@@ -78,7 +78,7 @@ def find_phase_offset(
         n_seen += len(rows)
     if not n_seen:
         return None
-    # All points count alike: near a resonance that is off by itself all phases are turned.
+    # All points have equal weight: near a resonance with an error all phases are shifted.
     together = complex(np.mean(np.exp(1j * phase[there])))
     angle = float(np.angle(together))
     left = _size(np.angle(np.exp(1j * (phase[there] - angle))))

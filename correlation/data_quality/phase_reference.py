@@ -1,4 +1,4 @@
-"""Runs whose phases are all turned by one angle beside another run: they do not count from the force."""
+"""Runs whose phases all differ by one angle from another run: they do not refer to the force."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -15,9 +15,9 @@ FEWEST = 8
 
 
 def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
-    """Tests in which all phases of a run are turned by one angle, beside another repeat or sweep of its level.
+    """Tests in which all phases of a run differ by one angle from another repeat or sweep of its level.
 
-    Turns by 180 deg alone are left to the search for opposite signs.
+    Differences of 180 deg are left to the search for opposite signs.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _compare_runs(table: Measurement) -> Iterator[PhaseOffset | None]:
-    """The angle between each run and the next one, all of one direction first, if there is one."""
+    """Phase offset between each run and the next one, runs of one direction first; None without an offset."""
     run, point = group_rows([table.sweep, table.repeat]), group_rows([table.sensor, table.frequency])
     values = np.full((len(run.first), len(point.first)), np.nan, dtype=np.complex128)
     values[run.number, point.number] = table.value

@@ -1,14 +1,13 @@
-r"""Repeats that change in one direction with the time: a structure that wears, warms up or loosens during the test.
+r"""Trend of the repeats with time: a structure that wears, warms up or loosens during the test.
 
-Reading k of repeat r differs from its mean over the repeats by :math:`d_{kr}`. What of it goes with the times
-:math:`t_{kr}` of the repeats, of zero mean and unit length, is
-:math:`T = \sum_k w_k |\sum_r d_{kr} t_{kr}|^2`.
+Reading k of repeat r differs from its mean over the repeats by :math:`d_{kr}`. With the times :math:`t_{kr}` of the
+repeats, of zero mean and unit length, the trend statistic is :math:`T = \sum_k w_k |\sum_r d_{kr} t_{kr}|^2`.
 
-Where repeats differ at random, as by a preload that is set anew, by friction histories and by noise, no direction in
-the space of the repeats is before another, however many readings share a cause. The chance of a larger T is then that
-of random rotations of all times together: no more is assumed than that the differences of repeats are normal and
-independent of each other. Levels are no further evidence, since all levels of a repeat may share its preload. Of a
-single cause, T is Student's test of its trend.
+If repeats differ at random, by a new preload, friction histories and noise, all directions in the space of the repeats
+are equivalent, for any number of readings with a common cause. The p-value of T then follows from random rotations of
+all times together, under the only assumption that the differences of repeats are normal and independent. Levels are not
+independent evidence, since all levels of a repeat may have a common preload. For a single cause, T is equivalent to
+Student's test of its trend.
 
 References
 ----------
@@ -24,7 +23,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Measurement
 from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
-#: Repeats that can show a trend, and points that all of them have.
+#: Least number of repeats for a trend, and of points common to all of them.
 FEWEST_REPEATS, FEWEST = 3, 8
 #: Share of the points of a test that a repeat must have [-].
 MOST_READ = 0.5
@@ -51,7 +50,7 @@ class Trend:
     time
         Time of each repeat at each point, of zero mean and unit length, shape (n, r) [-].
     chance
-        Probability of so clear a trend where repeats differ at random [-].
+        Probability of a trend at least as large if repeats differ at random [-].
     """
 
     read: RepeatArray
@@ -80,7 +79,7 @@ class Trend:
 
 
 def find_trend(table: Measurement, sensors: list[int]) -> Trend | None:
-    """The trend of the repeats of a test; None where too few repeats or points can show one.
+    """The trend of the repeats of a test; None with too few repeats or points.
 
     Parameters
     ----------
@@ -111,9 +110,9 @@ def find_trend(table: Measurement, sensors: list[int]) -> Trend | None:
 
 
 def _find_times(table: Measurement, read: RepeatArray) -> Times:
-    """Mean place of each sweep of a level of a repeat in the order of measurement, for each of its points.
+    """Mean position of each sweep of a level of a repeat in the order of measurement, for each of its points.
 
-    Orders that begin anew in each repeat tell nothing: its number stands for its time.
+    If the order starts again in each repeat, the number of the repeat is used as its time.
     """
     times = np.full((len(read.level), len(read.repeat)), np.nan)
     for level, sweep in {*zip(read.level.tolist(), read.sweep.tolist(), strict=True)}:
@@ -145,7 +144,7 @@ def _compute_chance(read: RepeatArray, time: Times) -> float:
 
 
 def _find_contrasts(n: int) -> Float[NDArray[np.float64], "n n-1"]:
-    """Orthonormal directions without a mean."""
+    """Orthonormal directions orthogonal to the mean."""
     return np.asarray(np.linalg.qr(np.column_stack([np.ones(n), np.eye(n, n - 1)]))[0][:, 1:])
 
 
@@ -162,8 +161,8 @@ def _rotate_at_random(kinds: Float[NDArray[np.float64], "k q"], n: int) -> list[
 def _scale_differences(read: RepeatArray) -> Float[NDArray[np.float64], "s n r"]:
     """Differences from the mean of the repeats relative to the reading, real parts and imaginary parts as sensors.
 
-    Readings near zero are scaled by the median of their sensor. Rows weigh alike where they differ by more than most:
-    points where a response jumps would hide all others.
+    Readings near zero are scaled by the median of their sensor. Rows with larger differences than most have equal
+    weight: points at which the response jumps would dominate otherwise.
     """
     mean = read.value.mean(axis=2)
     size = np.maximum(np.abs(mean), np.median(np.abs(mean), axis=1, keepdims=True))

@@ -1,4 +1,4 @@
-"""Suspected mistakes of modes, frequency responses, ring-downs and loops beside a model, each with its evidence."""
+"""Suspected mistakes of modes, frequency responses, ring-downs and loops by comparison with a model, with evidence."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -34,7 +34,7 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
     Parameters
     ----------
     model
-        With the sensors of the campaign.
+        Model with the sensors of the campaign.
     data
         Data of a campaign.
     """
@@ -60,7 +60,7 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
 
 
 def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]) -> list[Suspicion]:
-    """One factor of a unit between all modes and those of the model."""
+    """Common factor of a unit between all measured modes and those of the model."""
     candidates = [_partners(model, mode) for mode in modes]
 
     def distance(factor: float) -> Frequencies:
@@ -81,7 +81,7 @@ def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]
 
 
 def _partners(model: Model, mode: MeasuredMode) -> Frequencies:
-    """Frequencies of the model's modes that may be a measured one: alike where there is a shape [Hz]."""
+    """Frequencies of the model's modes that may correspond to a measured one, by shape if there is one [Hz]."""
     frequency, _, shapes = linear_modes(model, mode.configuration)
     elastic = frequency > 0
     frequency, shapes = frequency[elastic], shapes[:, elastic]

@@ -1,8 +1,8 @@
-r"""Frequency responses that are one factor too large or too small beside a model: millimetres for metres, g for m/s^2.
+r"""Frequency responses that differ from a model by a constant factor: millimetres for metres, g for m/s^2.
 
-The residue of a mode, :math:`\phi_c \phi_f / 2 i \omega`, moves neither with its damping nor, much, with its frequency.
-Where the ratios of measured residues to those of the model are the same for all modes and sensors, the unit is wrong;
-where they go with a power of :math:`i \omega`, the quantity is.
+The residue of a mode, :math:`\phi_c \phi_f / 2 i \omega`, does not depend on its damping and little on its frequency.
+If the ratios of measured residues to those of the model are the same for all modes and sensors, the unit is wrong; if
+they are proportional to a power of :math:`i \omega`, the quantity is.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from geometry.plain_number import format_number
 
 
 class _ClearFactor(NamedTuple):
-    """When the ratios of measured to predicted residues have one factor that is no error of the model."""
+    """Conditions for a common factor of measured to predicted residues that is not an error of the model."""
 
     n_ratio: int
     """Ratios at least [-]."""
@@ -57,7 +57,7 @@ class _Ratios(NamedTuple):
 
 
 def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspicion]:
-    """The factor that all sensors of a response have in common beside the model, or else that of single sensors.
+    """The common factor of all sensors of a response relative to the model, otherwise that of single sensors.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def _spread(values: Float[NDArray[np.float64], " k"]) -> float:
 
 
 def _is_clear(values: Float[NDArray[np.float64], " k"]) -> bool:
-    """Whether logarithms of ratios are one factor that no model is off by."""
+    """Whether logarithms of ratios have a common factor larger than an error of a model."""
     size = abs(float(np.median(values))) if len(values) else 0.0
     return any(
         len(values) >= item.n_ratio and size > max(np.log(item.least), item.spreads * _spread(values))
@@ -129,7 +129,7 @@ def _is_clear(values: Float[NDArray[np.float64], " k"]) -> bool:
 
 
 def _find_power(ratios: _Ratios, quantities: list[str]) -> int:
-    """Power of i omega that explains the ratios: time derivatives that were not said; 0 for none."""
+    """Power of i omega that explains the ratios, by undeclared time derivatives; 0 for none."""
     values, logarithm = ratios.logarithm.real, np.log(ratios.omega)
     if len(values) < CLEAR_FACTORS[1].n_ratio or not np.ptp(logarithm) > np.log(CLEAR_FACTORS[0].least):
         return 0

@@ -14,14 +14,14 @@ FACTOR_TOLERANCE = 0.05
 
 
 def list_causes(logarithm: float, scatter: float, quantities: Set[str]) -> str:
-    """Questions that a user can answer about responses that are so many times too large, and the remedy.
+    """Questions to the user about responses that are too large by some factor, with the remedy.
 
     Parameters
     ----------
     logarithm, scatter
-        Natural logarithm of measured over expected, and how well it is known [-].
+        Natural logarithm of measured over expected, and its scatter [-].
     quantities
-        Quantities of the sensors that have it.
+        Quantities of the affected sensors.
     """
     close = max(FACTOR_TOLERANCE, scatter)
 

@@ -1,9 +1,9 @@
 r"""Contact forces whose cables are swapped: T of one line with T of another, or T and N of one line.
 
-The fundamentals of two lines may be alike where their means are not, so that every harmonic counts, 0 too. A mean
-depends on the friction history: only points count at which the two forces are further apart than the repeats scatter.
-At these, right forces are near their own values and swapped ones near those of the other, in units of the distance
-between both.
+The fundamentals of two lines may be equal where their means are not, so that all harmonics are used, including 0. Since
+a mean depends on the friction history, only points are used at which the two forces differ by more than the scatter of
+the repeats. At these, a correct force is near its own expected value and a swapped one near that of the other, in units
+of the distance between both.
 """
 
 from collections.abc import Iterator
@@ -68,7 +68,7 @@ def _distances_from_model(
     pair: tuple[int, int],
     part: Bool[NDArray[np.bool_], " k"],
 ) -> list[tuple[int, float, float]]:
-    """Each harmonic, and the distances of a part of the readings of two forces from the model's."""
+    """For each harmonic, the distances of a part of the readings of two forces from those of the model."""
     evidence = []
     for harmonic in np.unique(table.harmonic).tolist():
         rows = np.array(table.common_rows(*pair, harmonic))
@@ -98,7 +98,7 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                 if clearest := _find_clearest_harmonic(evidence):
                     result.append((clearest, repeat))
             if result:
-                # A swapped repeat is among the others of each: the clearest one stands for all.
+                # A swapped repeat also affects the reference of the others: only the clearest one is reported.
                 clearest, repeat = min(result, key=lambda item: item[0][2])
                 names = f'"{campaign.sensors[i].name}" and "{campaign.sensors[j].name}"'
                 yield Suspicion(
@@ -109,7 +109,7 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _distances_from_others(values: dict[int, Repeats], column: int) -> list[tuple[int, float, float]]:
-    """Each harmonic, and the distances of one repeat from the median of the others."""
+    """For each harmonic, the distances of one repeat from the median of the others."""
     evidence = []
     for harmonic, both in values.items():
         others = np.delete(both, column, axis=2)
@@ -128,7 +128,7 @@ def _pairs(campaign: Campaign) -> list[tuple[int, int]]:
 
 
 def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]) -> tuple[float, float]:
-    """Distances of a pair from its own usual values, and from those of each other, by that between both (medians)."""
+    """Distances of a pair from its expected and from its swapped values, over that between both (medians)."""
     apart = np.abs(usual[0] - usual[1])
     rows = (apart > MIN_DISTANCE * noise) & (apart > 0)
     if rows.sum() < FEWEST:
@@ -139,9 +139,9 @@ def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]
 
 
 def _find_clearest_harmonic(evidence: list[tuple[int, float, float]]) -> tuple[int, float, float] | None:
-    """The harmonic that says most clearly that two forces are swapped; None if none does or one says the contrary."""
+    """The harmonic with the clearest evidence of a swap; None without evidence, or if a harmonic contradicts it."""
     result = [item for item in evidence if item[2] < NEAR_SHARE and item[1] > FAR_SHARE]
-    # A mean may be as it is by the friction history: it does not speak against a clear harmonic.
+    # A mean depends on the friction history: it does not contradict a clear harmonic.
     if not result or any(harmonic and own < NEAR_SHARE and swapped > FAR_SHARE for harmonic, own, swapped in evidence):
         return None
     return min(result, key=lambda item: item[2])

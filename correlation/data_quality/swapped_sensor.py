@@ -1,8 +1,8 @@
-r"""Two sensors that are swapped in a repeat, or in some runs of it alone, by the repeats themselves.
+r"""Two sensors that are swapped in a repeat, or in some of its runs, found by comparison of repeats.
 
-The ratio of two channels is that of a shape: gains, preloads and resonances that differ from repeat to repeat are in
-both. With :math:`q = \ln (x_i / x_j)`, swapped channels have :math:`-q`, so that a run is :math:`2 |q|` away from the
-other repeats of its points, and swapped again it is none.
+The ratio of two channels is that of a shape: variations of gain, preload and resonance between repeats affect both.
+With :math:`q = \ln (x_i / x_j)`, swapped channels have :math:`-q`, so that the distance of a run from the other repeats
+is :math:`2 |q|`, and zero if it is swapped back.
 """
 
 from collections.abc import Iterator
@@ -33,9 +33,10 @@ Mask = Bool[NDArray[np.bool_], " n"]
 
 
 class _RepeatDeviation(NamedTuple):
-    """Distance of each repeat from the others as measured and with swapped channels, and change by the swap.
+    """Distance of each repeat from the others as measured and with swapped channels, change by the swap, and scatter.
 
-    Then the scatter of the others about their median (root mean square, NaN for one); ln of ratios, shape (n, r) each.
+    The scatter is that of the others about their median (root mean square, NaN for one). All are logarithms of ratios,
+    shape (n, r).
     """
 
     own: Float[NDArray[np.float64], "n r"]
@@ -101,7 +102,7 @@ def _logarithm(
 
 
 def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: float) -> list[_Swap]:
-    """Swaps of one pair: of a whole repeat, or else of all runs at one level of it, or else of single runs."""
+    """Swaps of one pair: of a whole repeat, otherwise of all its runs at one level, otherwise of single runs."""
     deviation = _compare_with_others(q)
     with np.errstate(invalid="ignore"):
         turns = (deviation.change > MIN_CHANGE) & (deviation.swapped < NEAR * deviation.change)
@@ -128,7 +129,7 @@ def _find_swaps(arranged: RepeatArray, q: Logarithms, level_unit: str, chance: f
 
 
 def _compare_with_others(q: Logarithms) -> _RepeatDeviation:
-    """Each repeat beside the median of the others; of two, the first stands for both."""
+    """Comparison of each repeat with the median of the others; of two repeats, the first represents both."""
     columns = range(q.shape[1] if q.shape[1] > 2 else 1)
     result = _RepeatDeviation(*np.full((4, len(q), len(columns)), np.nan))
     for column in columns:
@@ -149,7 +150,7 @@ def _compare_with_others(q: Logarithms) -> _RepeatDeviation:
 
 def _agrees(deviation: _RepeatDeviation, part: Mask, column: int) -> bool:
     """Whether a part of a repeat, -1 for one of two, agrees with the others as it is."""
-    # Of two repeats the first stands for both.
+    # Of two repeats the first represents both.
     own, swapped, change, _ = (values[part, column if values.shape[1] > 1 else 0] for values in deviation)
     there = np.isfinite(own) & (change > MIN_CHANGE)
     return bool(there.sum() >= FEWEST and np.median(own[there]) < np.median(swapped[there]))
@@ -190,7 +191,7 @@ def _quantile_of_scatter(
 
 
 def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:
-    """The one of two repeats that is further from the same frequencies at other levels; -1 if they do not say it."""
+    """The one of two repeats that is further from the same frequencies at other levels; -1 if undecided."""
     rest = q[~part]
     distances = []
     for frequency, own in zip(arranged.frequency[part], q[part], strict=True):
@@ -204,7 +205,7 @@ def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:
 
 
 def _median(q: Complex[NDArray[np.complex128], "n r"]) -> Complex[NDArray[np.complex128], " n"]:
-    """Median over the columns that are there, with phases on the turn about the first of them."""
+    """Median over the available columns, with phases relative to the first of them."""
     first = q[np.arange(len(q)), np.argmax(np.isfinite(q), axis=1)]
     apart = wrap_phases(q - first[:, None])
     median = np.median if np.isfinite(apart).all() else np.nanmedian  # the latter takes ten times as long

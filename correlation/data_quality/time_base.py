@@ -1,4 +1,4 @@
-"""Ring-downs with a wrong time base: one factor on time explains the frequencies of all modes beside a model."""
+"""Ring-downs with a wrong time base: a common factor on time explains the frequencies of all modes of a model."""
 
 from collections.abc import Iterator
 
@@ -29,7 +29,7 @@ LISTED = 4
 
 
 def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
-    """A wrong time base, or else a remark on modes that no mode of the model is near, with the frequencies of both.
+    """A wrong time base, otherwise a remark on modes without a mode of the model nearby, with the frequencies of both.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
 
 
 def find_time_base_factor(measured: Frequencies, model: Frequencies) -> float | None:
-    """The factor of `TIME_BASE_MISTAKES` that corrects all measured frequencies; None if one of them is right as it is.
+    """The factor of `TIME_BASE_MISTAKES` that corrects all measured frequencies; None if one needs no correction.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def find_time_base_factor(measured: Frequencies, model: Frequencies) -> float | 
 
 
 def _distance(measured: Frequencies, model: Frequencies) -> Frequencies:
-    """From each measured frequency to the nearest of the model, shape (m,) [natural logarithm]."""
+    """Distance of each measured frequency from the nearest of the model, shape (m,) [natural logarithm]."""
     return np.asarray(np.abs(np.log(measured[:, None] / model)).min(axis=1))
 
 

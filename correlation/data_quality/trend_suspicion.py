@@ -1,4 +1,4 @@
-"""Tests whose repeats change in one direction with the time, which no case of one structure explains."""
+"""Tests whose repeats have a trend with time, which a model of one structure cannot explain."""
 
 from collections.abc import Iterator
 from math import factorial
@@ -27,7 +27,7 @@ Change = Complex[NDArray[np.complex128], "s n"]
 
 
 def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
-    """Tests that change from repeat to repeat; a remark where too few repeats tell that from chance.
+    """Tests with a trend over the repeats; a remark if there are too few repeats for its significance.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _describe(campaign: Campaign, trend: Trend) -> str:
-    """Size of a trend, and its cause where it is clear."""
+    """Size of a trend, and its cause if it is clear."""
     repeats, last = ", ".join(map(str, trend.read.repeat[:-1])), trend.read.repeat[-1]
     return (
         f"from repeat to repeat ({repeats} and {last}) the readings change in one direction, by {percent(trend.size)} "
@@ -73,7 +73,7 @@ def _format_chance(chance: float) -> str:
 
 
 def _name_cause(campaign: Campaign, trend: Trend) -> str:
-    """Cause of a trend: one sensor, the resonance frequencies, all amplitudes; else the reading that changes most."""
+    """Cause of a trend: one sensor, the resonance frequencies, all amplitudes; otherwise the largest change."""
     change, mean = trend.change / trend.scale, trend.read.value.mean(axis=2) / trend.scale
     energy = (np.abs(change) ** 2).sum(axis=1)
     most = int(np.argmax(energy))
@@ -99,7 +99,7 @@ def _name_cause(campaign: Campaign, trend: Trend) -> str:
 
 
 def _find_slopes(trend: Trend, mean: Change) -> Change:
-    """Slope of each curve over the logarithm of the frequency; zero of too short ones."""
+    """Slope of each curve over the logarithm of the frequency; zero for too short curves."""
     slope = np.zeros_like(mean)
     read = trend.read
     for level, sweep in {*zip(read.level.tolist(), read.sweep.tolist(), strict=True)}:
@@ -111,7 +111,7 @@ def _find_slopes(trend: Trend, mean: Change) -> Change:
 
 
 def _differentiate(value: Change, abscissa: Float[NDArray[np.float64], " n"]) -> Change:
-    """Slope of curves: near a resonance by 1/X, which a few points over a peak describe as well, elsewhere by X."""
+    """Slope of curves: near a resonance from 1/X, for which a few points over a peak suffice, elsewhere from X."""
     high = np.abs(value) >= np.median(np.abs(value), axis=1, keepdims=True)
     inverse = np.divide(1.0, value, out=np.zeros_like(value), where=value != 0)
     over_peak = -(value**2) * np.gradient(inverse, abscissa, axis=1)
@@ -119,7 +119,7 @@ def _differentiate(value: Change, abscissa: Float[NDArray[np.float64], " n"]) ->
 
 
 def _fit(trend: Trend, change: Change, pattern: Change) -> tuple[Float[NDArray[np.float64], " l"], float]:
-    """Real factor of a pattern at each level by least squares, and what of the change is left of all."""
+    """Real factor of a pattern at each level by least squares, and residual over all levels."""
     number = np.unique(trend.read.level, return_inverse=True)[1]
     product, square = ((pattern.conj() * item).real.sum(axis=0) for item in (change, pattern))
     factor = np.bincount(number, product) / np.maximum(np.bincount(number, square), np.finfo(float).tiny)

@@ -1,8 +1,8 @@
-r"""Channels, and whole tests, that read a power of ten too much or too little: millimetres taken for metres.
+r"""Channels, and whole tests, with a factor of a power of ten: millimetres taken for metres.
 
-The ratio of what a channel reads to what the model says, :math:`r = \operatorname{median} \log_{10} |X_m / X_p|` over
-the frequencies of a run, is some tenths off for a model that is wrong, and a whole number off for a wrong unit. What
-all channels of a run have in common is the model's fault or the level's; what one alone has is its own.
+The ratio of readings to predictions, :math:`r = \operatorname{median} \log_{10} |X_m / X_p|` over the frequencies of
+a run, is some tenths for an error of the model, and an integer for a wrong unit. A part common to all channels of a run
+is an error of the model or of the level; a part of one channel alone is an error of this channel.
 """
 
 from collections.abc import Iterator, Set
@@ -47,7 +47,7 @@ ROTATIONS = {3: "mrad", 6: "urad"}
 class _Runs:
     """Runs, one row per run and channel: test, sensor, level, repeat, logarithm of measured over predicted.
 
-    `spread` is how far most readings are from one real factor, positive or negative, in the same logarithm.
+    `spread` is the distance of most readings from a real factor, positive or negative, in the same logarithm.
     """
 
     test: Int[NDArray[np.int64], " n"]
@@ -61,7 +61,7 @@ class _Runs:
 def find_wrong_units(
     campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Suspicion, ...]:
-    """Channels that look as if their values were in another unit than the column says.
+    """Channels whose values are probably in another unit than stated in the column.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def find_wrong_units(
     result: list[Suspicion] = []
     for test in np.unique(runs.test).tolist():
         here = runs.test == test
-        # A force of a line does not go with the level once the line slips.
+        # The force of a line is not proportional to the level once the line slips.
         motions = here & moves[runs.sensor]
         powers = np.unique(power[motions])
         if len(powers) == 1 and powers[0] and len(np.unique(runs.sensor[motions])) > 1:
@@ -95,10 +95,10 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
     table, of_model = find_model_ratios(campaign, points, predicted)
     logarithm = np.log10(np.abs(of_model))
     turned = np.where(np.array([item.has_phase for item in campaign.sensors])[table.sensor], np.angle(of_model), 0.0)
-    # A sensor that reads the other way round has one factor as well.
+    # A sensor with reversed polarity has a constant factor as well.
     turned = ((turned + np.pi / 2) % np.pi - np.pi / 2) / np.log(10)
     run = [table.test, table.level, table.repeat]
-    # Where the model's resonance is off, all channels go up and down together.
+    # If the resonance of the model has an error, all channels change together.
     state = group_rows([*run, table.sweep, table.frequency]).number
     common = group_medians(state, logarithm)
     channel = group_rows([*run, table.sensor]).number
@@ -112,7 +112,7 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
             spread.append(float(np.quantile(np.hypot(logarithm[values] - ratio[-1], turned[values]), MOST)))
     kept, ratios = table.where(np.array(first, dtype=np.int64)), np.array(ratio)
     if not campaign.drive.calibrated and len(ratios):
-        # All readings together may be any factor off; of two groups the smaller values count as right.
+        # The common factor of all readings is unknown; of two groups the smaller values count as right.
         ratios -= np.quantile(ratios, 0.5, method="lower")
     return _Runs(
         test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=ratios,
@@ -125,7 +125,7 @@ def _scatter(values: Float[NDArray[np.float64], " v"]) -> float:
 
 
 def _find_powers_of_ten(runs: _Runs) -> tuple[Int[NDArray[np.int64], " n"], Float[NDArray[np.float64], " n"]]:
-    """Power of ten that each run is off by, mostly 0, and the logarithm of the other channels beside it, shape (n,)."""
+    """Power of ten of the error of each run, mostly 0, and the logarithm of the other channels, shape (n,)."""
     beside, power = np.zeros(len(runs.ratio)), np.rint(runs.ratio).astype(np.int64)
     for number in range(len(power)):
         others = _mask_like_runs(runs, number) & (runs.sensor != runs.sensor[number])
@@ -147,7 +147,7 @@ def _mask_like_runs(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
 
 
 def _suspect_levels(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool_], " n"]) -> list[Suspicion]:
-    """Levels at which all motions are off by one factor, if they are right at all others."""
+    """Levels at which all motions have a common factor, if they are right at all others."""
     result, levels = [], np.unique(runs.level[motions])
     middle = {level: float(np.median(runs.ratio[motions & (runs.level == level)])) for level in levels.tolist()}
     for level, ratio in middle.items():
@@ -229,7 +229,7 @@ def _describe_right_runs(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.
 
 
 def name_length(power: int, quantities: Set[str]) -> str:
-    """Question for the unit of length that explains so many powers of ten; empty if no usual unit does.
+    """Question for the unit of length that explains a power of ten; empty if no usual unit does.
 
     Parameters
     ----------

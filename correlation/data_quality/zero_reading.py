@@ -1,4 +1,4 @@
-"""Single readings of exactly zero in a channel that is alive: a point that was not measured."""
+"""Single readings of exactly zero in a working channel: points that were not measured."""
 
 from collections.abc import Iterator
 
@@ -11,12 +11,12 @@ SINGLE = 0.1
 
 
 def find_zero_readings(campaign: Campaign) -> Iterator[Suspicion]:
-    """Motions of a fundamental that are zero to the last digit: noise alone leaves more.
+    """Fundamentals of motions that are exactly zero: noise alone gives more.
 
     Parameters
     ----------
     campaign
-        Campaign; a contact force may be zero where its line has separated.
+        Campaign; the force of a line may be zero in separation.
     """
     table = campaign.measurement
     for number, sensor in enumerate(campaign.sensors):
