@@ -1,4 +1,4 @@
-"""A free decay whose first crests are cut off: few samples, which count for nothing among all of a record."""
+"""Clipping of the first crests of a free decay: too few samples to be detected among those of a whole record."""
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +17,7 @@ BETWEEN = 0.5
 
 
 def describe_clipping(values: Samples) -> str:
-    """The clipped end or ends of a decay in words, with the number of samples; empty if there is none.
+    """Words for the clipped side or sides of a decay, with the number of samples; empty without clipping.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def describe_clipping(values: Samples) -> str:
 
 
 def _count_flat(size: Samples) -> int:
-    """Samples at the largest value of several crests, if smooth ones would not have so many there; else 0."""
+    """Number of samples at the largest value of several crests, if smooth crests would have fewer; else 0."""
     value, count = np.unique(size, return_counts=True)
     if len(value) < 4 or count[-1] <= CREST * count[-3:-1].max():
         return 0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.signal.record import Channels, Samples
 
-#: Lines of the spectrum beside a harmonic that measure the noise there; the nearest are emptied by the fit [-].
+#: Lines of the spectrum next to a harmonic for the estimate of noise; the nearest ones are removed by the fit [-].
 NEAREST, FARTHEST = 3, 15
 #: A foreign tone is reported above this share of a channel's amplitude [-].
 LEAST_TONE = 0.01
@@ -26,9 +26,9 @@ FEWEST_FLAT, LEAST_FLAT = 8, 2e-3
 def noise_power(
     time: Samples, residual: Channels, frequency: float, n_harmonic: int
 ) -> Float[NDArray[np.float64], "c harmonic"]:
-    """Mean square of white noise that would have the residual's power near each harmonic, shape (c, H + 1).
+    """Mean square of white noise with the residual's power density near each harmonic, shape (c, H + 1).
 
-    Where a harmonic has too few lines of its own around it, it is the mean square of the whole residual.
+    For a harmonic with too few lines around it, it is the mean square of the whole residual.
     """
     n, span = residual.shape[1], float(time[-1] - time[0])
     mean_square = (residual**2).mean(axis=1)
@@ -56,18 +56,18 @@ def find_contamination(
     n_harmonic: int,
     names: Sequence[str],
 ) -> list[str]:
-    """Foreign tones and flat crests of each channel in words, with their evidence.
+    """Messages on foreign tones and flat crests of each channel, with their evidence.
 
     Parameters
     ----------
     time, channels, residual
-        Instants, shape (n,) [s], signals, and what the fitted harmonics leave of them, shape (c, n).
+        Instants, shape (n,) [s], signals, and their residuals of the fitted harmonics, shape (c, n).
     frequency
         Fundamental, and its standard deviation [Hz].
     n_harmonic
-        Highest harmonic that was fitted; higher ones, which friction has as well, are not foreign.
+        Highest fitted harmonic; higher ones, which friction also causes, are not foreign.
     names
-        Of the channels.
+        Names of the channels.
     """
     result = []
     harmonics = _higher_harmonics(time, *frequency, n_harmonic)
@@ -97,9 +97,9 @@ def find_contamination(
 def _higher_harmonics(
     time: Samples, frequency: float, deviation: float, n_harmonic: int
 ) -> Bool[NDArray[np.bool_], " l"]:
-    """Lines of the spectrum that may be of harmonics that were not fitted, shape (n // 2 + 1,).
+    """Mask of spectral lines that may belong to harmonics that were not fitted, shape (n // 2 + 1,).
 
-    Lines are 1/T apart, and a harmonic is off by the error of the fundamental times its order.
+    Lines are 1/T apart, and the frequency error of a harmonic is that of the fundamental times its order.
     """
     n = len(time)
     line = np.fft.rfftfreq(n, float(time[-1] - time[0]) / (n - 1))
@@ -109,9 +109,9 @@ def _higher_harmonics(
 
 
 def _tone(time: Samples, residual: Samples, left_out: Bool[NDArray[np.bool_], " l"]) -> tuple[float, float] | None:
-    """Frequency [Hz] and amplitude of the largest tone of a residual, if it is no chance of noise.
+    """Frequency [Hz] and amplitude of the largest tone of a residual, if significant.
 
-    Lines that are left out, of higher harmonics, are no tones.
+    Lines in `left_out`, of higher harmonics, do not count.
     """
     n = len(residual)
     window = np.hanning(n)
@@ -129,15 +129,15 @@ def _tone(time: Samples, residual: Samples, left_out: Bool[NDArray[np.bool_], " 
 
 
 def _clipped(values: Samples) -> int:
-    """Number of samples at the largest value, if a smooth crest would not have so many; else 0.
+    """Number of samples at the largest value, if a smooth crest would have fewer; else 0.
 
-    A converter with steps q sees a sine of amplitude A within q of its crest during sqrt(2 q / A) / pi of the time, and
-    within the next step during (sqrt 2 - 1) of that: counts of two neighbouring values differ by a factor up to 2.4.
+    A sine of amplitude A is within one step q of a converter of its crest during sqrt(2 q / A) / pi of the time, and
+    within the next step during (sqrt 2 - 1) of that: counts of two neighbouring values differ by a factor of up to 2.4.
     """
     value, count = np.unique(values, return_counts=True)
     if len(value) < 4 or count[-1] < max(FEWEST_FLAT, LEAST_FLAT * len(values)):
         return 0
-    # A sine that is sampled in step with its period has its largest value often, but never twice in a row.
+    # A sine that is sampled synchronously reaches its largest value often, but never in consecutive samples.
     there = values == value[-1]
     in_a_row = bool((there[1:] & there[:-1]).any())
     return int(count[-1]) if in_a_row and count[-1] > CREST * count[-3:-1].max() else 0

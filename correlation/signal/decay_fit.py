@@ -9,26 +9,27 @@ import numpy as np
 from correlation.signal.free_decay import Decay, estimate_noise, find_new_tone, find_strong_harmonic, guess_modes
 from correlation.signal.slow_flow import SlowFlow, SlowFlowFit, fit_slow_flows
 
-#: Spline intervals of the first fit that is not linear, and splits at most. The search ends when so many splits in a
-#: row have not improved the information criterion by so much; no interval is shorter in ln A.
+#: Number of spline intervals of the first nonlinear fit, and its largest number; number of consecutive splits without
+#: this improvement of the information criterion that ends the search; shortest interval in ln A.
 FIRST_INTERVALS, MOST_INTERVALS, PATIENCE, SIGNIFICANT, SHORTEST_INTERVAL = 3, 24, 3, 4.0, 0.1
-#: Parts of a decay to which the first splines are fitted one after the other, and fewest samples per coefficient there.
-#: Each is longer by a quarter: over a longer part the frequency that a spline extrapolates may lose a period.
+#: Parts of a decay to which the first splines are fitted successively, and least number of samples per coefficient.
+#: Each part is a quarter longer: in a longer part the extrapolated frequency of a spline may lose a period.
 TRACKED, FEWEST_TRACKED = tuple(np.geomspace(0.04, 1.0, 16).tolist()), 2
-#: Standard deviation of frequencies that are read off an envelope, relative; of decay rates it is 20 times as much [-].
+#: Relative standard deviation of frequencies estimated from an envelope; that of decay rates is 20 times as large [-].
 PRIOR = 0.02
-#: Residual beside the signal at which a fit is as good as any measurement [-].
+#: Relative residual at which a fit is as good as any measurement [-].
 EXACT = 5e-4
-#: Splits over which the fall of a residual is measured [-].
+#: Number of splits over which the decrease of a residual is measured [-].
 PACE = 6
-#: Residual of modes beside the signal above which another one is tried first: near one of them, where a nonlinear mode
-#: leaves lines of its own, and elsewhere; what is near, over the frequency [-].
+#: Relative residual above which another mode is tried first: near a fitted mode, where a nonlinear mode has further
+#: lines, and elsewhere; relative distance that counts as near [-].
 BEATS, BEATS_AFAR, NEAR = 0.1, 0.01, 0.2
-#: Share of the power above noise that another mode may leave at most, or it is none; and before splines are refined.
+#: Largest share of the power above noise that remains after an additional mode: in general, and before splines are
+#: refined [-].
 MUST_EXPLAIN, MUST_EXPLAIN_BEAT = 0.7, 0.25
-#: Harmonics of a mode that are fitted beside it.
+#: Harmonics that are fitted with a mode.
 HARMONICS = (2, 3, 5)
-#: Most modes that are looked for where their number is not given.
+#: Largest number of modes that are searched if their number is not given.
 MOST_MODES = 4
 
 
@@ -38,13 +39,13 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[SlowFlowFit, Decay]:
     Parameters
     ----------
     decay
-        Part of a record with its modes, roughly.
+        Part of a record with approximate frequencies of its modes.
     adds
-        Whether to look for more modes than these.
+        Whether to search for further modes.
 
     Returns
     -------
-    The fit, and the decay with the modes that were added.
+    The fit, and the decay with the added modes.
     """
     tried: dict[tuple[float, ...], SlowFlowFit] = {}
 
@@ -62,7 +63,7 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[SlowFlowFit, Decay]:
         decay, fit, find_tone=_find_beat, fit_more=fit_first,
         explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN_BEAT,
     )  # fmt: skip
-    # What stands at a harmonic may be a mode of its own: it is if a mode explains it with fewer coefficients.
+    # A line at a harmonic may be a separate mode: it is if a mode explains it with fewer coefficients.
     fit, decay = _add_modes(
         decay, fit, find_tone=lambda own, _: find_strong_harmonic(own, HARMONICS), fit_more=fit_first,
         explains=lambda trial, before, _: trial.criterion < before.criterion - SIGNIFICANT,
@@ -81,7 +82,7 @@ def _add_modes(
     fit_more: Callable[[Decay], SlowFlowFit],
     explains: Callable[[SlowFlowFit, SlowFlowFit, Decay], bool],
 ) -> tuple[SlowFlowFit, Decay]:
-    """The fit with one mode more at a time, as long as there is a tone and a mode explains it."""
+    """The fit with modes added one at a time, as long as there is a tone that a mode explains."""
     while len(decay.frequencies) < MOST_MODES and (tone := find_tone(decay, fit)) is not None:
         more = decay.with_frequency(tone)
         trial = fit_more(more)
@@ -92,7 +93,7 @@ def _add_modes(
 
 
 def _find_beat(decay: Decay, fit: SlowFlowFit) -> float | None:
-    """A tone beside modes of which much is left [Hz]."""
+    """A tone in a large residual of the modes [Hz]; None without one."""
     tone = find_new_tone(decay, fit.residual)
     if tone is None:
         return None
@@ -101,7 +102,7 @@ def _find_beat(decay: Decay, fit: SlowFlowFit) -> float | None:
 
 
 def _power_ratio(trial: SlowFlowFit, before: SlowFlowFit, decay: Decay) -> float:
-    """Power that a fit with one mode more leaves above noise, over what the fit before left [-]."""
+    """Residual power above noise of a fit with one more mode, over that of the previous fit [-]."""
     noise = estimate_noise(trial.residual, decay.step) ** 2
     least = 1e-3 * float((before.residual**2).mean())
     with_mode, without = (max(float((fit.residual**2).mean()) - noise, least) for fit in (trial, before))
@@ -109,18 +110,18 @@ def _power_ratio(trial: SlowFlowFit, before: SlowFlowFit, decay: Decay) -> float
 
 
 def _relative_residual(fit: SlowFlowFit, decay: Decay) -> float:
-    """Root mean square of a residual beside the signal's [-]."""
+    """Root mean square of a residual over that of the signal [-]."""
     return float(np.sqrt((fit.residual**2).sum() / (decay.values**2).sum()))
 
 
 def _excess(fit: SlowFlowFit, decay: Decay) -> float:
-    """Logarithm of a residual over that which no measurement falls below: white noise, or an exact fit [-]."""
+    """Logarithm of a residual over its least attainable value: white noise, or an exact fit [-]."""
     noise = estimate_noise(fit.residual, decay.step) / float(np.sqrt((decay.values**2).mean()))
     return float(np.log(_relative_residual(fit, decay) / max(noise, EXACT)))
 
 
 def _first_fit(decay: Decay) -> SlowFlowFit:
-    """Linear modes, or splines of a few intervals where the information criterion prefers them."""
+    """Linear modes, or splines with a few intervals if the information criterion prefers them."""
     linear = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, 0)))
     bent = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, FIRST_INTERVALS)))
     return bent if bent.criterion < linear.criterion - SIGNIFICANT else linear
@@ -129,7 +130,7 @@ def _first_fit(decay: Decay) -> SlowFlowFit:
 def _refined(decay: Decay, best: SlowFlowFit) -> SlowFlowFit:
     """Refine the splines where the residual is largest, until the information criterion no longer falls.
 
-    A residual that does not fall fast enough to reach the noise is not due to functions of the amplitude.
+    A residual that does not decrease fast enough to reach the noise is not caused by functions of the amplitude.
     """
     fit, worse, size = best, 0, [_excess(best, decay)]
     if best.flows[0].degree == 0:
@@ -155,7 +156,7 @@ def _converges_fast_enough(size: Sequence[float], left: int) -> bool:
 
 
 def _track(decay: Decay, flows: list[SlowFlow]) -> list[SlowFlow]:
-    """Follow the phases: fit the flows to the beginning of the decay, then to longer and longer parts of it."""
+    """Track the phases: fit the flows to the beginning of the decay, then to increasingly longer parts."""
     # A linear mode has one frequency, which can be extrapolated over twice the time.
     for share in TRACKED if flows[0].degree else TRACKED[::3]:
         n = round(share * len(decay.values))
@@ -168,7 +169,7 @@ def _track(decay: Decay, flows: list[SlowFlow]) -> list[SlowFlow]:
 
 
 def _split(decay: Decay, fit: SlowFlowFit) -> list[SlowFlow] | None:
-    """The fitted modes with one interval more, where the residual is largest; None if all intervals are short."""
+    """The fitted modes with one more interval, where the residual is largest; None if all intervals are short."""
     worst, place = 0.0, None
     for number, flow in enumerate(fit.flows):
         time, logarithm, _ = flow.path(flow.coefficients)

@@ -1,9 +1,9 @@
 r"""Residual of the fitted modes of a decay, demodulated at the phase of one mode.
 
-Where the record holds :math:`A (1 + \varepsilon(t)) e^{i \varphi}` and the fit :math:`A e^{i \varphi}`, the residual
+If the record contains :math:`A (1 + \varepsilon(t)) e^{i \varphi}` and the fit is :math:`A e^{i \varphi}`, the residual
 times :math:`2 e^{-i \varphi} / A`, averaged over a few periods, is :math:`\varepsilon`. White noise of standard
-deviation sigma gives it a known variance. What exceeds it belongs to no function of the amplitude: modes that slip
-together, a lost period, another mode.
+deviation sigma gives it a known variance. An excess is not a function of the amplitude: coupled modes in slip, a lost
+period, or another mode.
 """
 
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ from correlation.signal.slow_flow import SlowFlowFit
 
 Vector = Float[NDArray[np.float64], " k"]
 
-#: Periods of one average under Hann's window, and averages whose mean scales a deviation.
+#: Periods of one average under a Hann window, and number of averages whose mean scales a deviation.
 PERIODS, NEIGHBOURS = 6.0, 5
-#: An average exceeds so many mean squares of noise by chance once in 10^4, exp(-9), and one of k averages
-#: log(k) more [-].
+#: Power of an average over the mean square of noise that noise exceeds with a probability of exp(-9) = 10^-4; for the
+#: largest of k averages log(k) is added [-].
 NOISE_RATIO = 9.0
-#: Largest share of a mode's amplitude that a fit may leave [-].
+#: Largest residual of a fit as a share of a mode's amplitude [-].
 FOLLOWED = 0.02
-#: Damping ratios of a mode, and how far its frequency changes at most, as a factor [-].
+#: Plausible range of damping ratios of a mode, and largest factor of its frequency change [-].
 LEAST_DAMPING, MOST_DAMPING, MOST_CHANGE = -0.01, 0.3, 1.5
-#: Share of the range in the logarithm of the amplitude whose readings are not compared at either end: a curve through a
-#: decay is least certain there, by more than its own deviation says [-].
+#: Share of the range in the logarithm of the amplitude that is not compared at either end: there the error of a curve
+#: through a decay is largest, and exceeds its standard deviation [-].
 ENDS = 0.08
 
 
@@ -38,12 +38,12 @@ class DecayMisfit:
     Parameters
     ----------
     time
-        Since the start of the fit, shape (k,) [s].
+        Time since the start of the fit, shape (k,) [s].
     share
-        Amplitude of the record that the mode does not describe and that is no noise, over that of the mode, shape (k,).
+        Amplitude of the residual beyond noise over that of the mode, shape (k,).
     excess
-        Root of the power of the residual near the frequency of the mode over that of white noise of the whole
-        residual's size, shape (k,).
+        Root of the residual power near the frequency of the mode over that of white noise with the size of the whole
+        residual, shape (k,).
     """
 
     time: Vector
@@ -51,10 +51,10 @@ class DecayMisfit:
     excess: Vector
 
     def widen(self, time: Vector, deviation: Vector) -> Vector:
-        """Standard deviations of relative frequencies or damping ratios at some times, with what the fit leaves.
+        """Standard deviations of relative frequencies or damping ratios at some times, including the misfit.
 
-        A fit states them for white noise of the residual's size. A share that grows within half of one average, or
-        falls, changes frequency and damping by itself over the angle that passes meanwhile.
+        The fit gives them for white noise of the residual's size. A change of `share` within half of one average
+        changes frequency and damping by this amount over the phase angle of that time.
         """
         excess = np.maximum(np.interp(time, self.time, self.excess), 1.0)
         near = np.pad(self.share, 1, mode="edge")
@@ -90,9 +90,9 @@ def find_fault(misfit: DecayMisfit, frequency: Vector, damping_ratio: Vector, da
     Parameters
     ----------
     misfit
-        Of the mode.
+        Residual of the mode.
     frequency, damping_ratio, damping_deviation
-        At amplitudes that are even in their logarithm, shape (k,) [Hz, -, -].
+        Values at logarithmically spaced amplitudes, shape (k,) [Hz, -, -].
     """
     edge = int(ENDS * len(frequency))
     inner = slice(edge, len(frequency) - edge)

@@ -1,4 +1,4 @@
-"""Free decay of a record: its start and end, its modes, and their first guesses."""
+"""Free decay of a record: start and end, modes, and their initial guesses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,29 +15,29 @@ Vector = Float[NDArray[np.float64], " n"]
 
 #: The decay begins at the last point whose size is at least this share of the largest [-].
 AT_RELEASE = 0.97
-#: A mode ends where its amplitude is so many standard deviations of noise, averaged over so many periods.
+#: Amplitude in standard deviations of noise, averaged over this number of periods, at which a mode ends.
 ABOVE_NOISE, AVERAGED = 4.0, 5.0
-#: A line of a spectrum is no chance of noise if its power is so many times the median.
+#: Least power of a significant spectral line over the median.
 STANDS_OUT = 60.0
-#: A tone of a residual is a mode only above this share of the largest amplitude of the decay [-].
+#: Least amplitude of a further mode over the largest amplitude of the decay [-].
 LEAST_MODE = 0.01
-#: Samples of a fit at most, as long as a period has so many: more would be slower and change little.
+#: Largest number of samples of a fit, unless a period would have fewer than this number; more samples change little.
 MOST_SAMPLES, FEWEST_PER_PERIOD = 6000, 16
-#: Highest frequency of a harmonic or of a further mode [cycles per sample]: 0.8 times the highest that samples resolve.
+#: Highest frequency of a harmonic or of a further mode [cycles per sample]: 0.8 times the Nyquist frequency.
 RESOLVED = 0.4
-#: Low-pass before samples are left out. Kaiser's window of so many remaining samples on either side, half a period of
-#: the highest mode, falls by 54 dB between 0.8 and 1.2 times the highest frequency that they resolve [-].
+#: Low-pass filter for decimation: a Kaiser window with this number of remaining samples on either side, half a period
+#: of the highest mode, falls by 54 dB between 0.8 and 1.2 times the new Nyquist frequency [-].
 KAISER, REACH = 5.0, 8
-#: Lines of a spectrum are so many times as dense as the record resolves [-].
+#: Zero padding of a spectrum: density of lines over the resolution of the record [-].
 PADDED = 4
-#: Periods of one reading of the envelope, and stiffness of first guesses against bending [-].
+#: Periods of one estimate from the envelope, and bending stiffness of initial guesses [-].
 READING, BENDING = 2.0, 0.02
-#: Least range of the logarithm of an amplitude that splines are put over: a mode of one reading has none [-].
+#: Least range of the logarithm of an amplitude for splines: with a single estimate a mode has none [-].
 LEAST_RANGE = 0.1
-#: A line at a harmonic may be a mode of its own above this share of the largest, and if its power is so many times that
-#: at the ends of the lines that are taken for the harmonic [-].
+#: A line at a harmonic may be a separate mode above this share of the largest one, and if its power exceeds that at the
+#: ends of the harmonic's lines by this factor [-].
 STRONG, PEAK = 0.05, 2.0
-#: Modes nearer than this share of their frequency to a harmonic of another are taken for it [-].
+#: Modes closer than this share of their frequency to a harmonic of another are taken for the harmonic [-].
 HARMONIC = 0.03
 
 
@@ -48,15 +48,15 @@ class Decay:
     Parameters
     ----------
     start
-        Its first instant [s].
+        First instant [s].
     step
         Time between samples [s].
     values
-        Shape (n,).
+        Samples, shape (n,).
     frequencies
-        Of its modes, roughly [Hz].
+        Approximate frequencies of the modes [Hz].
     floor
-        Amplitude of a mode that cannot be told from noise.
+        Amplitude below which a mode is indistinguishable from noise.
     """
 
     start: float
@@ -70,7 +70,7 @@ class Decay:
         return replace(self, frequencies=(*self.frequencies, frequency))
 
     def envelope(self, number: int) -> Complex[NDArray[np.complex128], " n"]:
-        """Analytic signal of one mode, from the lines of the spectrum that are nearer to it than to any other."""
+        """Analytic signal of one mode, from the spectral lines that are nearest to it."""
         n = len(self.values)
         own = self.frequencies[number]
         line = np.fft.fftfreq(2 * n, self.step)
@@ -81,14 +81,14 @@ class Decay:
         return np.asarray(2 * np.fft.ifft(spectrum)[:n])
 
     def n_sample(self, number: int) -> int:
-        """Samples before a mode has sunk into the noise [-]."""
+        """Number of samples until a mode has decayed to the noise [-]."""
         smooth = self._smooth(number)
         below = np.flatnonzero(smooth < self.floor)
         fewest = min(len(smooth), max(int(6 / self.frequencies[number] / self.step), 24))
         return max(int(below[0]) if len(below) else len(smooth), fewest)
 
     def duration(self, number: int) -> float:
-        """From the start to where a mode has sunk into the noise [s]."""
+        """Time from the start until a mode has decayed to the noise [s]."""
         return (self.n_sample(number) - 1) * self.step
 
     def _smooth(self, number: int) -> Vector:
@@ -102,12 +102,12 @@ def find_decay(
     time: Vector, values: Vector, step: float, start: float | None, end: float | None,
     frequencies: Sequence[float] | None,
 ) -> Decay:  # fmt: skip
-    """The decay of a record, with its dominant mode or the modes that are given.
+    """The decay of a record, with its dominant mode or the given modes.
 
     Raises
     ------
     CampaignError
-        No decay, or nothing that oscillates.
+        No decay, or no oscillation.
     """
     quiet = float(np.median(values[-max(len(values) // 10, 8) :]))
     size = np.abs(values - quiet)
@@ -152,8 +152,8 @@ def find_decay(
 def _decimate(values: Vector, first: int, stride: int) -> Vector:
     """Decimate samples with an anti-aliasing filter, from a first one on.
 
-    The filter is symmetric and its gain is 1 within 0.2 % below 0.8 times the highest frequency that is resolved, so
-    that it changes neither phase nor decay of a mode. Only places where it is within the values are kept.
+    The filter is symmetric with a gain of 1 within 0.2 % below 0.8 times the new Nyquist frequency, so that it changes
+    neither phase nor decay of a mode. Samples for which the filter exceeds the ends are left out.
     """
     if stride == 1:
         return values[first:]
@@ -164,10 +164,10 @@ def _decimate(values: Vector, first: int, stride: int) -> Vector:
 
 
 def guess_modes(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[SlowFlow]:
-    """First guesses of all modes: constants for no interval, else cubic splines of so many, read off the envelopes.
+    """Initial guesses of all modes from the envelopes: constants for no interval, else cubic splines.
 
-    The first mode, the strongest, has harmonics; one that another mode stands on, or that the samples do not resolve,
-    is left out.
+    The first mode, the strongest, has harmonics; those that coincide with another mode, or that the samples do not
+    resolve, are left out.
     """
     flows = []
     for number, own in enumerate(decay.frequencies):
@@ -205,7 +205,7 @@ def guess_modes(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
 def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector, Vector, float]:
     """Logarithms of the amplitude, decay rates and frequencies of an envelope, and the phase at the start.
 
-    Readings over two periods, one per period.
+    Each estimate is over two periods; there is one per period.
     """
     own = decay.frequencies[number]
     envelope = decay.envelope(number)[:n_sample]
@@ -225,7 +225,7 @@ def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector,
 
 
 def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
-    """Frequency of the largest line at a harmonic of a mode that may be a mode of its own, if there is one [Hz]."""
+    """Frequency of the largest line at a harmonic of a mode that may be a separate mode [Hz]; None without one."""
     power, line, _ = _spectrum(decay.values, decay.step)
     result: list[tuple[float, float]] = []
     for own in decay.frequencies:
@@ -242,7 +242,7 @@ def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | No
 
 
 def find_new_tone(decay: Decay, residual: Vector) -> float | None:
-    """Frequency of the largest line that a fit has left, if it is neither noise nor a harmonic [Hz]."""
+    """Frequency of the largest line of a residual [Hz]; None if it is noise or a harmonic."""
     power, line, _ = _spectrum(residual, decay.step)
     whole, _, _ = _spectrum(decay.values, decay.step)
     allowed = line * decay.step < RESOLVED
@@ -256,7 +256,7 @@ def find_new_tone(decay: Decay, residual: Vector) -> float | None:
 
 
 def estimate_noise(values: Vector, step: float) -> float:
-    """Standard deviation of white noise beside whatever lines there are, from the median of the spectrum."""
+    """Standard deviation of white noise in the presence of lines, from the median of the spectrum."""
     return _spectrum(values, step)[2]
 
 

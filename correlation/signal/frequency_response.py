@@ -4,13 +4,12 @@ With the cross spectra :math:`S_{xy}` of force x and response y,
 
 .. math:: H_1 = S_{xy} / S_{xx}, \qquad H_2 = S_{yy} / S_{yx}, \qquad \gamma^2 = H_1 / H_2
 
-H1 is low by noise of the force, H2 is high by noise of the response; the truth lies between them where noise is all
-that lowers the coherence. A nonlinear structure lowers it as well.
+H1 is biased low by noise of the force, H2 high by noise of the response; the true value lies between them if only noise
+lowers the coherence. A nonlinear structure lowers it as well.
 
-Blows of a hammer are cut at the pulse. A force window removes noise beside the pulse; an exponential window
-:math:`e^{-\sigma (t - t_0)}` on force and response makes both decay within the block. Since it acts on both,
-exactly :math:`H(i \omega + \sigma)` is measured: all poles are shifted to the left by sigma, which
-`fit_modes` takes back.
+Hammer blows are cut out at the pulse. A force window removes noise outside the pulse; an exponential window
+:math:`e^{-\sigma (t - t_0)}` on force and response makes both decay within the block. Since it acts on both, the result
+is exactly :math:`H(i \omega + \sigma)`: all poles are shifted to the left by sigma, which `fit_modes` corrects.
 
 References
 ----------
@@ -67,15 +66,15 @@ class FrequencyResponse:
     Parameters
     ----------
     frequency
-        Shape (f,) [Hz].
+        Frequencies, shape (f,) [Hz].
     h1, h2
-        Shape (c, f) [unit of the response / unit of the force].
+        Frequency responses, shape (c, f) [unit of the response / unit of the force].
     coherence
-        Ordinary coherence gamma^2 in [0, 1], shape (c, f) [-]; 1 everywhere for a single block, which tells nothing.
+        Ordinary coherence gamma^2 in [0, 1], shape (c, f) [-]; 1 and without information for a single block.
     decay
         sigma of the exponential window [1/s]: all poles of H are shifted to the left by it. 0 without one.
     averages
-        Blocks that were averaged; those that overlap by half under Hann's window count as 5 % fewer.
+        Number of averaged blocks; blocks that overlap by half under a Hann window count as 5 % fewer.
     suspicions
         Double hits, clipped channels and the like, in words.
     """
@@ -117,11 +116,11 @@ def estimate_frequency_response(
         Length of a block [s], the inverse of the resolution; by default an eighth of the record, or for a hammer the
         time between blows.
     excitation
-        What drove the structure; "random", "burst" or "hammer".
+        Kind of excitation: "random", "burst" or "hammer".
     decay
         sigma of an exponential window for blows [1/s]; 0 for none.
     force_window
-        Whether the force beside the pulse of a blow is set to zero.
+        Whether the force outside the pulse of a blow is set to zero.
 
     Raises
     ------
@@ -152,10 +151,10 @@ def estimate_frequency_response(
 
 
 def coherence_limit(averages: int | None, count: int) -> float:
-    r"""Coherence from which a value of a frequency response tells the response and not the noise [-].
+    r"""Coherence above which a value of a frequency response is significant [-].
 
-    The relative standard deviation of H1 is :math:`\sqrt{(1 - \gamma^2) / (2 n \gamma^2)}`. Without any connection with
-    the force the estimate of n averages exceeds g with the probability :math:`(1 - g)^{n - 1}`.
+    The relative standard deviation of H1 is :math:`\sqrt{(1 - \gamma^2) / (2 n \gamma^2)}`. If the response is
+    independent of the force, the estimate from n averages exceeds g with the probability :math:`(1 - g)^{n - 1}`.
 
     Parameters
     ----------

@@ -2,12 +2,12 @@ r"""Harmonics of a steady state from its time history, by least squares.
 
 .. math:: x(t) = \operatorname{Re} \sum_{k=0}^{H} (X_k + \tau D_k)\, e^{i k \Omega t}, \qquad -1 \le \tau \le 1
 
-is fitted to all samples, with tau = 0 in the middle of the record. Least squares need no whole number of periods: a
-discrete Fourier transform leaks there. The drift D, the change per half of the record, says whether the state had
-settled; its common phase says by how much the frequency is off. X is nearly independent of D, because tau is odd.
+is fitted to all samples, with tau = 0 in the middle of the record. Least squares do not need a whole number of periods;
+a discrete Fourier transform without one leaks. The drift D, the change per half of the record, shows whether the state
+had settled; its common phase gives the frequency error. X is nearly independent of D, since tau is odd.
 
-The deviation of a coefficient is that of noise whose power near the line k Omega is that of the residual there: white
-noise, hum and other tones away from the line count only as far as they reach it.
+The standard deviation of a coefficient is that of noise with the power density of the residual near the line k Omega:
+hum and other tones away from the line contribute only their part at the line.
 """
 
 from collections.abc import Sequence
@@ -27,39 +27,39 @@ Coefficients = Complex[NDArray[np.complex128], "c harmonic"]
 Deviations = Float[NDArray[np.float64], "c harmonic"]
 Shares = Float[NDArray[np.float64], " c"]
 
-#: A drift of this many standard deviations of its real part is no chance: exp(-z^2 / 2) = 0.1 % for a complex number.
+#: Least significant drift in standard deviations of its real part: exp(-z^2 / 2) = 0.1 % for a complex number.
 SIGNIFICANT = 3.7
 #: Rounds of the search for the frequency; each squares the error.
 ROUNDS = 8
-#: Periods that a fit needs at least [-]: with fewer, mean, drift and first harmonic look alike.
+#: Least number of periods of a fit [-]: with fewer, mean, drift and first harmonic are indistinguishable.
 FEWEST_PERIODS = 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Harmonics:
-    """Complex amplitudes of some channels, with what speaks against them.
+    """Complex amplitudes of some channels, with suspicions about them.
 
     Parameters
     ----------
     frequency, frequency_deviation
         Omega / 2 pi and its standard deviation [Hz]; the deviation is 0 where the frequency was given.
     coefficients
-        X_k, peak amplitudes of e^{i k Omega t}, shape (c, H + 1) [unit of the channels]. Time counts as in the record,
-        or from a zero phase of the reference.
+        X_k, peak amplitudes of e^{i k Omega t}, shape (c, H + 1) [unit of the channels]. The origin of time is that of
+        the record, or a zero phase of the reference.
     deviation
-        Standard deviation of the real part of each, and of its imaginary part alike, shape (c, H + 1) [same unit].
+        Standard deviation of the real and of the imaginary part of each, shape (c, H + 1) [same unit].
     drift, drift_deviation
         Relative change of the largest harmonic over half of the part used, and its standard deviation, shape (c,) [-].
     residual
-        Root mean square of what the harmonics leave, over that of the channel without its mean, shape (c,) [-].
+        Root mean square of the residual over that of the channel without its mean, shape (c,) [-].
     settled
         Whether no channel drifts significantly by more than the tolerance.
     start, end
         First and last instant of the part used [s].
     reference, reference_deviation
-        The same of the reference channel, whose first harmonic is real and positive, shape (H + 1,); None without one.
+        The same for the reference channel, whose first harmonic is real and positive, shape (H + 1,); None without one.
     suspicions
-        Drifts, clipping and foreign tones in words, with their evidence.
+        Messages on drifts, clipping and foreign tones, with their evidence.
     """
 
     frequency: float
@@ -98,15 +98,15 @@ def fit_harmonics(
     Parameters
     ----------
     time
-        Rising instants, evenly spaced or not, shape (n,) [s].
+        Instants, ascending, evenly spaced or not, shape (n,) [s].
     values
-        Shape (n,) or (c, n) [any unit].
+        Signals, shape (n,) or (c, n) [any unit].
     frequency
-        Omega / 2 pi [Hz]; None takes it from the record.
+        Omega / 2 pi [Hz]; None to estimate it from the record.
     n_harmonic
         H, the highest harmonic [-].
     refine
-        Whether the frequency is corrected by the drift of the phases; by default only where none is given.
+        Whether the frequency is corrected by the drift of the phases; by default only if none is given.
     tolerance
         Relative drift over half of the record that still counts as settled [-].
 
@@ -117,8 +117,8 @@ def fit_harmonics(
     Raises
     ------
     CampaignError
-        Samples that are no numbers, fewer than one and a half periods, too few samples per period for the highest
-        harmonic, or no frequency that stands out.
+        Samples that are not finite, fewer than one and a half periods, too few samples per period for the highest
+        harmonic, or no significant frequency.
     """
     channels = check_channels(values)
     instants = check_time(time, channels.shape[1])
@@ -141,13 +141,13 @@ class DriftingFit:
     Parameters
     ----------
     frequency, frequency_deviation
-        [Hz].
+        Frequency and its standard deviation [Hz].
     constant, drift
         X and D, shape (c, H + 1).
     residual
-        What they leave, shape (c, n).
+        Residual, shape (c, n).
     deviation
-        Of the real or imaginary part of X, shape (c, H + 1); that of D is sqrt(3) times as much.
+        Standard deviation of the real or imaginary part of X, shape (c, H + 1); that of D is sqrt(3) times as large.
     """
 
     frequency: float
@@ -160,7 +160,7 @@ class DriftingFit:
     def describe(
         self, time: Samples, channels: Channels, tolerance: float, names: Sequence[str] | None = None
     ) -> Harmonics:
-        """The result, with drift, clipping and foreign tones in words that begin with the name of their channel."""
+        """The result, with messages on drift, clipping and foreign tones that begin with the name of the channel."""
         rows = np.arange(len(channels))
         names = [f"channel {row}" for row in rows] if names is None else names
         largest = 1 + np.argmax(np.abs(self.constant[:, 1:]), axis=1)
@@ -202,7 +202,7 @@ def fit_drifting(time: Samples, channels: Channels, frequency: float, n_harmonic
     Raises
     ------
     CampaignError
-        A record that is too short or sampled too coarsely for these harmonics.
+        The record is too short or sampled too coarsely for these harmonics.
     """
     if n_harmonic < 1:
         raise CampaignError(f"n_harmonic is {n_harmonic}: ask for at least the first harmonic")
@@ -240,9 +240,9 @@ def fit_drifting(time: Samples, channels: Channels, frequency: float, n_harmonic
 
 
 def refine_frequency(time: Samples, channels: Channels, fit: DriftingFit, n_harmonic: int) -> DriftingFit:
-    """The fit at the frequency at which the phases do not turn: Gauss and Newton's method by way of D.
+    """The fit at the frequency at which the phases do not drift, by the Gauss-Newton method.
 
-    A frequency that is too low by dOmega shows as D_k = i k dOmega (span / 2) X_k in every harmonic of every channel.
+    A frequency that is too low by dOmega causes D_k = i k dOmega (span / 2) X_k in every harmonic of every channel.
     """
     half = float(time[-1] - time[0]) / 2
     order = np.arange(n_harmonic + 1)
@@ -266,12 +266,12 @@ def refine_frequency(time: Samples, channels: Channels, fit: DriftingFit, n_harm
 def find_frequency(time: Samples, channels: Channels) -> float:
     """Fundamental frequency of a record [Hz], to a fraction of a line of its spectrum.
 
-    The largest peak of the spectrum is it, or a harmonic of it if a half or a third of it has a clear line of its own.
+    It is that of the largest peak, or a half or a third of it if there is a clear line.
 
     Raises
     ------
     CampaignError
-        No line stands out of the spectrum.
+        There is no significant line in the spectrum.
     """
     n, span = len(time), float(time[-1] - time[0])
     even = np.linspace(time[0], time[-1], n)

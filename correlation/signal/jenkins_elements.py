@@ -6,9 +6,8 @@ therefore a sum
 
 .. math:: T(t) = T_0 + \sum_j k_j\, J_{\rho_j}(t), \qquad k_j \ge 0
 
-on a grid of rho. Its stiffness with all parts stuck is the sum of k_j, and its friction coefficient, if all parts slip,
-the sum of k_j rho_j. Parts that slip at once after a reversal cannot be told from noise; the grid begins where they
-can.
+on a grid of rho. Its stiffness in full stick is the sum of k_j, and its friction coefficient in gross slip the sum of
+k_j rho_j. Parts that slip immediately after a reversal are indistinguishable from noise; the grid begins beyond them.
 
 References
 ----------
@@ -50,7 +49,7 @@ class Resolution:
     Parameters
     ----------
     slip
-        rho_j, falling, shape (j,) [m/N]; infinite for a spring.
+        rho_j, descending, shape (j,) [m/N]; infinite for a spring.
     stiffness
         k_j, shape (j,) [N/m].
     slips
@@ -60,10 +59,10 @@ class Resolution:
     model
         Force of the elements at the points of the loop, shape (m,) [N].
     finest
-        Stiffness with all elements of the grid, down to the shortest slip that noise lets through [N/m]: noise feeds
-        them, and it is too high rather than too low.
+        Stiffness with all elements of the grid, down to the shortest slip that noise allows [N/m]; noise biases it
+        high.
     resolved
-        Whether the parts that slip first do so beyond that shortest slip; otherwise the stiffness is a lower bound.
+        Whether the first slip is beyond that shortest slip; otherwise the stiffness is a lower bound.
     draws
         Stiffness, friction coefficient, stiffness of elements that do not slip, offset, and `finest`, of bootstrap
         samples, shape (b, 5).
@@ -79,7 +78,7 @@ class Resolution:
     draws: Float[NDArray[np.float64], "b 5"]
 
     def numbers(self) -> Vector:
-        """Stiffness, friction coefficient, stiffness of what does not slip, offset, `finest`, shape (5,)."""
+        """Stiffness, friction coefficient, stiffness of elements that do not slip, offset, `finest`, shape (5,)."""
         return np.array([*_numbers(self.slip, self.slips, self.stiffness), self.offset, self.finest])
 
 
@@ -94,7 +93,7 @@ class _Grid:
         self.columns = (columns - self.means) / self.scale
 
     def fit(self, force: Vector, count: int | None = None) -> tuple[Elements, float]:
-        """Stiffnesses of the first elements of the grid, and the sum of squares that they leave."""
+        """Stiffnesses of the first elements of the grid, and the residual sum of squares."""
         from scipy.optimize import nnls
 
         root = np.sqrt(self.weight)
@@ -114,7 +113,7 @@ def resolve(loop: MeanLoop, seed: int = 0) -> Resolution:
     loop
         The loop with its noise.
     seed
-        Of the bootstrap.
+        Seed of the bootstrap.
     """
     half = float(np.ptp(loop.displacement)) / 2
     mean = float(loop.samples.mean())
@@ -147,7 +146,7 @@ def resolve(loop: MeanLoop, seed: int = 0) -> Resolution:
 
 
 def _noise(residual: Vector) -> float:
-    """Variance of white noise that averages out as slowly as a residual in the order of the record."""
+    """Variance of white noise with the same effect on averages as a correlated residual in the order of the record."""
     power = np.abs(np.fft.rfft(residual)) ** 2
     white = power[1:].mean()
     slow = power[1 : max(len(power) // 10, 8)].mean()
@@ -155,7 +154,7 @@ def _noise(residual: Vector) -> float:
 
 
 def _refine(loop: MeanLoop, slip: Elements, stiffness: Elements, force: Vector) -> Elements:
-    """The grid with more elements around those that count, if they are few."""
+    """The grid with more elements around those with stiffness, if these are few."""
     spacing = RATIO
     for _ in range(REFINEMENTS):
         used = slip[(stiffness > 0) & np.isfinite(slip)]
@@ -187,7 +186,7 @@ def simulate(loop: MeanLoop, slip: Elements) -> tuple[Float[NDArray[np.float64],
 
 
 def _numbers(slip: Elements, slips: Slips, stiffness: Elements) -> list[float]:
-    """Stiffness, friction coefficient, and stiffness of what does not slip."""
+    """Stiffness, friction coefficient, and stiffness of elements that do not slip."""
     return [float(stiffness.sum()), float(stiffness[slips] @ slip[slips]), float(stiffness[~slips].sum())]
 
 

@@ -2,12 +2,11 @@ r"""Force-displacement loops: work per cycle, secant stiffness, offsets and clos
 
 .. math:: W = \oint F\, \mathrm{d}x, \qquad k_s = \frac{F_+ - F_-}{x_+ - x_-}
 
-with the ends :math:`x_\pm` of the displacement and the force there. Periods run from one highest displacement
-to the next; they need no clock.
-Neighbouring periods of one amplitude form a plateau; ramps between plateaus, and the ramps in and out, belong to none.
-A single period that begins and ends at one displacement with one force is a plateau by itself. Where every period is
-wider than the one before, each ends where the displacement returns to the height at which the period began: a joint
-with memory has wiped out all smaller cycles there, so that its loop closes.
+with the ends :math:`x_\pm` of the displacement and the forces at these. Periods run from one maximum of the
+displacement to the next; they need no time. Neighbouring periods of one amplitude form a plateau; ramps between,
+before and after plateaus belong to none. A single closed period is a plateau. If the amplitude increases from period to
+period, each ends where the displacement returns to its start value: a joint with memory has completed all smaller
+cycles there, so that its loop closes.
 """
 
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ Ends = Int[NDArray[np.int64], " p"]
 BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
 #: Amplitudes of neighbouring periods of one plateau differ by less than this share [-].
 SAME_AMPLITUDE = 0.02
-#: Periods of a plateau at least; the first of them still carries the loading history and does not count [-].
+#: Least number of periods of a plateau; the first of them still depends on the loading history and does not count [-].
 FEWEST_PERIODS = 2
 #: Strokes have one middle if it varies by less than this share of the smallest amplitude: a motion to one side alone,
 #: from zero to several amplitudes, has middles that differ by half of their differences [-].
@@ -56,9 +55,9 @@ class Plateau:
     Parameters
     ----------
     first, last
-        First and last period that counts, by their numbers in `Loops`.
+        Indices in `Loops` of the first and last settled period.
     amplitude, work, secant_stiffness, force_offset, displacement_offset, closing_error
-        Mean and its standard deviation [m, J, N/m, N, m, -]; the deviation is NaN of a single period.
+        Mean and its standard deviation [m, J, N/m, N, m, -]; the deviation is NaN for a single period.
     """
 
     first: int
@@ -89,9 +88,9 @@ class Loops:
     amplitude
         Half the stroke, shape (p,) [m].
     work
-        Work per cycle, positive where the joint takes up energy, shape (p,) [J].
+        Work per cycle, positive if the joint dissipates, shape (p,) [J].
     secant_stiffness
-        Shape (p,) [N/m].
+        Secant stiffness, shape (p,) [N/m].
     force_offset, displacement_offset
         Middle of the forces at both ends of the stroke, and of the ends, shape (p,) [N, m].
     closing_error
@@ -129,12 +128,12 @@ class Loops:
         )
 
     def samples(self, period: int) -> slice:
-        """Samples of one period, its closing point included."""
+        """Samples of one period, including its closing point."""
         return slice(int(self.first[period]), int(self.last[period]) + 1)
 
     @property
     def middle(self) -> float:
-        """Middle of the strokes of all plateaus [m]; 0 if they have none in common, or if there is no plateau."""
+        """Common middle of the strokes of all plateaus [m]; 0 if they differ, or without a plateau."""
         middles = np.array([plateau.displacement_offset[0] for plateau in self.plateaus])
         smallest = min((plateau.amplitude[0] for plateau in self.plateaus), default=0.0)
         return float(np.median(middles)) if len(middles) and np.ptp(middles) < CENTRED * smallest else 0.0
@@ -155,7 +154,7 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
     Raises
     ------
     CampaignError
-        Samples that are no numbers, a constant channel, or not one whole period.
+        Samples that are not finite, a constant channel, or less than one period.
     """
     x, f = check_pair(displacement, force)
     bounds = find_periods(x)
@@ -202,12 +201,12 @@ def check_pair(displacement: Any, force: Any) -> tuple[Samples, Samples]:
 
 
 def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
-    """Samples at which periods begin and the last ends: highest displacements, shape (n_period + 1,).
+    """Samples at which periods begin and the last one ends: maxima of the displacement, shape (n_period + 1,).
 
     Raises
     ------
     CampaignError
-        Less than one whole period.
+        Less than one period.
     """
     high = _highest_points(displacement)
     if len(high) < 2:
@@ -219,7 +218,7 @@ def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
 
 
 def _highest_points(displacement: Samples) -> NDArray[np.intp]:
-    """Highest point of every period: it stands out by more than noise, and by a share of its neighbours."""
+    """Maximum of every period, with a prominence above noise and above a share of that of its neighbours."""
     from scipy.signal import find_peaks
 
     # The second difference of white noise has six times its variance, that of a smooth motion is small.
@@ -242,7 +241,7 @@ def _drift(x: Samples, first: Ends, last: Ends) -> Values:
 
 
 def _return(x: Samples, first: int, last: int, tolerance: float) -> int:
-    """Sample at which a period ends: of one that rises beyond its start, the one nearest to the height of its start."""
+    """Sample at which a period ends; if it rises beyond its start, the one nearest to the displacement at the start."""
     low = first + int(np.argmin(x[first : last + 1]))
     if not x[last] - x[first] > tolerance * (x[first] - x[low]):
         return last
@@ -278,7 +277,7 @@ def _without_noise(x: Samples) -> Samples:
 
 
 def _force_at_end(distance: Samples, f: Samples, turning: int, stroke: float) -> float:
-    """Force where the motion turns: straight lines before and after it, which meet there."""
+    """Force at a reversal, from straight lines before and after it that meet there."""
     near = np.flatnonzero(np.abs(distance) <= END_SHARE * stroke)
     before = near[near <= turning]
     after = near[near > turning]
@@ -303,7 +302,7 @@ def _plateaus(
         stop = start + 1
         while stop < len(table) and abs(table[stop, 0] / np.median(table[start:stop, 0]) - 1) < tolerance:
             stop += 1
-        # A single period counts if both displacement and force end where they began.
+        # A single period counts if displacement and force return to their start values.
         closes = abs(drift[start]) < tolerance and abs(table[start, 5]) < OPEN
         if stop - start >= FEWEST_PERIODS or len(table) == 1 or closes:
             first = start + 1 if stop - start > FEWEST_PERIODS else start
@@ -324,7 +323,7 @@ def _means(table: Float[NDArray[np.float64], "p 6"], first: int, last: int) -> P
 
 
 def _play(x: Samples, f: Samples) -> float:
-    """Share of the stroke over which both branches bear no force [-], 0 if it is no more than a crossing of zero."""
+    """Share of the stroke over which both branches have no force [-]; 0 for a mere zero crossing."""
     part = np.clip(((x - x.min()) / np.ptp(x) * PLAY_BINS).astype(np.int64), 0, PLAY_BINS - 1)
     falling = np.arange(len(x)) <= np.argmin(x)
     free = np.ones(PLAY_BINS, dtype=bool)
@@ -338,7 +337,7 @@ def _play(x: Samples, f: Samples) -> float:
 
 
 def _dwell(x: Samples, f: Samples) -> float:
-    """Way of each branch through forces near zero beyond that of a crossing, their mean [m]; 0 if either has none."""
+    """Displacement at forces near zero beyond that of a crossing, mean of both branches [m]; 0 if one has none."""
     turn, size, result = int(np.argmin(x)), float(np.ptp(f)), []
     for way, force in ((x[: turn + 1], f[: turn + 1]), (x[turn:], -f[turn:])):
         # From the last sample above each level to the first one below: noise may cross a level several times.

@@ -1,4 +1,4 @@
-"""The settled loops of a record as one period: samples of all periods by phase, and a displacement without noise."""
+"""Average of the settled loops of a record over one period, with a smoothed displacement."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -31,18 +31,18 @@ class MeanLoop:
     Parameters
     ----------
     displacement
-        Its significant harmonics, shape (m,) [m].
+        Significant harmonics of the displacement, shape (m,) [m].
     force
         Means of the samples of each point, shape (m,) [N].
     normal
-        Its significant harmonics; means of the samples of each point if the harmonics do not follow them, as where a
-        contact opens, shape (m,) [N].
+        Significant harmonics of the normal force, or means of the samples of each point if the harmonics do not fit
+        them, as with separation, shape (m,) [N].
     weight
         Number of samples of each point, shape (m,) [-].
     displacement_deviation
-        Standard deviation of the noise that the harmonics have left [m].
+        Standard deviation of the noise in the residual of the harmonics [m].
     samples, point
-        Forces in the order of the record, and the point that each belongs to, shape (n,) [N, -].
+        Forces in the order of the record, and the point of each, shape (n,) [N, -].
     n_period
         Number of periods [-].
     """
@@ -64,8 +64,8 @@ class MeanLoop:
 def average_loops(displacement: Samples, force: Samples, normal: Samples, bounds: Bounds) -> MeanLoop:
     """The mean loop between some bounds of periods.
 
-    The phase of a sample is its place between crossings of the middle of the stroke, where the displacement moves
-    fastest and noise shifts least. Periods may differ in length.
+    The phase of a sample is its position between crossings of the middle of the stroke, where the velocity is largest
+    and the effect of noise smallest. Periods may differ in length.
 
     Parameters
     ----------
@@ -100,9 +100,9 @@ def average_loops(displacement: Samples, force: Samples, normal: Samples, bounds
 
 
 def _without_noise(normal: Samples, point: Int[NDArray[np.int64], " n"], smooth: Points) -> Points:
-    """The harmonics of a normal force, or its means if these leave the harmonics by more than samples scatter.
+    """The harmonics of a normal force, or its means if these differ from the harmonics by more than their scatter.
 
-    Means would bias the stiffness: each dip of a noisy limit lets a slider move, and no peak pulls it back.
+    Means bias the stiffness: a slider moves at each dip of a noisy limit, and does not move back at a peak.
     """
     weight = np.bincount(point)
     mean = np.bincount(point, normal) / weight
@@ -133,7 +133,7 @@ def _crossings(displacement: Samples, bounds: Bounds) -> Float[NDArray[np.float6
 def _significant_harmonics(
     phase: Samples, values: Samples, points: Points, samples_per_period: float
 ) -> tuple[Points, float]:
-    """A periodic signal at some phases without harmonics that its noise explains, and the noise that they bear."""
+    """A periodic signal at some phases without insignificant harmonics, and its noise."""
     most = max(min(MOST_HARMONICS, int(samples_per_period / 6)), 1)
     columns = _waves(phase, np.arange(1, most + 1))
     result = np.linalg.lstsq(columns, values, rcond=None)[0]

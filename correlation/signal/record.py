@@ -1,4 +1,4 @@
-"""Checks of measured signals at the door: what the functions of this folder expect of their arrays."""
+"""Checks of the input arrays of measured signals."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ def check_channels(values: Any, what: str = "values") -> Channels:
     Parameters
     ----------
     values
-        Shape (n,) or (c, n).
+        Signals, shape (n,) or (c, n).
     what
         Name in messages.
 
@@ -52,12 +52,12 @@ def check_channels(values: Any, what: str = "values") -> Channels:
 
 
 def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
-    """Instants of samples, rising, shape (n,) [s].
+    """Instants of samples, ascending, shape (n,) [s].
 
     Raises
     ------
     CampaignError
-        Another number of instants than of samples, too few, or times that do not rise and that no constant rate makes.
+        Different numbers of instants and samples, too few, or times that do not increase and have no constant rate.
     """
     instants = np.asarray(time, dtype=np.float64)
     if instants.shape != (n_sample,):
@@ -111,7 +111,7 @@ def note_rounded_time(time: Samples) -> tuple[str, ...]:
 
 
 def _unrounded(time: Samples) -> Samples:
-    """Uniform instants where the given ones differ from them by rounding alone; others as they are, shape (n,)."""
+    """Uniform instants if the given ones differ from these by rounding alone; otherwise the given ones, shape (n,)."""
     steps = np.diff(time)
     if np.ptp(steps) <= WHOLE * steps.mean() or _lacks_samples(steps):
         return time

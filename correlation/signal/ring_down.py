@@ -6,11 +6,11 @@ the amplitude, A changes with it even without any dissipation, but the action do
 
 .. math:: \zeta \omega = -\tfrac{1}{2} \frac{\mathrm{d}}{\mathrm{d}t} \ln (\omega A^2)
 
-with A the first harmonic of the displacement. This is the damping ratio that harmonic balance gives for the steady
-state of the same amplitude at phase resonance, to first order of damping and of the change of frequency per period. An
-acceleration is brought to a displacement by :math:`\omega^2`, which changes its rate of decay as well.
+with A the first harmonic of the displacement. This is the damping ratio of harmonic balance for the steady state with
+the same amplitude at phase resonance, to first order in damping and in the change of frequency per period. Conversion
+of an acceleration to a displacement by :math:`\omega^2` changes the decay rate as well.
 
-The first half period after a release is left out: friction moves along its virgin curve there, not along its loop.
+The first half period after a release is left out: there friction follows its virgin curve rather than its loop.
 
 References
 ----------
@@ -51,28 +51,28 @@ LATER, MOST_LEFT_OUT = (2.0, 8.0, 32.0), 0.5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RingDown:
-    """A mode during its free decay, at k instants with falling amplitude.
+    """A mode during its free decay, at k instants with decreasing amplitude.
 
     Parameters
     ----------
     time
-        Shape (k,) [s].
+        Instants, shape (k,) [s].
     amplitude, amplitude_deviation
-        Of the first harmonic of the signal, peak, shape (k,) [unit of the signal].
+        Peak amplitude of the first harmonic of the signal, shape (k,) [unit of the signal].
     displacement
-        The same of the displacement, shape (k,) [unit of the signal times s or s^2].
+        The same for the displacement, shape (k,) [unit of the signal times s or s^2].
     frequency, frequency_deviation
-        Undamped, shape (k,) [Hz].
+        Undamped natural frequency, shape (k,) [Hz].
     damping_ratio, damping_deviation
-        Shape (k,) [-].
+        Damping ratio, shape (k,) [-].
     start, end
         First and last instant used [s].
     noise_floor
-        Amplitude below which a mode vanishes in the noise [unit of the signal].
+        Amplitude below which a mode is indistinguishable from noise [unit of the signal].
     residual
-        Root mean square of what all modes leave, over that of the signal [-].
+        Root mean square of the residual of all modes over that of the signal [-].
     remarks
-        How the record was read, in words.
+        Messages on the evaluation of the record.
     """
 
     time: Values
@@ -165,7 +165,7 @@ def analyse_ring_down(
 
 
 class _Reading(NamedTuple):
-    """Modes that the record follows, what is wrong with the others, and whether one of these is none of the weak."""
+    """Modes that fit the record, messages on the others, and whether one of these is not weak."""
 
     decay: Decay
     modes: list[RingDown]
@@ -174,7 +174,7 @@ class _Reading(NamedTuple):
 
 
 def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
-    """All modes from one start on."""
+    """All modes of the decay from a given start."""
     fit, decay = fit_modes(decay, adds)
     modes, faults, at_fault = [], [], []
     fitted = [_describe(decay, fit, number, power) for number in range(len(decay.frequencies))]
@@ -221,7 +221,7 @@ def cut_decay(
     end: float | None = None,
     frequencies: Sequence[float] | None = None,
 ) -> Decay:
-    """Cut out the decay that `analyse_ring_down` fits, with its checks, in a small part of the time of the fit."""
+    """Cut out the decay that `analyse_ring_down` fits, with its checks; takes a small part of the time of the fit."""
     if quantity not in DERIVATIVE:
         raise CampaignError(f'"{quantity}" is no quantity of a ring-down: give {", ".join(DERIVATIVE)}')
     channel = check_channels(values)

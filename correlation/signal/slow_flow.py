@@ -4,10 +4,10 @@ r"""Slow flow of the modes of a ring-down: decay rate and frequency of each are 
           x(t) = \operatorname{Re} \sum_m \Big( A_m e^{i \varphi_m} + \sum_k c_{mk}(A_m)\, A_m\, e^{i k \varphi_m} \Big)
           + c_0
 
-with a = ln A, and ln delta and omega as splines of a. A linear mode has constants; friction and nonlinear springs bend
-them. The harmonics' factors c are polynomials of the amplitude. Since the model is fitted from the first sample used to
-the last, there is no filter, and so no edge at which it rings; modes that overlap in the spectrum are separated as far
-as their difference exceeds the noise.
+with a = ln A, and ln delta and omega as splines of a. For a linear mode these are constants; with friction or nonlinear
+springs they vary. The factors c of the harmonics are polynomials of the amplitude. The model is fitted in the time
+domain from the first to the last used sample, so that there are no edge effects of a filter; modes that overlap in the
+spectrum are separated if their difference exceeds the noise.
 """
 
 from collections.abc import Sequence
@@ -43,15 +43,15 @@ class SlowFlow:
     Parameters
     ----------
     breaks
-        Rising break points of its splines in a = ln A.
+        Break points of the splines in a = ln A, ascending.
     degree
-        Of its splines: 0 for a linear mode.
+        Degree of the splines: 0 for a linear mode.
     coefficients
         a and phi at the start, then those of ln delta, then those of omega, shape (2 + 2 b,).
     n_sample
-        Number of its samples; below the noise it continues at constant rates.
+        Number of samples; below the noise the flow continues at constant rates.
     harmonics
-        Orders of its harmonics, 2 and above.
+        Orders of the harmonics, 2 and above.
     """
 
     breaks: Vector
@@ -61,7 +61,7 @@ class SlowFlow:
     harmonics: tuple[int, ...]
 
     def basis(self, logarithm: Vector, derivative: int = 0) -> Matrix:
-        """Values of the basis functions at some a, or slopes by a, shape (n, b); constant beyond the breaks."""
+        """Values or derivatives of the basis functions at some a, shape (n, b); constant beyond the breaks."""
         from scipy.interpolate import BSpline
 
         if self.degree == 0:
@@ -145,13 +145,13 @@ class SlowFlowFit:
 
     @property
     def criterion(self) -> float:
-        """Bayes's information criterion: the smaller the better."""
+        """Bayesian information criterion; smaller is better."""
         n = len(self.residual)
         return float(n * np.log((self.residual**2).mean() + 1e-300) + self.n_parameter * np.log(n))
 
 
 def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior: float = np.inf) -> SlowFlowFit:
-    """Fit all modes at once, by Levenberg and Marquardt's method; the linear part is solved for in every step.
+    """Fit all modes simultaneously by the Levenberg-Marquardt method; the linear part is solved for in every step.
 
     Parameters
     ----------
@@ -160,10 +160,10 @@ def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior
     step
         Time between them [s].
     flows
-        First guesses.
+        Initial guesses.
     prior
-        Standard deviation of the first guesses of decay rates and frequencies, relative [-]: what the samples do not
-        show stays near them.
+        Relative standard deviation of the initial guesses of decay rates and frequencies [-]; values that the samples
+        do not determine stay near them.
     """
     at = [np.array(flow.coefficients) for flow in flows]
     places = np.cumsum([0] + [len(part) for part in at])
@@ -207,7 +207,7 @@ def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior
 
 
 def _certainty(flow: SlowFlow, prior: float) -> Vector:
-    """Inverse variance of the first guess of each coefficient."""
+    """Inverse variance of the initial guess of each coefficient."""
     count = (len(flow.coefficients) - 2) // 2
     typical = float(np.median(flow.coefficients[2 + count :]))
     return np.concatenate([[0.0, 0.0], np.full(count, (20 * prior) ** -2.0), np.full(count, (prior * typical) ** -2.0)])
@@ -224,7 +224,7 @@ def _linearise(
 ) -> tuple[Vector, Matrix, Vector]:
     """Residual with the best linear part, and the normal equations of a step of all coefficients.
 
-    Derivatives of the harmonics by the coefficients of their mode are left out: they are small beside its own.
+    Derivatives of the harmonics with respect to the coefficients of their mode are neglected.
     """
     n = len(values)
     mean = np.polynomial.legendre.legvander(np.linspace(-1, 1, n), MEAN_DEGREE) * np.abs(values).max()
@@ -249,6 +249,6 @@ def _linearise(
 
 
 def _solve(normal: Matrix, right: Vector) -> Vector:
-    """Solution of scaled normal equations, whatever their rank."""
+    """Solution of scaled normal equations of any rank."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     return np.asarray(np.linalg.lstsq(normal / np.outer(scale, scale), right / scale, rcond=1e-13)[0] / scale)

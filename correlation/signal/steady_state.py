@@ -1,9 +1,9 @@
-r"""Harmonics of a steady state relative to its force: the settled part of a record, with the force's phase as zero.
+r"""Harmonics of the settled part of a record, with phases relative to the force.
 
-A structure that has just been given another frequency carries a decaying motion at its own frequencies. It shows in two
-ways: harmonics that drift over the record, and a residual that is larger in the first half than in the second. The
-longest part up to the end of the record that shows neither is used. A record without such a part is not averaged away:
-its last part is returned, and says that it has not settled.
+After a change of the frequency the response contains a transient at the natural frequencies. It causes a drift of the
+harmonics over the record, and a residual that is larger in the first half than in the second. The longest part up to
+the end of the record without these effects is used. If there is none, the last part is returned and marked as not
+settled.
 """
 
 from collections.abc import Sequence
@@ -39,14 +39,14 @@ def fit_steady_state(
     frequency: float | None = None,
     names: Sequence[str] | None = None,
 ) -> Harmonics:
-    """Harmonics of channels whose phase counts from the first harmonic of a reference, the force.
+    """Harmonics of channels with phases relative to the first harmonic of a reference, the force.
 
     Parameters
     ----------
     time
-        Rising instants, shape (n,) [s].
+        Instants, ascending, shape (n,) [s].
     values
-        Shape (n,) or (c, n) [any unit].
+        Signals, shape (n,) or (c, n) [any unit].
     reference
         Force, drive or base acceleration, shape (n,) [any unit].
     n_harmonic
@@ -54,11 +54,11 @@ def fit_steady_state(
     frequency
         Omega / 2 pi [Hz]; by default that of the reference.
     names
-        Of the channels, for suspicions; their numbers by default.
+        Names of the channels, for suspicions; their numbers by default.
 
     Returns
     -------
-    Coefficients with the reference's own as `reference`; `start` says where the settled part begins.
+    Coefficients, with those of the reference as `reference`; `start` is the begin of the settled part.
 
     Raises
     ------
@@ -100,8 +100,8 @@ def fit_steady_state(
 def residual_decay(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64], " c"]:
     """Relative decrease of the residual's root mean square from the first half to the second, shape (c,) [-].
 
-    It is zero where chance explains the difference: halves count as many independent values as noise of the residual's
-    bandwidth has, not as many as samples.
+    It is zero if the difference is not significant; the number of independent values follows from the bandwidth of the
+    residual, not from the number of samples.
     """
     half = len(time) // 2
     first = (fit.residual[:, :half] ** 2).mean(axis=1)
@@ -144,12 +144,12 @@ def _settled_part(
 
 
 def _share(part: Samples, whole: Samples) -> float:
-    """Length of a part beside the whole: a slow drift must not pass for none because the part is short [-]."""
+    """Length of a part over the whole, so that a slow drift is not missed because the part is short [-]."""
     return float((part[-1] - part[0]) / (whole[-1] - whole[0]))
 
 
 def _in_phase(whole: Harmonics) -> Harmonics:
-    """The channels behind the first, turned so that the first harmonic of the first is real and positive."""
+    """The channels after the first, with phases such that the first harmonic of the first is real and positive."""
     order = np.arange(whole.coefficients.shape[1])
     fundamental = whole.coefficients[0, 1]
     size = np.abs(fundamental)

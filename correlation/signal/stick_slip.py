@@ -1,8 +1,8 @@
-r"""Tangential stiffness and friction coefficient from friction loops: the first guesses of section 4.1 of the paper.
+r"""Tangential stiffness and friction coefficient from friction loops: the initial guesses of section 4.1 of the paper.
 
-After each reversal all of a contact sticks, and the force follows :math:`\Delta T = k_t\, \Delta u`; the slope falls as
-parts of it begin to slip. In gross slip :math:`|T| = \mu N`. Both are read off the Jenkins elements of the mean loop
-(`jenkins_elements`), which use all of its points, and which allow for a normal force that varies.
+After each reversal the whole contact sticks, and the force follows :math:`\Delta T = k_t\, \Delta u`; the slope
+decreases as parts begin to slip. In gross slip :math:`|T| = \mu N`. Both are obtained from the Jenkins elements of the
+mean loop (`jenkins_elements`), which use all of its points and allow for a varying normal force.
 
 References
 ----------
@@ -55,14 +55,14 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class StickSlip:
-    """First guesses of a friction contact.
+    """Initial guesses of a friction contact.
 
     Parameters
     ----------
     tangential_stiffness
-        Slope of the loop at a reversal [N/m]; springs beside the contact are part of it.
+        Slope of the loop at a reversal [N/m], including springs parallel to the contact.
     unslipped_stiffness
-        Part of it that never slips [N/m]: springs beside the contact, or parts of it that still stick.
+        Part of it that never slips [N/m]: springs parallel to the contact, or parts of the contact that still stick.
     friction_force
         Friction force in gross slip at the mean normal force [N]; otherwise the largest force, a lower bound.
     friction_coefficient
@@ -89,7 +89,7 @@ class StickSlip:
 
 
 def estimate_stick_slip(displacement: Any, force: Any, normal_force: Any | None = None) -> StickSlip:
-    """First guesses of stiffness and friction from the settled loops of the largest amplitude.
+    """Initial guesses of stiffness and friction from the settled loops of the largest amplitude.
 
     Parameters
     ----------
@@ -98,13 +98,13 @@ def estimate_stick_slip(displacement: Any, force: Any, normal_force: Any | None 
     force
         Tangential force that resists it, shape (n,) [N].
     normal_force
-        Normal force, positive in compression, shape (n,) or one number [N]; None where it is not known.
+        Normal force, positive in compression, shape (n,) or one number [N]; None if unknown.
 
     Raises
     ------
     CampaignError
-        No whole period, samples that are no numbers, a force that helps the displacement, or a normal force without any
-        compression.
+        Less than one period, samples that are not finite, a force in the direction of the displacement, or a normal
+        force without any compression.
     """
     x, f = check_pair(displacement, force)
     normal = _normal(normal_force, len(x))
@@ -115,7 +115,7 @@ def estimate_stick_slip(displacement: Any, force: Any, normal_force: Any | None 
 
 
 def _normal(normal_force: Any | None, n: int) -> Samples:
-    """Normal force at every sample; 1 N where none is given."""
+    """Normal force at every sample; 1 N if none is given."""
     if normal_force is None:
         return np.ones(n)
     given = np.asarray(normal_force, dtype=np.float64)
@@ -140,7 +140,7 @@ def _settled(loops: Loops) -> Int[NDArray[np.int64], " p"]:
 
 
 def _guesses(loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...], has_normal: bool) -> StickSlip:
-    """The numbers with their intervals, and what limits them in words."""
+    """The estimates with their intervals, and messages on their limits."""
     stiffness, friction, unslipped, offset, _ = resolution.numbers().tolist()
     if not stiffness > 0:
         raise CampaignError(
@@ -202,7 +202,7 @@ def _scaled(estimate: Estimate, factor: float) -> Estimate:
 
 
 def _lower_bounds(loop: MeanLoop, resolution: Resolution, deviation: float) -> tuple[Estimate, Estimate]:
-    """Largest force and largest ratio to the normal force, without the offset: friction allows at least these."""
+    """Largest force and largest ratio to the normal force, without the offset: lower bounds of the friction limits."""
     force = np.abs(resolution.model - resolution.offset)
     loaded = loop.normal > LEAST_NORMAL * loop.normal.max()
     ratio = force[loaded] / loop.normal[loaded]
