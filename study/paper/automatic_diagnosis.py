@@ -1,4 +1,4 @@
-"""Automatic diagnosis beside the calibration by hand: `diagnose --auto` from iteration 1, with nothing told."""
+"""Automatic diagnosis next to the calibration by hand: `diagnose --auto` from iteration 1, without further input."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from study.run_context import RunContext
 SCALED = {"kt": "kt", "kn": "kn", "mu": "mu", "damping": "zeta"}
 #: Parameters of the rig by the effect that changes them.
 CHANGED = {f"{kind} of {side} dead weight": f"{kind}_{side}" for side in SIDES for kind in ("shift", "inclination")}
-#: What an interval of a diagnosis follows from.
+#: Source of an interval of a diagnosis.
 COVARIANCE = "covariance of least squares"
 #: Findings whose best effect is part of the answer.
 NAMED = (Finding.MISSING, Finding.AMBIGUOUS)
@@ -55,7 +55,7 @@ class AutomaticDiagnosis:
     values
         Parameters of the rig with their intervals.
     others
-        Effects that are no parameter of the calibration by hand, with their strengths in words.
+        Effects without a parameter in the calibration by hand, with their strengths in words.
     """
 
     case: Path
@@ -67,7 +67,7 @@ class AutomaticDiagnosis:
 def diagnose_automatically(
     model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext
 ) -> AutomaticDiagnosis:
-    """Diagnose iteration 1, add what is missing, and diagnose again, until nothing is.
+    """Diagnose iteration 1, add the missing effect, and repeat until none is missing.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def diagnose_automatically(
 
     Returns
     -------
-    What was found; of a campaign that cannot be diagnosed a round that says why.
+    The result; for a campaign that cannot be diagnosed, a single round with the reason.
     """
     assert run.output is not None
     file = run.output / "automatic" / "iteration_1.toml"
@@ -93,7 +93,7 @@ def diagnose_automatically(
     try:
         rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
     except CampaignError as error:
-        # A campaign that is too small for a diagnosis, such as that of a quick run, has its by-hand way all the same.
+        # A campaign too small for a diagnosis, such as that of a quick run, can still be calibrated by hand.
         refused = AutomaticRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
         return AutomaticDiagnosis(case=file, rounds=(refused,), values=(), others=())
     values, others = read_values(rounds[-1], start)
@@ -121,14 +121,14 @@ def _summarise_round(result: Round) -> AutomaticRound:
 
 
 def read_values(result: Round, start: RigParameters) -> tuple[tuple[Interval, ...], tuple[str, ...]]:
-    """Parameters of the rig that the last round ends with, and the effects that are none of them.
+    """Parameters of the rig after the last round, and the effects that correspond to none of them.
 
     Parameters
     ----------
     result
         The last round.
     start
-        Parameters whose multiples calibration parameters are.
+        Parameters that the calibration parameters multiply.
     """
     best = result.best if result.diagnosis.verdict.finding in NAMED else None
     refit = result.diagnosis.verdict.baseline if best is None else best

@@ -1,4 +1,4 @@
-"""The by-hand way of the paper by numbers, on the virtual campaign or on a user's own: linear, then nonlinear."""
+"""The calibration by hand of the paper, done numerically, for the virtual or a user's campaign: linear, nonlinear."""
 
 from dataclasses import asdict, dataclass, replace
 from math import hypot
@@ -27,7 +27,7 @@ PAPER_LEVELS = 4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ByHand:
-    """All that the by-hand way found.
+    """Result of the calibration by hand.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class ByHand:
     intervals
         Intervals of the parameters of the calibrated iteration.
     missing
-        What the campaign lacks, and what was therefore not done, as sentences.
+        Missing data and the steps that were left out for that reason, as sentences.
     """
 
     measured: MeasuredFamilies
@@ -109,7 +109,7 @@ def _intervals(
 
 def _frequency_error(model: PaperModel, last: NonlinearIteration, run: RunContext, *, has_free: bool) -> FrequencyError:
     numerical = model.read(last.parameters).setup.budget.frequency
-    # What errors of contacts do to a resonance differs little from level to level.
+    # The effect of contact errors on a resonance differs little from level to level.
     by_contact = [item.band.shift for item in last.limits.response if item.band.shift]
     stuck = hypot(numerical, np.median(by_contact)) if by_contact else numerical
     step = run.step("errors of frequencies", expected=5)
@@ -117,7 +117,7 @@ def _frequency_error(model: PaperModel, last: NonlinearIteration, run: RunContex
 
 
 def list_missing(measured: MeasuredFamilies, linear: LinearCalibration) -> list[str]:
-    """What a campaign lacks beside the paper's, and what is not done for it, one sentence each."""
+    """Data that a campaign lacks compared with the paper's, and the steps left out for it, one sentence each."""
     result, levels = [], sorted(measured.peak)
     if linear.free is None:
         result.append(

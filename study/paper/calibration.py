@@ -1,4 +1,4 @@
-"""``stickslip study calibrate``: the by-hand way of the paper on a user's own case of a rig and campaign."""
+"""``stickslip study calibrate``: the calibration by hand of the paper, for a user's case of a rig and campaign."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,9 +37,9 @@ class Calibration:
     Parameters
     ----------
     title
-        Of the case.
+        Title of the case.
     guesses
-        First guesses that were taken: of kt and mu, where the campaign has what they are read from.
+        First guesses of kt and mu, if the campaign has the data for them.
     hand
         Iterations and intervals.
     missing
@@ -96,7 +96,7 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
     Raises
     ------
     CaseError, CampaignError, InputError
-        With what is wrong in the case or the campaign; a case of another kind.
+        An error in the case or the campaign, or a case of another kind.
     ComputationFailed
         No resonance in the tests, no rest under the dead weights, or a process that was killed.
     """

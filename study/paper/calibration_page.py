@@ -1,4 +1,4 @@
-"""The page of a case that was calibrated in the by-hand way of the paper."""
+"""The page of a case that was calibrated by hand as in the paper."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -26,7 +26,7 @@ def make_calibration_page(
     Parameters
     ----------
     title
-        Of the case.
+        Title of the case.
     guesses
         First guesses that were taken.
     hand

@@ -27,7 +27,7 @@ from study.paper.virtual_tests import (
 from study.run_context import RunContext
 from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, write_campaign
 
-#: The differential laser is no sensor of the curves: the paper uses it for loops alone.
+#: The curves exclude the differential laser: the paper uses it for loops alone.
 CURVES = (TIP,)
 
 
@@ -59,7 +59,7 @@ def make_reference(
     opened
         Case of the rig.
     folder
-        Where the campaign goes.
+        Folder of the campaign.
     run
         Store and progress.
     seed, like
@@ -106,7 +106,7 @@ def _points(case: PaperCase, opened: OpenCase, seed: int) -> TestPoints:
 
 
 def _write_loops(folder: Path, loops: tuple[InstrumentLoop, ...]) -> None:
-    """The loops as tables beside the campaign: its manifest has no sensor that leans."""
+    """Write the loops as tables next to the campaign: its manifest has no inclined sensor."""
     for loop in loops:
         time = np.arange(len(loop.displacement)) / len(loop.displacement) / loop.frequency
         columns = np.column_stack([time, 1e6 * loop.displacement, loop.tangential, loop.normal])

@@ -1,4 +1,4 @@
-"""The case file of the replay: meshes, virtual tests, intervals of the truth, and what the paper prints."""
+"""The case file of the replay: meshes, virtual tests, intervals of the truth, and the values printed in the paper."""
 
 from typing import Annotated, Literal
 
@@ -36,7 +36,7 @@ class CampaignTable(CaseModel):
 
 
 class EffortTable(CaseModel):
-    """How hard limits are searched for, and parameters fitted."""
+    """Effort of the search for limits and of the parameter fits."""
 
     frequencies: Count
     population: Count
@@ -106,7 +106,7 @@ class CriteriaTable(CaseModel):
 
 
 class PaperCase(CaseModel):
-    """All that the replay depends on, beside the rig."""
+    """All inputs of the replay except the rig."""
 
     title: str
     model: PaperMeshTable

@@ -18,9 +18,9 @@ def write_parameters(
     text
         Text of a case file of kind "rig".
     parameters
-        What it gets.
+        New parameters.
     ratio
-        Damping ratio of the case: that of the parameters is the one which the stuck peak shows [-].
+        Damping ratio of the case [-]; the ratio of the parameters is that of the stuck peak.
     others
         Further values of [structure], by the names of their tables and key.
     """
@@ -46,7 +46,7 @@ def write_parameters(
 def write_values(text: str, values: Mapping[tuple[str, ...], Any]) -> str:
     """The text of a case with values in its [structure], by the names of their tables and key; None removes a key.
 
-    New tables come at the end: in the middle they would part a table from the comment above it.
+    New tables come at the end: in the middle they would separate a table from the comment above it.
     """
     import tomlkit
 

@@ -12,18 +12,18 @@ from study.paper.limits import IterationLimits, furthest_outside
 
 @dataclass(frozen=True, kw_only=True)
 class CriterionScore:
-    """A number that a criterion asks for.
+    """Score of a criterion.
 
     Parameters
     ----------
     name
-        What it is.
+        Name of the score.
     level
         Level [N].
     value, threshold
-        Number and what it may be at most, or at least [-].
+        Score, and its upper or lower bound [-].
     met
-        Whether it is.
+        Whether the score is within its bound.
     """
 
     name: str
@@ -35,17 +35,17 @@ class CriterionScore:
 
 @dataclass(frozen=True, kw_only=True)
 class Criterion:
-    """A criterion and the numbers behind it; without any it was not judged."""
+    """A criterion and its scores; without scores it was not judged."""
 
     scores: tuple[CriterionScore, ...]
 
     @property
     def met(self) -> bool | None:
-        """Whether all numbers are; None without any."""
+        """Whether all scores are met; None without scores."""
         return all(score.met for score in self.scores) if self.scores else None
 
     def worst(self, name: str) -> CriterionScore:
-        """The score of a name that is nearest to its threshold, or furthest beyond it."""
+        """Of the scores of one name, the one nearest to its threshold or furthest beyond it."""
         own = [score for score in self.scores if score.name == name]
         return min(own, key=lambda score: score.value) if name == COVERAGE else max(own, key=lambda score: score.value)
 
@@ -69,9 +69,9 @@ def judge_response(limits: IterationLimits, criteria: CriteriaTable) -> Criterio
 def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
     """Static normal, static tangential and dynamic forces of all lines at every level.
 
-    Static normal forces: the middle of both limits beside the mean that was measured, as the paper compares them.
-    Static tangential ones: how far a reading lies outside, over the static normal force. Dynamic ones: the same, over
-    the largest dynamic force of the direction and level.
+    Static normal forces: the middle of both limits relative to the measured mean, as in the paper. Static tangential
+    forces: the largest distance of a reading outside its limits, relative to the static normal force. Dynamic forces:
+    the same distance, relative to the largest dynamic force of the direction and level.
     """
     scores = []
     for item in limits.forces:
@@ -88,7 +88,7 @@ def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
         else:
             name, threshold = DYNAMIC, criteria.dynamic
             value = furthest_outside(item) / float(family.value.max())
-        # What is not a number was not found: no criterion is met by that.
+        # A value that was not found is NaN and meets no criterion.
         scores.append(
             CriterionScore(
                 name=name, level=family.level, value=value, threshold=threshold, met=bool(value <= threshold)
@@ -98,12 +98,12 @@ def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
 
 
 def static_deviation(verdict: FamilyVerdict) -> float:
-    """Middle of both limits of a static force over the mean that was measured, less one [-]."""
+    """Middle of both limits of a static force over the measured mean, less one [-]."""
     return float(np.mean(verdict.band.value) / np.mean(verdict.family.value) - 1)
 
 
 def _static_normal(forces: Sequence[FamilyVerdict], tangential: FamilyVerdict) -> float | None:
-    """Mean static normal force that was measured on the line and level of a tangential one [N]; None if it was not."""
+    """Measured mean static normal force at the line and level of a tangential one [N]; None if not measured."""
     name, level = tangential.family.sensor.removesuffix("_T") + "_N", tangential.family.level
     own = (
         item.family

@@ -14,7 +14,7 @@ HOLDS, NOT = "holds", "does not hold"
 
 @dataclass(frozen=True, kw_only=True)
 class PaperClaim:
-    """A claim of the paper, whether it holds here, and the numbers behind that."""
+    """A claim of the paper, whether it is true here, and the numbers that show it."""
 
     claim: str
     verdict: str
@@ -129,7 +129,7 @@ def _rotation(third: NonlinearIteration, fourth: NonlinearIteration) -> PaperCla
     seen = all(np.nanargmax(item.band.value[1]) > 0 for item in fourth.limits.response)
     return PaperClaim(
         claim="A rotated damper lowers the resonances of the limits, least at 10 N.",
-        # At the lowest measured frequency the peak may lie anywhere below: which level falls least is not seen there.
+        # A peak at the lowest measured frequency may lie anywhere below it: the least shifted level is then unknown.
         verdict=HOLDS if max(shifts) < 0 and seen and abs(shifts[-1]) == min(map(abs, shifts)) else "holds in part",
         evidence="the peak of the upper limit moves by "
         + ", ".join(

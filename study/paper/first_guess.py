@@ -43,7 +43,7 @@ def guess_first(reference: Reference) -> FirstGuess:
     low, high = reference.loops
     ends = np.argmax(low.displacement), np.argmin(low.displacement)
     slope = np.diff(low.tangential[list(ends)]) / np.diff(low.displacement[list(ends)])
-    # Two periods and a point: the loop is closed by what is settled already.
+    # Two periods and a point: the loop closes on the settled period.
     x, f, n = (np.tile(item, 3) for item in (high.displacement, high.tangential, high.normal))
     sign = 1.0 if slope[0] > 0 else -1.0
     stick = estimate_stick_slip(x - x.mean(), sign * (f - f.mean()), n)

@@ -1,7 +1,7 @@
-"""What the paper tunes by hand, by numbers: parameters whose bands hold the families tightest.
+"""Numerical fit of the parameters that the paper tunes by hand: their bands contain the families most tightly.
 
-Minimised is the score of `diagnosis.fit.family_target` over the band that some friction histories reach, with a prior
-around the start.
+The fit minimises the score of `diagnosis.fit.family_target` over the band that some friction histories reach, plus a
+prior around the start.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ class Tuning:
     Parameters
     ----------
     step
-        A step that matters [unit of the parameter].
+        Significant step [unit of the parameter].
     deviation
         Standard deviation of the prior around the start [unit of the parameter].
     """
@@ -36,7 +36,7 @@ class Tuning:
     deviation: float
 
     def scale(self, factor: float) -> "Tuning":
-        """The same in a unit that is so many times smaller."""
+        """The same in a unit that is smaller by a factor."""
         return Tuning(step=factor * self.step, deviation=factor * self.deviation)
 
 
@@ -61,14 +61,14 @@ class ParameterScale:
         return np.array([item.deviation / item.step for item in self.tuned.values()])
 
     def compose(self, scaled: Values) -> RigParameters:
-        """The parameters that are so many steps off the start, shape (p,) [-]."""
+        """Parameters at a distance from the start in steps, shape (p,) [-]."""
         moved = zip(self.tuned.items(), scaled, strict=True)
         return replace(
             self.start, **{name: float(getattr(self.start, name) + item.step * by) for (name, item), by in moved}
         )
 
     def to_steps(self, parameters: RigParameters) -> Values:
-        """How many steps parameters are off the start, shape (p,) [-]."""
+        """Distance of parameters from the start in steps, shape (p,) [-]."""
         return np.array(
             [(getattr(parameters, name) - getattr(self.start, name)) / item.step for name, item in self.tuned.items()]
         )

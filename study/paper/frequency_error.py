@@ -1,13 +1,13 @@
-r"""What errors of the model's frequencies make of the parameters that resonances tell.
+r"""Errors of parameters identified from resonances that are due to errors of the model's frequencies.
 
-The tangential stiffness is told by the stuck resonance, and the density of the blade by the free one, as far as the
-frequencies of the model are right. Two errors are in both: numerical error, and the springs of the root, which are
-assumed. To first order a relative error of the stuck frequency is made up for by
+The stuck resonance determines the tangential stiffness, and the free one the density of the blade, if the frequencies
+of the model are correct. Two errors affect both: the numerical error, and the assumed stiffness of the springs of the
+root. To first order a relative error of the stuck frequency is compensated by
 
 .. math:: \frac{\delta k_t}{k_t} = -\frac{\delta f}{f} \Big/ \frac{d \ln f}{d \ln k_t} .
 
-Another root moves both resonances. Where the free one was measured, the density keeps it in its place, and what is left
-of the stuck one counts.
+Another stiffness of the root moves both resonances. If the free one was measured, the density compensates its shift,
+and only the remaining shift of the stuck one counts.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from study.paper.model import ModelInputs, PaperModel
 from study.paper.parameters import RigParameters
 from study.paper.resonance import find_small_peak
 
-#: Relative standard deviation of springs of a root that nobody measured [-].
+#: Relative standard deviation of the stiffness of an unmeasured root [-].
 ROOT_DEVIATION = 0.2
 #: Relative change of the stiffness over which the stuck resonance is differentiated [-].
 CHANGE = 0.02
@@ -28,14 +28,14 @@ MIN_SLOPE = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class FrequencyError:
-    """Relative standard deviations by errors of the model's frequencies.
+    """Relative standard deviations of parameters due to errors of the model's frequencies.
 
     Parameters
     ----------
     kt
-        Of the tangential stiffness [-].
+        That of the tangential stiffness [-].
     density
-        Of the density of the blade; 0 where no free resonance tells it [-].
+        That of the density of the blade; 0 without a free resonance [-].
     """
 
     kt: float
@@ -50,16 +50,16 @@ def find_frequency_error(
     free_error: float | None,
     make: PaperModel,
 ) -> FrequencyError:
-    """How far kt and the density may be off by errors of the model's frequencies.
+    """Standard deviations of kt and the density due to errors of the model's frequencies.
 
     Parameters
     ----------
     inputs
         What the models depend on.
     parameters
-        Calibrated parameters. A root without springs is taken as right.
+        Calibrated parameters. A root without springs is taken as exact.
     stuck_error, free_error
-        Relative standard deviations of the stuck and of the free resonance by numerical error; None where no free
+        Relative standard deviations of the stuck and of the free resonance due to numerical error; None if no free
         resonance was measured [-].
     make
         Makes the model of some parameters.

@@ -1,17 +1,17 @@
 r"""Intervals of calibrated parameters.
 
-Where parameters are fitted to families, the score C of `diagnosis.fit.family_target` takes the place of minus the
-logarithm of a likelihood. At the ends of the 95 % interval of a parameter the profile of C and prior,
+For parameters fitted to families, the score C of `diagnosis.fit.family_target` acts as the negative log-likelihood. At
+the ends of the 95 % interval of a parameter the profile of C plus prior,
 
 .. math:: P_i(t) = \min_{s,\ s_i = t} \left[C(s) + \sum_j \frac{s_j^2}{2 \sigma_j^2}\right],
 
 s being the parameters in their steps and sigma the standard deviations of their prior, has risen by 1.92. The limits in
-C are linear about the calibrated parameters, by central differences of 0.3 steps, and extrapolated as far as the
-interval goes. What the families do not tell is as wide as the prior. Few friction histories reach less than the limits,
-and others reach another part of them: how far the least of C scatters with the histories that are drawn is independent
-of the measurements, and adds by squares. Density and damping ratio follow from the
-resonances of the lowest level, so that their intervals are those of least squares. What errors of the model's
-frequencies do to k_t and to the density (`study.paper.frequency_error`) adds by squares too.
+C are linearised about the calibrated parameters, by central differences of 0.3 steps, and extrapolated over the whole
+interval. A parameter that the families do not determine has the interval of its prior. A few friction histories reach
+only a part of the limits, and other histories reach another part: the scatter of the minimum of C over draws of the
+histories is independent of the measurements and adds in quadrature. Density and damping ratio follow from the
+resonances of the lowest level, so that their intervals are those of least squares. The effect of errors of the model's
+frequencies on k_t and on the density (`study.paper.frequency_error`) adds in quadrature too.
 
 References
 ----------
@@ -38,11 +38,11 @@ from study.paper.parameters import POSITIVE
 
 Values = Float[NDArray[np.float64], " p"]
 
-#: How far the profile has risen at the ends of a 95 % interval.
+#: Rise of the profile at the ends of a 95 % interval.
 RISE = TWO_SIDED_95**2 / 2
-#: Steps within which the others follow when one parameter is moved by `MOVE`, and how near an end is told [steps].
+#: Largest change of the other parameters when one moves by `MOVE`, and tolerance of an interval end [steps].
 FOLLOW, MOVE, NEAR = 2.0, 1.0, 0.02
-#: Other draws of the friction histories: a standard deviation of six is off by a third.
+#: Further draws of the friction histories: the standard deviation of seven values has a relative error of 0.3.
 N_DRAW = 6
 PROFILE, LEAST_SQUARES, FREQUENCIES = "profile of the criterion", "least squares", "frequencies of the model"
 HISTORIES = "drawn histories"
@@ -59,7 +59,7 @@ class Interval:
     value, lower, upper
         Calibrated value and both ends [unit of the parameter].
     source
-        What it follows from.
+        Data that determine it.
     """
 
     name: str
@@ -69,18 +69,18 @@ class Interval:
     source: str
 
     def holds(self, value: float) -> bool:
-        """Whether a value is in it."""
+        """Whether the interval contains a value."""
         return self.lower <= value <= self.upper
 
     def widen(self, deviation: float, source: str, least: float = -inf) -> "Interval":
-        """The interval with an independent error, which adds by squares.
+        """The interval with an independent error, added in quadrature.
 
         Parameters
         ----------
         deviation
             Standard deviation of the error [unit of the parameter].
         source
-            Where it comes from.
+            Source of the error.
         least
             Least value of the parameter [its unit].
         """
@@ -108,7 +108,7 @@ def find_intervals(
     fit
         Fit.
     target
-        Families that it was made to.
+        Families of the fit.
     make
         Makes the model of some parameters.
     report
@@ -154,11 +154,11 @@ def _read_interval(fit: ParameterFit, name: str, low: float, high: float) -> Int
 
 
 class Profile:
-    """Profiles of the score of linear limits and the prior, whose least is found first; ends in steps off the start."""
+    """Profiles of the score of linearised limits plus the prior, from their minimum; ends in steps from the start."""
 
     def __init__(self, linear: LinearLimits, prior: Values) -> None:
         self._linear, self._prior = linear, prior
-        # The score has kinks, at which a search may end: from beside the calibrated parameters as well.
+        # A search may end at a kink of the score: start it from around the calibrated parameters as well.
         moves = MOVE * np.eye(len(linear.at))
         self._best = self._find_least(linear, [linear.at, *(linear.at + moves), *(linear.at - moves)])
         self._least = self._score(linear, self._best)
@@ -171,7 +171,7 @@ class Profile:
         return linear.score(scaled) + compute_prior(scaled, self._prior)
 
     def find_deviation(self, limits: Sequence[FamilyLimits]) -> Values:
-        """Standard deviation of the parameters of the least score over these and other limits, shape (p,) [steps].
+        """Standard deviation of the minimising parameters over these and other limits, shape (p,) [steps].
 
         Parameters
         ----------
@@ -183,12 +183,12 @@ class Profile:
         return np.asarray(np.std([self._best, *others], axis=0, ddof=1))
 
     def find_ends(self, number: int) -> tuple[float, float]:
-        """Where the profile of a parameter, by its number, has risen by that of a 95 % interval, below and above."""
+        """Lower and upper end of the 95 % interval of a parameter, given by its number [steps]."""
         low, high = (self._find_end(number, sign) for sign in (-1.0, 1.0))
         return low, high
 
     def _find_end(self, number: int, sign: float) -> float:
-        """Outwards step by step, as far as the prior lets it go, and then between the last two."""
+        """Bracket the end by steps outwards, which the prior makes finite, and solve between the last two."""
         inner = self._best
         while self._rise(outer := self._follow(inner, number, inner[number] + sign * MOVE)) < RISE:
             inner = outer
@@ -203,7 +203,7 @@ class Profile:
         return self._score(self._linear, scaled) - self._least
 
     def _follow(self, scaled: Values, number: int, value: float) -> Values:
-        """The others at their best where one parameter has a value."""
+        """Minimise over the other parameters with one parameter fixed."""
         start = scaled.copy()
         start[number] = value
         fixed = np.full(len(start), np.inf)
@@ -213,7 +213,7 @@ class Profile:
 
 
 def find_damping_interval(damping: float, stuck: MeasuredResonance) -> Interval:
-    """The damping ratio by the width of the measured resonance of the lowest level, at which all contacts stick."""
+    """Interval of the damping ratio, from the width of the measured resonance at the lowest level (all stuck)."""
     half = TWO_SIDED_95 * stuck.damping_deviation
     return Interval(
         name="damping", value=damping, lower=damping - half, upper=damping + half, source=LEAST_SQUARES
@@ -221,7 +221,7 @@ def find_damping_interval(damping: float, stuck: MeasuredResonance) -> Interval:
 
 
 def find_density_interval(density: float, free: MeasuredResonance) -> Interval:
-    """The density by the measured free resonance: one density of the whole blade scales all frequencies alike."""
+    """Interval of the density, from the measured free resonance: the density of the blade scales all frequencies."""
     half = 2 * TWO_SIDED_95 * free.frequency_deviation / free.frequency * density
     return Interval(
         name="density", value=density, lower=density - half, upper=density + half, source=LEAST_SQUARES

@@ -1,4 +1,4 @@
-"""Limits of one nonlinear iteration beside what was measured: the response over frequency, the forces at resonance."""
+"""Limits of one nonlinear iteration and measurements: the response over frequency, the forces at resonance."""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
@@ -26,7 +26,7 @@ from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
 from study.run_context import RunContext
 
-#: The sensor of the response where there is one of this name.
+#: Preferred sensor of the response.
 TIP = "tip"
 #: Directions of contact forces in names of sensors.
 LETTER = {"tangential": "T", "normal": "N"}
@@ -34,7 +34,7 @@ LETTER = {"tangential": "T", "normal": "N"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredFamilies:
-    """What was measured.
+    """Measured families.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class MeasuredFamilies:
     errors
         Noise and frequency jitter.
     peak
-        That frequency by level [Hz].
+        Frequency of that highest mean response by level [Hz].
     """
 
     sensor: str
@@ -60,18 +60,18 @@ class MeasuredFamilies:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IterationLimits:
-    """Families over the limits of an iteration; no forces where they were not searched for."""
+    """Families over the limits of an iteration; without forces if these were not searched for."""
 
     response: tuple[FamilyVerdict, ...]
     forces: tuple[FamilyVerdict, ...]
 
 
 def named_by_line(campaign: Campaign) -> Campaign:
-    """The campaign whose contact forces are named by line and direction, as criteria and figures know them."""
+    """The campaign with contact forces named by line and direction, as criteria and figures expect."""
     taken, sensors = {item.name for item in campaign.sensors if item.line is None}, []
     for item in campaign.sensors:
         name = f"{item.line}_{LETTER[item.component]}" if item.component in LETTER else item.name
-        # Of two instruments of one force the first one counts.
+        # If two instruments measure the same force, use the first.
         name = item.name if item.component in LETTER and name in taken else name
         taken.add(name)
         sensors.append(replace(item, name=name))
@@ -89,7 +89,7 @@ def read_families(campaign: Campaign) -> MeasuredFamilies:
     Raises
     ------
     CampaignError
-        No calibrated sensor of motion in the tests with dampers, or levels that no model knows.
+        No calibrated sensor of motion in the tests with dampers, or levels of unknown size.
     """
     families = measured_families(campaign)
     if not campaign.drive.calibrated:
@@ -131,8 +131,8 @@ def _is_line_force(sensor: MeasuredSensor) -> bool:
 def find_peak(family: Family) -> float:
     """Frequency of the point of the test whose readings are the highest on average [Hz].
 
-    Repeats step through the same points, and their frequencies differ by the jitter alone. A point that not all curves
-    have is compared all the same: its mean is that of those which have it.
+    Repeats step through the same points; their frequencies differ by the jitter alone. The mean at a point is over the
+    curves that have it.
     """
     point = common_points(family.curves)
     count = np.maximum(np.bincount(point), 1)
@@ -141,7 +141,7 @@ def find_peak(family: Family) -> float:
 
 
 def _at(family: Family, peak: float) -> list[Family]:
-    """The family of the readings nearest to a frequency, one per curve that comes within half of its step; or none."""
+    """Readings nearest to a frequency, one per curve that has a point within half its step; empty without any."""
     curves = []
     for curve in family.curves:
         nearest = int(np.argmin(np.abs(curve.frequency - peak)))
@@ -155,7 +155,7 @@ def find_limits(
     model: PaperModel, parameters: RigParameters, measured: MeasuredFamilies, run: RunContext, stem: str,
     executor: Executor,
 ) -> IterationLimits:  # fmt: skip
-    """Search for the limits of an iteration, and lay what was measured over them.
+    """Search for the limits of an iteration, and compare the measured families with them.
 
     Parameters
     ----------
@@ -226,10 +226,10 @@ def _forces(
 
 
 def furthest_outside(verdict: FamilyVerdict) -> float:
-    """Largest distance from its limits of a reading that is outside of them, 0 without any [SI unit of the sensor].
+    """Largest distance of an outside reading from its limits, 0 without any [SI unit of the sensor].
 
-    What noise and numerical error explain is not outside, as for the coverage; what is outside counts in full. Without
-    limits it is infinite.
+    As for the coverage, a reading within noise and numerical error is not outside; for others the full distance counts.
+    Infinite without limits.
     """
     lower, upper = verdict.limit
     if not np.isfinite(verdict.limit).any():

@@ -1,12 +1,12 @@
-"""Table 2 and figure 14: the three linear iterations, as they start and as they come out on this rig.
+"""Table 2 and figure 14: the three linear iterations, their starts and their results on this rig.
 
-The paper tunes by hand, and says what for. The same steps, done by numbers:
+The paper tunes by hand and states the target of each step. The same steps, done numerically:
 
 1. as it starts; in the paper 8 N/um, a fixed root, 0.2 %;
 2. k_t and k_n, in the ratio of the start, for the stuck resonance, and the damping ratio for its width; in the paper
    k_t = k_n, and the root is on springs from here on;
 3. the density of the blade for the free resonance; k_t and k_n in the ratio of its own start for the stuck one; the
-   damping ratio for both widths, the geometric mean of what either wants.
+   damping ratio for both widths, as the geometric mean of the two ratios.
 """
 
 from collections.abc import Callable
@@ -32,13 +32,13 @@ from study.run_context import RunContext
 #: Makes the model of some parameters.
 Make = Callable[[RigParameters], Model]
 
-#: Stiffnesses between which the stuck resonance is looked for [N/m], and how near is near enough [-].
+#: Stiffnesses between which the stuck resonance is sought [N/m], and relative tolerance [-].
 STIFFNESS, NEAR = (1e6, 5e7), 1e-5
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinearFit:
-    """Parameters of an iteration and what they are worth.
+    """Parameters of an iteration, with their resonances and criteria.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class LinearFit:
     free, stuck
         Resonances of the model.
     free_met, stuck_met
-        Whether the criteria are met; None of the free blade where it was not measured.
+        Whether the criteria are met; None for the free blade if it was not measured.
     """
 
     parameters: RigParameters
@@ -59,7 +59,7 @@ class LinearFit:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearIteration:
-    """A row of Table 2: what its start gives on this rig, and the step by numbers."""
+    """A row of Table 2: the result of its start on this rig, and the numerical step."""
 
     start: LinearFit
     own: LinearFit
@@ -74,7 +74,7 @@ class LinearCalibration:
     free, stuck
         Measured resonances; None of a free blade that was not measured.
     iterations
-        In their order: three, or two without a free blade.
+        Iterations in their order: three, or two without a free blade.
     """
 
     free: MeasuredResonance | None
@@ -83,7 +83,7 @@ class LinearCalibration:
 
 
 def calibrate_linear(plan: ByHandPlan, model: PaperModel, mu: float, run: RunContext) -> LinearCalibration:
-    """Go through the iterations of Table 2; without a free blade the third has nothing to go by.
+    """Go through the iterations of Table 2; without a free blade the third is left out.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def _peak(measured: MeasuredResonance) -> ModalPeak:
 def fit_linear(
     plan: ByHandPlan, rig: Case[RigTable], free: ModalPeak | None, stuck: ModalPeak, mu: float, make: Make
 ) -> tuple[tuple[LinearFit, LinearFit], ...]:
-    """Each iteration as it starts, and as it comes out on this rig.
+    """Each iteration: its start and its result on this rig.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def _started(start: LinearStart, mu: float, rig: Case[RigTable]) -> RigParameter
 def judge_linear(
     make: Make, parameters: RigParameters, free: ModalPeak | None, stuck: ModalPeak, criteria: CriteriaTable
 ) -> LinearFit:
-    """Resonances of some parameters beside measured ones, and whether the criteria are met."""
+    """Resonances of some parameters compared with measured ones, and whether the criteria are met."""
     made = make(parameters)
     own_free, own_stuck = (find_small_peak(made, free=item) for item in (True, False))
     return LinearFit(
@@ -176,7 +176,7 @@ def _meets(model: ModalPeak, measured: ModalPeak, frequency: float, width: float
 
 
 def tune_stiffness(make: Make, parameters: RigParameters, stuck: float) -> RigParameters:
-    """Both contact stiffnesses, their ratio as it is, for a stuck resonance [Hz].
+    """Both contact stiffnesses, at constant ratio, for a stuck resonance [Hz].
 
     Raises
     ------
@@ -208,7 +208,7 @@ def _third(
 ) -> RigParameters:
     """Density for the free resonance, stiffness for the stuck one, damping for both widths."""
     before = find_small_peak(make(second), free=True)
-    # One density of the whole blade scales all of its frequencies alike.
+    # The density of the whole blade scales all of its frequencies alike.
     light = replace(second, density=nominal * (before.frequency / free.frequency) ** 2)
     result = tune_stiffness(make, replace(light, kn=light.kt * ratio), stuck.frequency)
     tuned = make(result)

@@ -23,7 +23,7 @@ Real = Float[NDArray[np.float64], " f"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelInputs:
-    """What the models of a rig depend on beside its parameters: stored results are looked up by it.
+    """What the models of a rig depend on besides its parameters: the key of stored results.
 
     Parameters
     ----------
@@ -76,12 +76,12 @@ class PaperModel:
         return replace(read, setup=replace(read.setup, model=model))
 
     def find_ratio(self, parameters: RigParameters) -> float:
-        """Damping ratio of a case whose stuck peak then shows that of the parameters [-]."""
+        """Damping ratio of the case for which the stuck peak has the ratio of the parameters [-]."""
         shown = find_small_peak(self._configured(parameters).setup.model, free=False).damping
         return parameters.damping**2 / shown
 
     def _configured(self, parameters: RigParameters) -> ReadCase:
-        """The case as its file says it with these parameters; a case has its ratio on another mode than the peak."""
+        """The case with these parameters; the damping ratio of a case belongs to another mode than the peak."""
         case = configure(self.opened.case, parameters)
         return read_case(replace(self.opened, case=case), campaign=self.campaign, run=self.run)
 

@@ -1,6 +1,6 @@
 """Figures 15 to 23: the nonlinear iterations.
 
-The paper tunes by hand, and says what for. The same steps, done by numbers:
+The paper tunes by hand and states the target of each step. The same steps, done numerically:
 
 1. k_t, k_n, root and density of the linear calibration, mu of section 4.1, perfect symmetry; the damping ratio is that
    of the stuck resonance from here on;
@@ -9,7 +9,7 @@ The paper tunes by hand, and says what for. The same steps, done by numbers:
 3. all of these, and the inclinations of the dead weights, together for the response and all forces;
 4. the left damper rotated by the printed angle, on the paper's rig alone.
 
-Where a force was not measured, what it decides stays as the case has it.
+A parameter whose force was not measured keeps the value of the case.
 """
 
 from dataclasses import dataclass, replace
@@ -30,12 +30,12 @@ from study.paper.parameters import RigParameters
 from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
-#: Tuning of contact parameters, as shares of their values: first guesses are off by tens of per cent.
+#: Tuning of contact parameters, as shares of their values: first guesses have errors of tens of per cent.
 CONTACT = {
     "kt": Tuning(step=0.003, deviation=0.25), "kn": Tuning(step=0.05, deviation=0.25),
     "mu": Tuning(step=0.05, deviation=0.25),
 }  # fmt: skip
-#: Tuning of a shift, as shares of the damper's length, and of an inclination: what the eye would still see in a wire.
+#: Tuning of a shift, as shares of the damper's length, and of an inclination: what is visible in a wire.
 SHIFT = Tuning(step=0.05, deviation=0.25)
 INCLINATION = Tuning(step=1.0, deviation=5.0).scale(np.pi / 180)
 #: Normal forces by which the paper shifts the dead weight of their side.
@@ -51,7 +51,7 @@ class NonlinearIteration:
     number
         From 1.
     parameters
-        Own parameters.
+        Parameters of the iteration.
     limits
         Families over its limits.
     response, force
@@ -67,7 +67,7 @@ class NonlinearIteration:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NonlinearCalibration:
-    """All iterations, and the fits between them; without static forces there is none to all data."""
+    """All iterations, and the fits between them; without static forces there is no fit to all data."""
 
     iterations: tuple[NonlinearIteration, ...]
     response: ParameterFit
@@ -127,18 +127,18 @@ def judge_iteration(
 
 
 def make_target(measured: MeasuredFamilies, limits: IterationLimits, count: int, *, forces: bool) -> FamilyTarget:
-    """What an iteration is fitted to.
+    """Target of the fit of an iteration.
 
     Parameters
     ----------
     measured
         Families.
     limits
-        Limits of the iteration before, for the numerical error of limits.
+        Limits of the previous iteration, for the numerical error of limits.
     count
         Frequencies of the bands of the response [-].
     forces
-        Whether all forces count beside the response.
+        Whether the target includes all forces besides the response.
     """
     groups = [FamilyGroup(measured.response, choose_frequencies(measured.response, count, count))]
     if forces:
@@ -146,7 +146,7 @@ def make_target(measured: MeasuredFamilies, limits: IterationLimits, count: int,
     families = [family for group in groups for family in group.families]
     return FamilyTarget(
         groups=groups, errors=measured.errors, shift=measured.errors.frequency,
-        # That of forces at one frequency is mostly an error of the frequency, for which kt makes up.
+        # The numerical error of forces at one frequency is mostly an error of the frequency, which kt compensates.
         numerical=list_numerical_errors(families, limits.response),
     )  # fmt: skip
 
@@ -154,7 +154,7 @@ def make_target(measured: MeasuredFamilies, limits: IterationLimits, count: int,
 def _fit_response(
     model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, run: RunContext
 ) -> ParameterFit:
-    """Contact parameters whose bands hold the response of all levels."""
+    """Contact parameters whose bands contain the response of all levels."""
     target = make_target(measured, before, model.effort.loop_frequencies, forces=False)
     step = run.step("iteration 2: contact parameters", expected=100)
     return _fit(model, ParameterScale(start=start, tuned=_tune_contact(start)), target, step)
@@ -173,7 +173,7 @@ def _shift_weights(
 ) -> RigParameters:
     """Dead weights shifted by the rule of the paper, from the static normal forces of the highest level.
 
-    Each moves by the ratio of the forces, predicted over measured, less one, of the length of the cylinder [m].
+    Each moves by (ratio of the forces, predicted over measured, less one) times the length of the cylinder [m].
     """
     top, moved = max(measured.peak), {}
     for item in first.limits.forces:
@@ -191,8 +191,8 @@ def _fit_all_data(
 ) -> ParameterFit | None:  # fmt: skip
     """Contact parameters and the alignment of the sides whose static forces were measured, to all data.
 
-    Friction, stiffness and alignment change the same forces: fitted one after the other each takes over what belongs to
-    the next.
+    Friction, stiffness and alignment change the same forces: in a sequential fit each would absorb the share of the
+    next.
     """
     sides = {family.sensor.partition("_")[0] for family in measured.forces if family.harmonic == 0}
     tuned = {"shift": SHIFT.scale(length), "inclination": INCLINATION}

@@ -1,4 +1,4 @@
-"""The page of the replay: every figure in the paper's order, own numbers beside those that the paper prints."""
+"""The page of the replay: every figure in the paper's order, computed numbers next to the printed ones."""
 
 from collections.abc import Iterator, Mapping
 
@@ -21,7 +21,7 @@ from study.paper.sections import (
     show_known,
 )
 
-#: What the paper reads off its loops and force ratios.
+#: Values that the paper reads off its loops and force ratios.
 PAPER_KT, PAPER_MU = 11.5e6, 0.6
 DIFFERENT = (
     "The geometry of the paper's rig is not published. The shipped rig has its own: values that compensate each other "
@@ -60,7 +60,7 @@ def make_page(result: Replay, pictures: Mapping[str, bytes]) -> str:
 
 
 def count_pattern(result: Replay) -> tuple[int, int]:
-    """How many criteria of Table 2 and figure 16 come out as printed, and of how many [-]."""
+    """Number of criteria of Table 2 and figure 16 with the printed result, and number of all criteria [-]."""
     pairs: list[tuple[bool | None, bool]] = []
     for item, row in zip(result.hand.linear.iterations, result.case.linear, strict=True):
         pairs += [(item.own.free_met, row.free), (item.own.stuck_met, row.stuck)]
@@ -158,7 +158,7 @@ CAPTION |= {
 
 
 def automatic_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
-    """What the program finds by itself beside the truth and the by-hand way."""
+    """Automatic diagnosis compared with the truth and the calibration by hand."""
     path = [
         [str(number), item.sentence, show_known(item.held_before, ".1%"), show_known(item.held_after, ".1%")]
         for number, item in enumerate(result.own.rounds, start=1)
@@ -200,7 +200,7 @@ def _with_ends(item: Interval, factor: float) -> str:
 
 
 def _truth(result: Replay) -> PageSection:
-    """Truth beside iteration 3, read after all the rest."""
+    """Truth and iteration 3; the truth is read last."""
     third, rows = result.hand.last.parameters, []
     for name, (label, factor) in SHOWN.items():
         own, true = getattr(third, name), result.truth[name]

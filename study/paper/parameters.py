@@ -1,4 +1,4 @@
-"""Parameters of the rig that the paper calibrates, and the case of the rig that has them."""
+"""Parameters of the rig that the paper calibrates, and the case of the rig with them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -62,7 +62,7 @@ def read_parameters(case: Case[RigTable]) -> RigParameters:
 
 
 def meshed(case: Case[RigTable], size: float, n_mode: int) -> Case[RigTable]:
-    """The case with elements of a size [m] and so many modes of all bodies."""
+    """The case with an element size [m] and a number of modes of all bodies."""
     return _with_tables(case, mesh={"size": size}, reduction={"modes": n_mode})
 
 
@@ -72,9 +72,9 @@ def configure(case: Case[RigTable], parameters: RigParameters) -> Case[RigTable]
     Parameters
     ----------
     case
-        Case whose other numbers stay.
+        Case; its other numbers are kept.
     parameters
-        What changes.
+        New parameters.
     """
     drawn, own = case.structure, parameters
     sides = {

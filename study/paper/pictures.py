@@ -50,7 +50,7 @@ def draw_replay(result: Replay) -> dict[str, object]:
 
 
 def _ways(result: Replay) -> ParameterIntervals:
-    """Parameters of both ways beside the truth; what a way does not touch is as it was."""
+    """Parameters of both calibrations and the truth; a parameter that a calibration does not change keeps its value."""
     start, last = result.hand.nonlinear.iterations[0].parameters, result.hand.last.parameters
     fitted = {
         "by hand": ({item.name: item for item in result.hand.intervals}, last),
@@ -72,7 +72,7 @@ def _ways(result: Replay) -> ParameterIntervals:
 
 
 def draw_by_hand(hand: ByHand, model: PaperModel, numbered: Mapping[str, int] | None = None) -> dict[str, object]:
-    """Figures of the by-hand way by name: linear, response_1, forces_1 and so on.
+    """Figures of the calibration by hand, by name: linear, response_1, forces_1 and so on.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def draw_by_hand(hand: ByHand, model: PaperModel, numbered: Mapping[str, int] | 
     model
         Makes models of the rig.
     numbered
-        Numbers of figures by these names, which then have them; what has none is left out. None for no numbers.
+        Figure number by name; a figure without a number is left out. None for unnumbered figures.
     """
     figures: dict[str, Any] = {
         "linear": _small(hand, model),
@@ -102,7 +102,7 @@ def _loops(result: Replay) -> Iterator[tuple[str, object]]:
     loops = result.reference.loops
     share = [np.arange(len(loop.displacement)) / len(loop.displacement) for loop in loops]
     names = [f"{loop.level:g} N" for loop in loops]
-    # A loop runs upwards, as the paper draws it: the force of the blade on the damper, not the other one.
+    # A loop runs upwards, as in the paper: the force of the blade on the damper, not its reaction.
     sign = float(np.sign(np.sum((loops[0].displacement - loops[0].displacement.mean()) * loops[0].tangential)))
     yield "figure_12a", HysteresisLoops(
         joints=[

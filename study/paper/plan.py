@@ -1,4 +1,4 @@
-"""What the by-hand way starts from, and what it is judged by: of the paper, or of a case of a rig."""
+"""Start values and thresholds of the calibration by hand: those of the paper, or of a case of a rig."""
 
 from dataclasses import dataclass
 
@@ -29,18 +29,18 @@ class LinearStart:
 
 @dataclass(frozen=True, kw_only=True)
 class ByHandPlan:
-    """Starts, thresholds and effort of the by-hand way.
+    """Starts, thresholds and effort of the calibration by hand.
 
     Parameters
     ----------
     linear
-        Starts of the three linear iterations. The second keeps its ratio of kn to kt, the third that of its own start.
+        Starts of the three linear iterations. The second and the third keep the ratio of kn to kt of their start.
     rotation
         Rotation of the left damper in a fourth nonlinear iteration [rad]; None for no such iteration.
     criteria
         Thresholds of the criteria.
     effort
-        How hard limits are searched for, and parameters fitted.
+        Effort of the search for limits and of the parameter fits.
     """
 
     linear: tuple[LinearStart, LinearStart, LinearStart]
@@ -63,7 +63,7 @@ def make_paper_plan(case: PaperCase) -> ByHandPlan:
 
 
 def make_case_plan(case: Case[RigTable], paper: PaperCase) -> ByHandPlan:
-    """The plan that starts from a case's own values; thresholds and effort are those of the replay."""
+    """The plan that starts from the values of a case; thresholds and effort are those of the replay."""
     contact, table = case.structure.contact, case.structure
     start = LinearStart(kt=contact.kt, kn=contact.kn, damping=table.damping.ratio, root=table.root.stiffness)
     return ByHandPlan(linear=(start, start, start), rotation=None, criteria=paper.criteria, effort=paper.effort)

@@ -25,12 +25,12 @@ from study.run_context import RunContext
 from study.shipped_cases import PAPER, RIG
 
 #: Steps of the sensitivities: 2 % of a contact parameter, so that the resonance stays among the measured frequencies,
-#: and what a hand leaves of the alignment.
+#: and the accuracy of an alignment by hand.
 SHARES = {"kt": 0.02, "kn": 0.02, "mu": 0.02, "damping": 0.02}
 ALIGNMENT = {
     "shift_left": 0.5e-3, "inclination_left": float(np.radians(2.0)), "gap_angle": float(np.radians(0.005)),
 }  # fmt: skip
-#: What a quick run changes: elements, modes, points and repeats.
+#: Values of a quick run: elements, modes, points and repeats.
 QUICK = {"size": 7e-3, "modes": 30}
 QUICK_EFFORT = {"frequencies": 10, "population": 2, "samples": 2, "loop_frequencies": 6, "evaluations": 30}
 QUICK_REPEATS, QUICK_STRIDE = 2, 2
@@ -51,7 +51,7 @@ class Replay:
     hand
         Table 2, figure 16 and the intervals.
     own
-        What the program finds by itself from iteration 1.
+        Automatic diagnosis from iteration 1.
     sensitivity
         Around iteration 3.
     truth
@@ -80,7 +80,7 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     seed, like
         Specimen, see `study.paper.truth.draw_truth`.
     quick
-        A coarse mesh, few points and two repeats, to try it.
+        Whether to use a coarse mesh, few points and two repeats.
 
     Raises
     ------

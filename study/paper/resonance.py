@@ -1,4 +1,4 @@
-"""The resonance of small vibrations that the force drives: its frequency and its damping ratio."""
+"""The driven resonance of small vibrations: its frequency and its damping ratio."""
 
 from dataclasses import dataclass
 
@@ -13,9 +13,9 @@ from reduction.stuck import stick_at_rest, stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]
 
-#: Share of what the force does most in any mode that tells one which it drives: dampers roll in lower ones.
+#: A mode counts as driven above this share of the largest modal response [-]; the dampers roll in lower modes.
 DRIVEN = 0.1
-#: Modes that may be the one which the force drives.
+#: Number of the lowest modes among which the driven one is sought [-].
 LOWEST = 20
 
 
@@ -68,7 +68,7 @@ def find_small_peak(model: Model, *, free: bool) -> ModalPeak:
 
 
 def scale_damping(model: Model, ratio: float) -> Model:
-    """The model whose damping has a ratio on the stuck resonance as its peak shows it.
+    """The model with its damping scaled to a damping ratio of the stuck resonance.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sections of the pages of the by-hand way: linear and nonlinear iterations, their scores, intervals."""
+"""Sections of the pages of the calibration by hand: linear and nonlinear iterations, their scores, intervals."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, isfinite
@@ -37,7 +37,7 @@ SHOWN = {
 def linear_section(
     hand: ByHand, title: str, pictures: Mapping[str, bytes], printed: Sequence[LinearTable] = ()
 ) -> PageSection:
-    """The linear iterations, and with printed ones what those give on this rig."""
+    """The linear iterations; with printed values also their result on this rig."""
     free, stuck = hand.linear.free, hand.linear.stuck
     rows = []
     for number, item in enumerate(hand.linear.iterations, start=1):
@@ -101,7 +101,7 @@ def iteration_section(item: NonlinearIteration, pictures: Mapping[str, bytes]) -
 
 
 def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = None) -> PageSection:
-    """Calibrated values with their intervals; beside the truth, whether they hold it."""
+    """Calibrated values with their intervals; with the truth also whether an interval contains it."""
     rows, held = [], []
     for item in hand.intervals:
         label, factor = SHOWN[item.name]
@@ -149,7 +149,7 @@ def numbers(parameters: RigParameters | NonlinearTable) -> list[str]:
 
 
 def _scores(item: NonlinearIteration) -> Table:
-    """The numbers behind both criteria, by level; of forces the worst of all lines."""
+    """Scores of both criteria by level; for forces the worst of all lines."""
     names: dict[str, Criterion] = {COVERAGE: item.response} | {
         name: item.force
         for name in (STATIC_NORMAL, STATIC_TANGENTIAL, DYNAMIC)
@@ -176,7 +176,7 @@ def _scores(item: NonlinearIteration) -> Table:
 
 
 def show_known(value: float, form: str) -> str:
-    """A number as it is written; a dash for what is none."""
+    """A formatted number; a dash if it is not finite."""
     return f"{value:{form}}" if isfinite(value) else "-"
 
 

@@ -1,4 +1,4 @@
-"""Sensitivities of response and force limits around iteration 3: what a step of each parameter changes."""
+"""Sensitivities of response and force limits around iteration 3 to a step of each parameter."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ Bands = Mapping[tuple[str, int, float], PredictedBand]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sensitivity:
-    """Changes by the steps down and up of each parameter.
+    """Changes due to a step down and up of each parameter.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def compute_sensitivities(
     make: PaperModel,
     report: Callable[[float, float], None] | None = None,
 ) -> Sensitivity:
-    """Sensitivities by differences of the bands that the same friction histories reach.
+    """Sensitivities by differences of the bands of the same friction histories.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def compute_sensitivities(
     families
         Families of the response and of the static forces of the left side.
     frequency
-        Frequencies of the bands, rising, shape (f,) [Hz].
+        Frequencies of the bands, ascending, shape (f,) [Hz].
     level
         Level of the bands [N].
     make
@@ -104,7 +104,7 @@ def _numbers(bands: Bands, level: float) -> Float[NDArray[np.float64], "5"]:
     tip = bands["tip", 1, level]
     highest = np.nanmax(tip.value, axis=1)
     at = int(np.nanargmax(tip.value[1]))
-    # A parabola through the highest point and its neighbours: the frequency moves by less than a step of the grid.
+    # A parabola through the highest point and its neighbours resolves less than a step of the grid.
     near = slice(max(at - 1, 0), at + 2)
     f, y = tip.frequency[near], tip.value[1, near]
     peak = float(tip.frequency[at])

@@ -1,4 +1,4 @@
-"""The specimen on its own mesh, as the bench takes it: with and without dampers, its sensors and its resonances."""
+"""The specimen on its own mesh for the bench: with and without dampers, its sensors and its resonances."""
 
 from dataclasses import replace
 from math import pi
@@ -73,7 +73,7 @@ def make_specimen(opened: OpenCase, truth: Truth, run: RunContext) -> Specimen:
 
 
 def _root_stiffness(opened: OpenCase, truth: Truth, run: RunContext) -> Float[NDArray[np.float64], "r r"]:
-    """Energy of the springs of the root as a stiffness: kappa dK / dkappa, for statically they pass on a force."""
+    """Energy of the springs of the root as a stiffness: kappa dK / dkappa, as they transmit a force statically."""
     root, ends = truth.parameters.root, []
     assert root is not None
     for factor in (1 - STEP, 1 + STEP):

@@ -1,4 +1,4 @@
-"""The specimen behind the virtual tests: drawn by a seed, and read by nothing but the tests and the last comparison."""
+"""The specimen of the virtual tests: drawn from a seed, and read only by the tests and the last comparison."""
 
 import json
 from dataclasses import asdict, dataclass, replace
@@ -10,9 +10,9 @@ from pipeline.output import replace_file
 from study.paper.case import PaperCase
 from study.paper.parameters import RigParameters
 
-#: Name of the file beside the campaign.
+#: Name of the file next to the campaign.
 FILE = "truth.json"
-#: Iterations of the paper that a truth may be like, and what they have of the misalignment.
+#: Iterations of the paper that a truth may resemble, and their misalignments.
 LIKE = (1, 2, 3)
 
 
@@ -27,7 +27,7 @@ class Truth:
     seed
         Seed of its parameters.
     parameters
-        Parameters; the density of the blade is that which gives the frequency below, and None before it is found.
+        Parameters; the density of the blade gives the frequency below, and is None before it is found.
     free_frequency
         First frequency of the free blade [Hz].
     root_loss
@@ -65,5 +65,5 @@ def draw_truth(case: PaperCase, seed: int, like: int) -> Truth:
 
 
 def write_truth(truth: Truth, folder: Path) -> None:
-    """Keep the truth beside its campaign."""
+    """Write the truth next to its campaign."""
     replace_file(folder / FILE, json.dumps(asdict(truth), indent=2) + "\n")

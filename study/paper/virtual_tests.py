@@ -1,4 +1,4 @@
-"""Virtual tests of a specimen by time integration: repeats with random loading histories, and what instruments say."""
+"""Virtual tests of a specimen by time integration: repeats with random loading histories, and instrument readings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,17 +20,17 @@ from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
 Row = Float[NDArray[np.float64], " r"]
 Samples = Float[NDArray[np.float64], " t"]
 
-#: What the bench measures, in its order: the tip, and the right damper against the blade.
+#: Motions that the bench measures, in its order: the tip, and the right damper against the blade.
 TIP, LASER = "tip", "laser"
 #: Lines of the bench in the order of its forces, and those with load cells behind them.
 MEASURED = ("left_decoupler", "right_decoupler")
-#: The side whose loop is read.
+#: Side of the measured loop.
 LOOP = "right_decoupler"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Specimen:
-    """What is measured.
+    """Specimen of the virtual tests.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Specimen:
 
 @dataclass(frozen=True, kw_only=True)
 class TestPoints:
-    """Where and with what is measured.
+    """Test points and instruments.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class InstrumentLoop:
     Parameters
     ----------
     level, frequency
-        Of the test [N, Hz].
+        Level and frequency of the test [N, Hz].
     displacement
         Damper against blade by the inclined laser, shape (t,) [m].
     tangential, normal
@@ -125,12 +125,12 @@ def measure_free(specimen: Specimen, points: TestPoints) -> Sweep:
 
 @stage("repeat of virtual tests")
 def measure_repeat(specimen: Specimen, points: TestPoints, repeat: int) -> tuple[Sweep, ...]:
-    """One repeat at all levels, with a loading history of its own.
+    """One repeat at all levels, with its own loading history.
 
     Parameters
     ----------
     specimen, points
-        What is measured, and where.
+        Specimen and test points.
     repeat
         Number of the repeat, from 1 [-].
     """
@@ -167,7 +167,7 @@ def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[InstrumentLoo
 
 
 def _search(bench: VirtualSweepTest) -> Callable[[Sequence[float], float, TransientState], SweepReadings]:
-    """How the bench settles: by the search for steady states, which costs a hundredth of waiting for them."""
+    """Function that settles the bench by a search for steady states, at a hundredth of the cost of integration."""
 
     def settle(frequencies: Sequence[float], level: float, start: TransientState) -> SweepReadings:
         return bench.sweep(frequencies, level, start=start)
@@ -188,7 +188,7 @@ def _gains(points: TestPoints) -> Mapping[str, NDArray[np.float64]]:
 def _with_cells(
     force: tuple[NDArray[Any], NDArray[Any]], gains: NDArray[np.float64], points: TestPoints
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """What the cells R3 and R4 of a line read of its T and N, by eq (1) turned round."""
+    """Readings of the cells R3 and R4 of a line for its forces T and N: the inverse of eq (1)."""
     along, up = along_line(force[0], force[1], -points.theta)
     half = along / cos(points.alpha) / 2, up / sin(points.alpha) / 2
     return gains[0] * (half[0] + half[1]), gains[1] * (half[0] - half[1])
