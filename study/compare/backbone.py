@@ -1,4 +1,4 @@
-"""Frequency and damping of each mode over the level, measured and by one or more models, as plotly figures."""
+"""Frequency and damping of each mode over the level, measured and predicted by models, as plotly figures."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from correlation.metric.peak_error import PeakError
 from study.compare.sentence import group_modes, name_mode
 from study.page.number import round_list
 
-#: Lines of models, the last one as it is for a single one.
+#: Line styles of models; a single model has the last one.
 COLOURS, DASHES = ("#8a97a5", "#1f4e79", "#c2410c"), ("dot", "dash", "solid")
 
 
@@ -18,9 +18,9 @@ def draw_backbones(models: Mapping[str, Sequence[PeakError]], unit: str) -> list
     Parameters
     ----------
     models
-        Resonances by the name of the model, at most three; measured are those beside the last one.
+        Resonances by the name of the model, at most three; the measured ones are taken from the last model.
     unit
-        Of the levels.
+        Unit of the levels.
     """
     last = group_modes(list(models.values())[-1]) if models else {}
     everything = [peak for peaks in models.values() for peak in peaks]

@@ -1,4 +1,4 @@
-"""Measured, predicted and interpolated curves of a comparison, which its figures and its page draw alike."""
+"""Measured, predicted and interpolated curves of a comparison, for both its figures and its page."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,22 +23,22 @@ Rows = NDArray[np.int64]
 #: Sensor and harmonic.
 Key = tuple[str, int]
 
-#: Lines have so many points over a band, and at most so many in each step between two measured frequencies.
+#: Number of points of a line over a band, and at most in each step between two measured frequencies.
 LINE_POINTS, FINER = 80, 4
-#: Residual of a line relative to the linear motion: far less than its width in a figure [-].
+#: Residual of a line relative to the linear motion: far below the line width in a figure [-].
 LINE_TOLERANCE = 1e-6
-#: Responses of which fewer stand out of the noise, measured or predicted, are not drawn.
+#: Responses with a smaller share of points above the noise, measured and predicted, are not drawn [-].
 WORTH_DRAWING = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ComparedCurve:
-    """Curve of one sensor and harmonic at one level, in the unit in which it is drawn.
+    """Curve of one sensor and harmonic at one level, in its drawn unit.
 
     Parameters
     ----------
     level
-        [N].
+        Level [N].
     sweep
         +1 up, -1 down, 0 for the mean of both.
     rows
@@ -46,7 +46,7 @@ class ComparedCurve:
     frequency, measured, deviation, predicted
         Measured frequencies [Hz], means, their standard deviations, and the prediction there, shape (f,).
     line_frequency, line
-        Predicted line, shape (p,); NaN within gaps between bands that were measured apart.
+        Predicted line, shape (p,); NaN in gaps between separately measured bands.
     """
 
     level: float
@@ -69,13 +69,13 @@ class SensorPanel:
     key
         Sensor and harmonic.
     sensor
-        The model's.
+        Sensor of the model.
     unit, scale
-        Unit in which it is drawn, and the factor on SI that leads to it; per unit of the force if `per_level`.
+        Drawn unit, and its factor on SI; per unit of the force if `per_level`.
     per_level
-        Whether values are over the level: levels that agree lie on each other.
+        Whether values are divided by the level, so that the levels of a linear structure coincide.
     curves
-        By level.
+        Curves by level.
     """
 
     key: Key
@@ -142,7 +142,7 @@ class Drawing:
 def predict_lines(
     model: Model, misfit: Misfit, prediction: Prediction, sweeps: tuple[int, ...] = ()
 ) -> tuple[Points, Coefficients]:
-    """Predicted lines through the points of a misfit: from rest, or swept where branches are compared apart."""
+    """Predicted lines through the points of a misfit: from rest, or swept if branches are compared separately."""
     fine = refine_points(misfit.points)
     swept = sweeps if fine.sweep.any() else ()
     return fine, Predictor(points=fine, sweeps=swept, tolerance=LINE_TOLERANCE).vary(model, prediction)
@@ -187,10 +187,10 @@ def make_panels(
 
 
 def compute_phase(value: Coefficients, deviation: Frequencies | float, harmonic: int) -> Frequencies:
-    """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
+    """Phase [deg]: unwrapped from -90 to 270 for a fundamental, else from -180 to 180 where above the noise."""
     phase = np.degrees(np.angle(np.nan_to_num(value)))
     if harmonic == 1:
-        # Where there is no value, the phase goes on from the last one.
+        # Unwrap over the existing values alone.
         there = np.isfinite(value) if np.isfinite(value).any() else np.ones(len(value), dtype=bool)
         phase[there] = np.unwrap(phase[there], period=360)
         phase -= 360 * np.ceil((phase[there][0] - 270) / 360)
@@ -204,7 +204,7 @@ def name_harmonic(harmonic: int) -> str:
 
 
 def stands_out(misfit: Misfit, key: Key) -> bool:
-    """Whether a sensor's harmonic is more than noise."""
+    """Whether a harmonic of a sensor is above the noise."""
     rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))
     noise = MIN_SIZE_OVER_DEVIATION * rows.deviation
     return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
@@ -233,7 +233,7 @@ def find_rows(points: Points, sensor: str, harmonic: int, level: float) -> Rows:
 
 
 def refine_points(points: Points) -> Points:
-    """Refine the frequencies of curves: the measured ones stay, and one is added within each gap between bands."""
+    """Refine the frequencies of curves: keep the measured ones, and add one within each gap between bands."""
     parts = []
     for _, rows in _curves(points):
         measured = points.frequency[rows]
@@ -248,7 +248,7 @@ def refine_points(points: Points) -> Points:
 
 
 def blank_gaps(points: Points, measured: Frequencies, line: Coefficients, rows: Rows) -> Coefficients:
-    """Values of some rows of a line, NaN within the gaps of the measured frequencies: a line does not bridge them.
+    """Values of some rows of a line, NaN in the gaps of the measured frequencies, so that no line bridges them.
 
     Parameters
     ----------

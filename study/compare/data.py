@@ -1,4 +1,4 @@
-"""Data of other types than steady states beside a model: loops, ring-downs, frequency responses, modes."""
+"""Comparison of a model with data other than steady states: loops, ring-downs, frequency responses, modes."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -21,9 +21,9 @@ from study.compare.section.section import Section
 from study.page.table import Table
 
 COLUMNS = ("data", "type", "set", "quantity", "unit", "measured", "deviation", "predicted", "error_in_deviations")
-#: A number further off than this is worth a sentence [standard deviations].
+#: A number with a larger error is reported in a sentence [standard deviations].
 CLEAR_DEVIATION = 3.0
-#: Panels of one figure.
+#: Number of panels of one figure.
 MOST_PANELS = 8
 
 
@@ -36,15 +36,15 @@ class DataComparison:
     name, type
         Name of the datum, and of its type.
     held_out
-        Whether no calibration may see it.
+        Whether calibrations must not use it.
     features
         Measured numbers.
     predicted
-        The model's, shape (m,); NaN where it has no answer.
+        Predicted numbers, shape (m,); NaN where the model has no prediction.
     reason
         Why the datum could not be compared; empty if it was.
     coverage
-        Which part of the datum the numbers come from, in words; empty for all of it.
+        Part of the datum from which the numbers come, in words; empty for all of it.
     """
 
     name: str
@@ -62,13 +62,13 @@ class DataComparison:
 
     @property
     def root_mean_square(self) -> float:
-        """Root mean square of the errors that there are [standard deviations]; NaN without any."""
+        """Root mean square of the known errors [standard deviations]; NaN without any."""
         there = self.error[np.isfinite(self.error)]
         return float(np.sqrt(np.mean(there**2))) if len(there) else np.nan
 
 
 def compare_data(model: Model, data: Sequence[Datum]) -> tuple[DataComparison, ...]:
-    """Features of some data beside those that a model predicts."""
+    """Measured and predicted features of some data."""
     result = []
     for datum in data:
         kind = DATA_TYPES[datum.type]
@@ -92,13 +92,13 @@ def compare_data(model: Model, data: Sequence[Datum]) -> tuple[DataComparison, .
 
 
 def describe_coverage(datum: Datum) -> str:
-    """Which part of a datum gives numbers, in words; empty for all of it."""
+    """Part of a datum that gives numbers, in words; empty for all of it."""
     coverage = DATA_TYPES[datum.type].coverage
     return "" if coverage is None else coverage(datum)
 
 
 def training_data(campaign: Campaign, model: Model) -> list[Datum]:
-    """Data that a fit takes beside the steady states: not held out, not steady states themselves, and comparable."""
+    """Data for a fit besides the steady states: not held out, not steady states themselves, and comparable."""
     names, data = [sensor.name for sensor in campaign.sensors], []
     for datum in campaign.data:
         kind = DATA_TYPES[datum.type]
@@ -114,7 +114,7 @@ def training_data(campaign: Campaign, model: Model) -> list[Datum]:
 
 
 def describe_data(compared: Sequence[DataComparison]) -> list[str]:
-    """For people: one paragraph per datum with its numbers that are furthest off."""
+    """Text with one paragraph per datum, with its numbers of largest error."""
     lines = []
     for item in compared:
         where = f"{item.type} {item.name}" + (" (held out)" if item.held_out else "")
@@ -138,7 +138,7 @@ def describe_data(compared: Sequence[DataComparison]) -> list[str]:
 def _number(item: DataComparison, row: int) -> str:
     features = item.features
     unit = "" if features.unit[row] == "-" else f" {features.unit[row]}"
-    # A number that is not clear of zero has no relative error.
+    # A number that does not differ significantly from zero has no relative error.
     clear = abs(features.value[row]) > CLEAR_DEVIATION * features.deviation[row]
     relative = f" ({item.predicted[row] / features.value[row] - 1:+.2%})" if clear else ""
     half = format_number(TWO_SIDED_95 * features.deviation[row])
@@ -149,12 +149,12 @@ def _number(item: DataComparison, row: int) -> str:
 
 
 def without_comparison(compared: Sequence[DataComparison]) -> tuple[str, ...]:
-    """Names of the data that could not be compared, or that the model has no answer to."""
+    """Names of the data that could not be compared, or that the model does not predict."""
     return tuple(f"{item.type} {item.name}" for item in compared if not np.isfinite(item.error).any())
 
 
 def data_document(compared: Sequence[DataComparison]) -> list[dict[str, Any]]:
-    """The same for ``--json``."""
+    """Comparison for ``--json``."""
     return [
         {
             "name": item.name,
@@ -195,7 +195,7 @@ def data_sections(compared: Sequence[DataComparison], drawn: Mapping[str, bytes]
     Parameters
     ----------
     compared
-        Data beside a model.
+        Compared data.
     drawn
         Pictures of `data_figures`, by name.
     """

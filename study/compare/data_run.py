@@ -1,4 +1,4 @@
-"""A campaign without steady states beside a model: loops, ring-downs, frequency responses and modes alone."""
+"""Comparison of a model with a campaign without steady states: loops, ring-downs, frequency responses and modes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -40,20 +40,20 @@ NEXT = "stickslip compare --calibrate fits the calibration parameters of the cas
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataComparisonResult:
-    """A model beside data of other types than steady states.
+    """Comparison of a model with data other than steady states.
 
     Parameters
     ----------
     title, campaign
-        Titles of the case and of what was measured.
+        Titles of the case and of the campaign.
     data
-        Each datum beside the model.
+        Comparison of each datum.
     calibrated
-        Calibration parameters, if they were calibrated first.
+        Calibration parameters, if they were fitted first.
     suspicions
         Suspicious data.
     files
-        Written ones.
+        Written files.
     """
 
     title: str
@@ -115,7 +115,7 @@ def run_data_comparison(
     Raises
     ------
     CampaignError
-        There is nothing to compare, or nothing to calibrate.
+        Nothing to compare, or nothing to calibrate.
     """
     if not campaign.data:
         raise CampaignError(
@@ -156,9 +156,9 @@ def run_data_comparison(
 
 
 def name_step(seconds: float, fitted: bool) -> tuple[str, float | None]:
-    """Name of the step that compares, and its duration until a run knows better [s].
+    """Name of the comparison step, and its first estimate of the duration [s].
 
-    A calibration takes many comparisons, as many as its parameters and the model's errors ask for: only a run knows.
+    None with a calibration: its number of comparisons depends on the parameters and the errors of the model.
     """
     return ("calibration and comparison", None) if fitted else ("comparison", seconds)
 
@@ -171,7 +171,7 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     CampaignError
         The case accepts no parameter, or all data are held out.
     """
-    # The search takes long to import, and a comparison of a model as it is has no use for it.
+    # Imported late: slow to import, and needed for a calibration only.
     from diagnosis.fit.arrangement import make_unknowns
     from diagnosis.fit.calibration import Ending, calibrate
     from diagnosis.fit.feature_comparison import FeatureComparison
@@ -184,13 +184,13 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     unknowns = make_unknowns(base, setup.calibration_parameters, [])
     comparison = FeatureComparison.from_data(training)
     fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), ending=Ending.EXACT)
-    # Where the model is further off than the deviations say, they are too small in proportion.
+    # If the misfit exceeds the stated deviations, scale the deviations of the parameters accordingly.
     excess = max(1.0, float(np.sqrt(np.mean(comparison.residual(fit.prediction) ** 2))))
     return fit.model, list_calibrated(setup.calibration_parameters, fit.values, excess * fit.deviation)
 
 
 def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicion] = ()) -> Summary:
-    """Verdict of a comparison of other data than steady states, about which some suspicions stand."""
+    """Verdict of a comparison of data other than steady states, given suspicions about them."""
     errors = _errors(data)
     lacking = sum(int((~np.isfinite(item.error)).sum()) for item in data)
     if not len(errors):
@@ -211,7 +211,7 @@ def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicio
 
 
 def root_mean_square(data: Sequence[DataComparison]) -> float:
-    """Root mean square of all errors that there are [standard deviations]; NaN without any."""
+    """Root mean square of all known errors [standard deviations]; NaN without any."""
     errors = _errors(data)
     return float(np.sqrt(np.mean(errors**2))) if len(errors) else np.nan
 
@@ -221,12 +221,12 @@ def _errors(data: Sequence[DataComparison]) -> Float[NDArray[np.float64], " n"]:
 
 
 def _by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:
-    """Relative errors of each quantity over all data, where they are more than chance."""
+    """Relative errors of each quantity over all data, if significant."""
     errors: dict[str, list[tuple[float, bool]]] = {}
     for item in data:
         features = item.features
         for row, label in enumerate(features.label):
-            # A number that is not clear of zero has no relative error.
+            # A number that does not differ significantly from zero has no relative error.
             if np.isfinite(item.error[row]) and abs(features.value[row]) > CLEAR_DEVIATION * features.deviation[row]:
                 relative = float(item.predicted[row] / features.value[row] - 1)
                 quantity = label.split(" at ")[0].split(" of mode ")[0]

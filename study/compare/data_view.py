@@ -1,4 +1,4 @@
-"""What a page shows of data of other types than steady states: numbers, curves, modes and decays."""
+"""Page contents for data other than steady states: numbers, curves, modes and decays."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -15,14 +15,14 @@ from study.compare.section.section import Section
 def show_data(
     model: Model, data: Sequence[Datum], compared: Sequence[DataComparison], title: str
 ) -> tuple[dict[str, bytes], tuple[Section, ...]]:
-    """Pictures by the names of their files, and the sections that have them.
+    """Pictures by the names of their files, and their sections.
 
     Parameters
     ----------
     model, data, compared
-        Model, data of a campaign, and what `compare_data` finds of them.
+        Model, data of a campaign, and the result of `compare_data`.
     title
-        Of the case.
+        Title of the case.
     """
     if not data:
         return {}, ()
@@ -41,14 +41,14 @@ def show_data(
 
 
 def make_captions(results: Mapping[str, object], title: str) -> dict[str, str]:
-    """Captions of figures by the names of their files, all different: their own words without the title of the case.
+    """Captions of figures by the names of their files, all different: their titles without that of the case.
 
     Parameters
     ----------
     results
-        Results to draw; one without a title has no caption.
+        Results to draw; a result without a title has no caption.
     title
-        Of the case.
+        Title of the case.
     """
     captions: dict[str, str] = {}
     for name, result in results.items():

@@ -1,6 +1,6 @@
 """Unit in which a quantity is drawn, so that its largest value is a handy number."""
 
-#: Units that SI units of motions and forces may be drawn in, with their factors, from the largest unit.
+#: Units for drawing motions and forces, with their factors, from the largest unit.
 SCALED = {
     "m": (("m", 1.0), ("mm", 1e3), ("um", 1e6), ("nm", 1e9)),
     "m/s": (("m/s", 1.0), ("mm/s", 1e3), ("um/s", 1e6)),
@@ -17,12 +17,12 @@ def per_level_unit(unit: str, level_unit: str) -> str:
 
 
 def choose_unit(unit: str, largest: float) -> tuple[str, float]:
-    """Unit that values are drawn in, and the factor that leads to it.
+    """Unit for drawing values, and the factor that converts to it.
 
     Parameters
     ----------
     unit
-        Unit of the values. Angles and readings without calibration stay in it.
+        Unit of the values. Angles and uncalibrated readings keep it.
     largest
         Largest modulus of the values [unit].
     """

@@ -32,17 +32,17 @@ from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
 from study.run_context import RunContext
 
-#: Frequencies of the limits at each level: measured ones thinned to the first, or filled in to the second.
+#: Number of frequencies of the limits at each level: the most after thinning, the least after filling in [-].
 MAX_FREQUENCIES, MIN_FREQUENCIES = 40, 24
 #: Natural logarithm of each preload over that of the model, by set-up.
 Preloads = Mapping[SetUp, Float[NDArray[np.float64], " g"]]
-#: Natural logarithm of the factor between a force and its level: less is rounding; and the most that limits follow [-].
+#: Log ratio of a force to its level: values below the first are rounding, limits cover at most the second [-].
 LEAST_SPAN, MOST_SPAN = 1e-4, 0.2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyCalibration:
-    """Calibration parameters fitted to families, beside those fitted to the mean.
+    """Calibration parameters fitted to families, and those fitted to the mean.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class FamilyComparison:
     verdicts
         Each family that was compared.
     not_compared
-        What was not, with the reason, as sentences.
+        Measurements that were not compared, and why, as sentences.
     errors
         Noise and frequency jitter; None if nothing was compared.
     limits
@@ -86,7 +86,7 @@ class FamilyComparison:
     calibration
         Calibration onto families, if it was asked for: the limits are then those of its model.
     preloads
-        Of each set-up, as families were compared.
+        Preloads of each set-up in the comparison.
     """
 
     verdicts: tuple[FamilyVerdict, ...]
@@ -133,7 +133,7 @@ def find_families(
     stem: str,
     executor: Executor | None = None,
 ) -> FamilyComparison:
-    """Search for the limits of all that the families of a campaign measured, and compare.
+    """Search for the limits of all families of a campaign, and compare.
 
     Parameters
     ----------
@@ -144,11 +144,11 @@ def find_families(
     table
         Table [limits] of the case: reach, population, samples, block and seed of the search.
     structure
-        Structure of the case, which may know the rest of its sliders.
+        Structure of the case, which may give the rest positions of its sliders.
     run
-        Output folder, where finished parts of the search are, store and progress.
+        Output folder with the finished parts of the search, store and progress.
     stem
-        Of the names of the files.
+        Stem of the file names.
     executor
         Runs the tasks; a process for each core by default.
 
@@ -180,7 +180,7 @@ def find_families(
 def select_families(
     model: Model, campaign: Campaign, families: Sequence[Family]
 ) -> tuple[tuple[Family, ...], tuple[str, ...]]:
-    """Families that have limits, and sentences on all that is measured and has none."""
+    """Families that have limits, and sentences on all measurements without limits."""
     sensors = {item.name: item for item in campaign.sensors}
     sentences = []
     free = [test.name for test in campaign.tests if test.configuration == "free"]
@@ -221,7 +221,7 @@ def select_families(
 
 
 def _list_base_sensors(model: Model) -> set[str]:
-    """Names of the sensors that read the motion of a shaken base beside that of the structure relative to it."""
+    """Names of the sensors that read the motion of a shaken base plus that of the structure relative to it."""
     base = model.base_acceleration
     if base is None:
         return set()
@@ -273,7 +273,7 @@ def family_search(
 
 
 def _force_span(families: Sequence[Family]) -> float:
-    """Natural logarithm of the largest factor between measured forces and the level that limits are asked about [-]."""
+    """Natural logarithm of the largest factor between measured forces and the level of the limits [-]."""
     span = max(float(np.abs(np.log(family.ratio)).max()) for family in families)
     return min(span, MOST_SPAN) if span > LEAST_SPAN else 0.0
 
@@ -296,7 +296,7 @@ def compare_with_limits(
     campaign, families
         Campaign and all its families.
     chosen
-        Those that have limits. Sensors of the others tell the frequency of a set-up all the same.
+        Families with limits. Sensors of the others still serve to estimate the frequency of a set-up.
     limits, budget
         Limits, and numerical error of the model.
     """
@@ -316,7 +316,7 @@ def correct_families(
 ) -> tuple[Family, ...]:
     """Each family at the force of its level and the preloads of the model; see `correct_family`.
 
-    Where the noise is known, forces are taken to have as much of it as the sensor.
+    If the noise is known, forces are assumed to have the noise of the sensor.
     """
     noise = {} if errors is None else {channel: own.relative for channel, own in errors.noise.items()}
     return tuple(
@@ -359,7 +359,7 @@ def _frequency_errors(
     families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
 ) -> tuple[float, float]:
     """Standard deviations of the frequency from one set-up to another and of the model, relative [-]."""
-    # Resonances tell the frequency; what a contact's error does to it differs little from level to level.
+    # Resonances determine the frequency; the effect of a contact's error on it differs little from level to level.
     by_contact = [shift for family in families if (shift := limits.band(family).shift)]
     shift = float(np.hypot(budget.frequency, np.median(by_contact) if by_contact else 0.0))
     return errors.frequency, shift

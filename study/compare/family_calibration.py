@@ -30,7 +30,7 @@ LOOP_FREQUENCIES = 10
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyRequest:
-    """What is laid over limits.
+    """Measurements to compare with limits.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class FamilyRequest:
     structure
         Structure of the case.
     title
-        Of the case.
+        Title of the case.
     """
 
     campaign: Campaign
@@ -58,7 +58,7 @@ def compare_with_families(
     stem: str,
     factors: Sequence[float] | None = None,
 ) -> FamilyComparison:
-    """Families over the limits of a model, or of one that is calibrated onto them.
+    """Families over the limits of a model, or of a model calibrated onto them.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def compare_with_families(
     run
         Output folder, store and progress.
     stem
-        Of the names of the files.
+        Stem of the file names.
     factors
         Factors of the fit to the mean; with them the parameters are fitted to the families.
 
@@ -146,7 +146,7 @@ def family_calibration(
     start: Float[NDArray[np.float64], " p"],
     report: Callable[[float, float], None] | None = None,
 ) -> FamilyFit:
-    """The fit as a stage.
+    """Stage with the fit.
 
     Parameters
     ----------
@@ -165,6 +165,6 @@ def family_calibration(
 
 
 def _composed(setup: Setup, values: Float[NDArray[np.float64], " p"]) -> Model:
-    """The model with factors on its calibration parameters, and what was added."""
+    """The model with factors on its calibration parameters, and the added effects."""
     factors = {item.name: float(value) for item, value in zip(setup.calibration_parameters, values, strict=True)}
     return apply_all(setup.model, setup.calibration_parameters, factors, setup.added)

@@ -1,4 +1,4 @@
-"""Limits of everything that a campaign's families measured, in one search: a stage whose tasks are stored."""
+"""Limits of all families of a campaign, in one search: a stage with stored tasks."""
 
 from collections.abc import Callable, Mapping, MutableMapping
 from concurrent.futures import BrokenExecutor, Executor
@@ -27,7 +27,7 @@ from hbsolve.limits.vibration_bounds import compute_vibration_bounds
 from pipeline.store import stage
 from study.limits.several.progress import SeveralSearchProgress
 
-#: Share of the time that the search takes before its limits are read, as measured on the shipped rig.
+#: Share of the time that the search takes; the rest is the reading of its limits. Measured on the shipped rig [-].
 SEARCH = 0.5
 #: Sensor and harmonic.
 Channel = tuple[str, int]
@@ -36,7 +36,7 @@ Reaches = Float[NDArray[np.float64], "l s"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilySearch:
-    """All that the limits of a campaign's families depend on.
+    """All inputs of the limits of a campaign's families.
 
     Parameters
     ----------
@@ -47,26 +47,26 @@ class FamilySearch:
     channels
         Sensors and harmonics whose limits are searched for.
     frequency
-        Rising, shape (f,) [Hz].
+        Ascending frequencies, shape (f,) [Hz].
     levels
-        Rising, shape (l,) [N, or the unit of the drive].
+        Ascending levels, shape (l,) [N, or the unit of the drive].
     nominal
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load. Without a reach it
         is the middle of Coulomb's cone there.
     earlier
-        Whether the test has come to a level (row) by way of another or itself (column), shape (l, l).
+        Whether the test has passed a level (column) when it is at another or the same (row), shape (l, l).
     reach
-        How far loading histories may have dragged a slider [m], one number, or of each level and slider, shape (l, s);
-        None for the distance within which every static force is that Coulomb's cone at rest allows, or as far as the
-        levels that the test has come by drag each slider.
+        Largest distance that loading histories may have dragged a slider [m]: one number, or one per level and slider,
+        shape (l, s). None to compute it: static forces within Coulomb's cone at rest, and the drag of each slider at
+        the levels that the test has passed.
     settings
         Effort of the search.
     stops
-        Frequencies at which the campaign's curves stop, each as rising places in `frequency`.
+        Frequencies at which the campaign's curves stop, each as ascending indices into `frequency`.
     force_spans
         Natural logarithm of the largest factor between the measured forces and each level, shape (l,); 0 for none [-].
     preload_span
-        The same of the preloads of set-ups and those of the model [-].
+        The same for the preloads of set-ups relative to those of the model [-].
     """
 
     model: Model
@@ -123,7 +123,7 @@ class FamilySearch:
         box = self.problem().box
         if self.reach is not None:
             return replace(self, nominal=box.nominal)
-        # Any friction force at rest: the nominal one may be that of one end of the cone.
+        # Allow any friction force at rest: the nominal one may be at one end of the cone.
         rest = replace(self, nominal=box.middle, reach=np.tile(box.static, (len(self.levels), 1)))
         reaches = (find or find_reaches)(rest)
         return replace(rest, reach=np.array([reaches[before].max(axis=0) for before in self.earlier]))
@@ -145,9 +145,9 @@ class FamilyLimits:
     bands
         Bands in the order of the levels, by channel.
     levels
-        Rising, shape (l,).
+        Ascending levels, shape (l,).
     reach
-        How far each slider may have been dragged at each level, shape (l, s) [m].
+        Largest distance that each slider may have been dragged at each level, shape (l, s) [m].
     n_sampled
         Random histories at each frequency and level, on average [-].
     """
@@ -174,9 +174,9 @@ def find_family_limits(
     Parameters
     ----------
     search
-        What is searched for.
+        Inputs of the search.
     tasks
-        Results of those that are done.
+        Results of finished tasks.
     executor
         Runs them; this process by default.
     report
@@ -249,5 +249,5 @@ def _readings(
 
 
 def _first_part(report: Callable[[float, float], None]) -> Callable[[float, float], None]:
-    """Progress of the search, which the readings follow."""
+    """Progress of the search, before that of the readings."""
     return lambda done, total: report(SEARCH * done, total)

@@ -29,7 +29,7 @@ def family_figures(
     sensors
         Measured sensors by name.
     title
-        Of the case.
+        Title of the case.
     unit
         Unit of the levels.
     """
@@ -76,7 +76,7 @@ def _force_rows(verdicts: Sequence[FamilyVerdict], sensors: Mapping[str, Measure
 
 
 def _panels(verdicts: Sequence[FamilyVerdict], sensor: MeasuredSensor, unit: str) -> tuple[list[FamilyPanel], str]:
-    """Panels of the levels, and the unit that they are drawn in."""
+    """Panels of the levels, and their unit."""
     largest = max(float(np.abs(item.family.value).max()) for item in verdicts)
     shown, factor = choose_unit(sensor.unit, largest)
     panels = []

@@ -15,15 +15,15 @@ from study.compare.family_pictures import SYMBOL
 from study.compare.section.section import Section
 from study.page.table import Table
 
-#: Departures that are listed of each family.
+#: Number of departures listed per family.
 LISTED = 3
-#: A tightness below is that of a closed band.
+#: A band with a smaller tightness is closed.
 NO_WIDTH = 1e-3
 WAY = SWEEPS | {0: "not swept"}
 
 
 def format_family_report(comparison: FamilyComparison) -> list[str]:
-    """For people."""
+    """Comparison as text."""
     lines = ["Measured families over the limits of all friction histories:"]
     if comparison.verdicts:
         lines += [*_table(comparison), "", *(f"  {item}" for item in _verdict(comparison))]
@@ -36,7 +36,7 @@ def format_family_report(comparison: FamilyComparison) -> list[str]:
 
 
 def family_document(comparison: FamilyComparison) -> dict[str, Any]:
-    """The same for ``--json``, in SI units."""
+    """Comparison for ``--json``, in SI units."""
     errors, limits = comparison.errors, comparison.limits
     document: dict[str, Any] = {
         "all_within": bool(comparison.verdicts) and not any(item.leaves_band for item in comparison.verdicts),

@@ -1,4 +1,4 @@
-"""Gross misfits: how far a model is from some readings of motions, whatever the reason is."""
+"""Gross misfits: distance of a model from some readings of motions, whatever its cause."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from correlation.prediction import Points, Predictor
 
 #: Residual of predicted motions relative to the linear ones: wrong units, signs and sensors are gross [-].
 ROUGH_TOLERANCE = 1e-4
-#: Motions that are off by this much are asked for with another level or stiffness: median of a logarithm [-].
+#: Misfit of motions above which other levels and stiffnesses are tried: median of a logarithm [-].
 GROSS = 0.7
 
 
@@ -23,7 +23,7 @@ class MotionReadings:
     Parameters
     ----------
     points
-        Where, m of them.
+        Points, m of them.
     value
         Mean of the repeats, shape (m,) [SI].
     stated
@@ -39,7 +39,7 @@ class MotionReadings:
         return MotionReadings(points=self.points.where(rows), value=self.value[rows], stated=self.stated[rows])
 
     def some(self, most: int) -> "MotionReadings":
-        """At most so many of them, evenly; steps of whole rows could meet one sensor alone."""
+        """An evenly spaced selection of limited size; a constant step of rows could select one sensor alone."""
         n = len(self.value)
         return self.where(np.linspace(0, n - 1, min(n, most)).round().astype(np.int64))
 
@@ -49,21 +49,21 @@ class MotionReadings:
         return self.misfit(self.stated)
 
     def misfit(self, prediction: Complex[NDArray[np.complex128], " m"]) -> float:
-        """Median natural logarithm between them and a prediction of most of them [-]; infinite without one."""
+        """Median absolute log ratio to a prediction [-]; infinite unless it has most of the readings."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.abs(np.log(np.abs(self.value) / np.abs(prediction)))
         there = np.isfinite(ratio)
         return float(np.median(ratio[there])) if 2 * there.sum() > len(ratio) else np.inf
 
     def misfit_of(self, model: Model | None) -> float:
-        """Misfit of a model; infinite without one."""
+        """Misfit of a model; infinite for None."""
         if model is None:
             return np.inf
         return self.misfit(Predictor(points=self.points, tolerance=ROUGH_TOLERANCE).predict(model).value)
 
 
 def find_motions(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]:
-    """Mask of the fundamentals of motions whose size is known, shape (k,): none of a drive without calibration."""
+    """Mask of the fundamentals of motions of known size, shape (k,): none for a drive without calibration."""
     known = [sensor.name for sensor in campaign.sensors if sensor.line is None and sensor.calibrated]
     names = np.array(known if campaign.drive.calibrated else [], dtype=np.str_)
     return np.asarray(np.isin(points.sensor, names) & (points.harmonic == 1))

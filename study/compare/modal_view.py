@@ -1,4 +1,4 @@
-"""Modal view of a campaign: modes that frequency responses show, which of the model's they are, and free decays.
+"""Modal view of a campaign: modes identified from frequency responses, paired with the model's, and free decays.
 
 `stickslip compare` shows it below the numbers of each type of data.
 """
@@ -27,7 +27,7 @@ from figure.ring_down import DecayDrawing
 from figure.stabilisation import StabilisationDrawing
 from study.compare.data import DataComparison
 
-#: Curves of one set of backbones, and pictures of one kind.
+#: Largest number of curves of one set of backbones, and of pictures of one kind.
 MOST_CURVES, MOST_PICTURES = 6, 4
 #: Frequencies of a map of deflection shapes, of the test and of the model.
 MOST_LINES = 300
@@ -35,18 +35,18 @@ MOST_LINES = 300
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModalSet:
-    """Measured modes with shapes at the same sensors, beside the model's.
+    """Measured modes with shapes at the same sensors, and those of the model.
 
     Parameters
     ----------
     configuration, sensors
-        Of all of them.
+        Common configuration and sensors.
     measured
-        Modes by rising frequency.
+        Modes by ascending frequency.
     frequency, damping
-        Of the model's modes near the measured ones, shape (m,) [Hz, -].
+        Natural frequencies and damping ratios of the model's modes near the measured ones, shape (m,) [Hz, -].
     pairing
-        Which belong together.
+        Pairs of measured and predicted modes.
     coordinate
         CoMAC of each sensor over the pairs, shape (c,); empty for fewer than two pairs.
     """
@@ -61,7 +61,7 @@ class ModalSet:
 
     @property
     def name(self) -> str:
-        """Source of the modes: a frequency response, or the manifest, which names their structure."""
+        """Source of the modes: a frequency response, or the structure for modes of the manifest."""
         return self.measured[0].name.rpartition(", mode")[0] or self.configuration
 
 
@@ -74,9 +74,9 @@ class ModalView:
     sets
         Modes with shapes.
     responses
-        Frequency responses with their modes, and the model's responses beside them, shape (c, f).
+        Frequency responses with their modes, and the predicted responses, shape (c, f).
     decays
-        Ring-downs, and the numbers that the model predicts for them, shape (m,).
+        Ring-downs, and their predicted numbers, shape (m,).
     """
 
     sets: tuple[ModalSet, ...] = ()
@@ -86,18 +86,18 @@ class ModalView:
 
 
 def view_modes(model: Model, data: Sequence[Datum], compared: Sequence[DataComparison], title: str) -> ModalView:
-    """Pair, compare and draw; what a model cannot be compared with is left out, as `compare_data` says.
+    """Pair, compare and draw; data that the model cannot be compared with are left out, see `compare_data`.
 
     Parameters
     ----------
     model
-        With the sensors of the campaign.
+        Model with the sensors of the campaign.
     data, compared
-        Data of the campaign, and what `compare_data` finds of them.
+        Data of the campaign, and the result of `compare_data`.
     title
-        Of the case.
+        Title of the case.
     """
-    # A test sees a mode once; the next one sees it again.
+    # Each test contains a mode at most once; another test may contain it too.
     tests: list[Sequence[MeasuredMode]] = [[item for item in data if isinstance(item, MeasuredMode)]]
     responses, decays = [], []
     for item, result in zip(data, compared, strict=True):
@@ -118,16 +118,16 @@ def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet
     try:
         groups = [*group_modes(model, modes)]
     except CampaignError:
-        return  # said in the text, with its reason
+        return  # the text reports the reason
     for group in groups:
         measured = np.array([mode.frequency for mode in group.modes])
-        # Swapped sensors must not decide which mode is which; the MAC is that of the shapes as they were measured.
+        # Pair by shapes corrected for swapped sensors; the MAC is that of the shapes as measured.
         pairing = pair_modes(measured, group.corrected_shape, group.frequency, group.model_shape)
         assurance = modal_assurance(group.shape, group.model_shape)
         pairs = tuple(replace(one, assurance=float(assurance[one.measured, one.model])) for one in pairing.pairs)
         pairing = replace(pairing, pairs=pairs, assurance=assurance)
         rows, columns = [pair.measured for pair in pairs], [pair.model for pair in pairs]
-        # A single mode says nothing of a sensor beside what its MAC says.
+        # For a single mode the CoMAC adds nothing to the MAC.
         coordinate = coordinate_assurance(group.shape[:, rows], group.model_shape[:, columns]) if len(rows) > 1 else ()
         yield ModalSet(
             configuration=group.configuration, sensors=group.sensors, measured=group.modes,
@@ -138,7 +138,7 @@ def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet
 def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
     """Results to draw, by the names of their files."""
     drawn: dict[str, object] = {}
-    # A single number needs no picture.
+    # Do not draw a single number.
     sets = [own for own in view.sets if own.pairing.assurance.size > 1]
     for number, own in enumerate(sets[:MOST_PICTURES], start=1):
         drawn[f"mac{_suffix(number, len(sets))}"] = MacMatrix(
@@ -204,8 +204,8 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
 def _compare_shapes(
     model: Model, response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"], title: str
 ) -> FdacMap:
-    """FDAC of a measured response and the model's, of displacements, at most `MOST_LINES` frequencies of each."""
-    # At 0 Hz accelerometers read nothing, which has no shape.
+    """FDAC of the displacements of a measured and a predicted response, at most `MOST_LINES` frequencies of each."""
+    # At 0 Hz accelerometers read zero, which has no shape.
     there = np.flatnonzero(response.coherent_lines & response.value.any(axis=0) & predicted.any(axis=0))
     there = there[np.unique(np.linspace(0, len(there) - 1, MOST_LINES).round().astype(int))]
     line = response.frequency[there]
@@ -235,7 +235,7 @@ def _curves(decay: FreeDecay, predicted: NDArray[np.float64]) -> list[BackboneCu
         rows = chosen_rows(mode)
         own, first = table[first : first + len(rows)], first + len(rows)
         reference = float(np.median(mode.frequency))
-        # A curve is drawn where it is compared: beyond it may lead anywhere.
+        # Draw a curve only where it is compared: its extrapolation is arbitrary.
         there = slice(rows[0], rows[-1] + 1)
         frequency, damping = mode.frequency[there], mode.damping_ratio[there]
         curves.append(

@@ -19,7 +19,7 @@ from study.page.html import render_page
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
-#: What a comparison always shows, as far as there is data; `ComparisonResult.sections` come before the overview.
+#: Sections of every comparison, if there is data for them; `ComparisonResult.sections` come before the overview.
 SECTIONS: Sequence[Callable[[ComparisonResult, Drawing], Iterator[Section]]] = (
     response_sections,
     misfit_sections,
@@ -35,7 +35,7 @@ def make_page(compared: ComparisonResult, drawing: Drawing) -> str:
     Parameters
     ----------
     compared
-        What was found.
+        Comparison.
     drawing
         Its curves.
     """
@@ -70,13 +70,13 @@ def render_sections(
     summary
         Verdict.
     calibrated
-        Calibration parameters, if they were calibrated first.
+        Calibration parameters, if they were fitted first.
     suspicions
         Suspicious data.
     sections
-        In the order in which they are read.
+        Sections in reading order.
     kind
-        Of what the page is, above its title.
+        Kind of the page, above its title.
     """
     drawn = {
         "sections": [

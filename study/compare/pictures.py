@@ -1,4 +1,4 @@
-"""Figures of a comparison: maps of the misfit, and measured beside predicted responses."""
+"""Figures of a comparison: maps of the misfit, and measured and predicted responses."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ ABOUT = {
     "harmonics": "amplitudes of the higher harmonics",
     "forces": "amplitudes of the contact forces, summed over each line",
 }
-#: Said where static parts are drawn: their lines need not meet the points.
+#: Note below drawn static parts: their lines need not meet the points.
 HISTORY = (
     "contact forces, summed over each line; static parts stem from a history that no test records, and need not agree"
 )
@@ -74,7 +74,7 @@ def _map(misfit: Misfit, levels: Frequencies, words: Sequence[str], title: str) 
         rows = (points.sensor == sensor) & (points.harmonic == harmonic)
         image = np.full((len(levels), len(frequency)), np.nan)
         at = np.searchsorted(levels, points.level[rows]), np.searchsorted(frequency, points.frequency[rows])
-        # Of two sweeps that are compared apart, the worse is drawn.
+        # Of two sweeps that are compared separately, draw the worse.
         np.fmax.at(image, at, size[rows])
         panels.append(MapPanel(sensor=sensor, harmonic=harmonic, size=image))
     mean = np.sqrt(np.nanmean(misfit.standardised**2))

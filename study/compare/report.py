@@ -23,14 +23,14 @@ from study.compare.data import data_document, describe_data
 from study.compare.result import SWEEP_WORDS, ComparisonResult
 from study.compare.sentence import CLEAR_PEAK, summarise
 
-#: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
+#: Phase errors below this are not reported [deg]; static parts, and responses absent from the model, have none.
 NO_PHASE = 0.05
-#: What is worst along each axis.
+#: Name of the worst item along each axis.
 WORDS = {axis: f"worst {axis}" for axis in AXES}
 
 
 def format_report(compared: ComparisonResult) -> str:
-    """For people: what was compared, where the model fails, by how much, and its resonances."""
+    """Report as text: the compared data, where and by how much the model fails, and its resonances."""
     table, unit = compared.campaign.measurement, compared.campaign.drive.unit
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
     lines = [
@@ -64,7 +64,7 @@ def format_report(compared: ComparisonResult) -> str:
 
 
 def make_document(compared: ComparisonResult) -> dict[str, Any]:
-    """The same for ``--json``; errors are of the prediction, relative and in radians."""
+    """Report for ``--json``; errors of the prediction are relative and in radians."""
     summary, families, unit = summarise(compared), None, compared.campaign.drive.unit
     if compared.families is not None:
         from study.compare.family_report import family_document
@@ -117,7 +117,7 @@ def make_document(compared: ComparisonResult) -> dict[str, Any]:
 
 
 def side_by_side(case: str, campaign: str) -> str:
-    """Titles of a case and of what was measured: once, if they are called the same or one has none."""
+    """Titles of a case and of a campaign: a single one if they are equal or one is empty."""
     return " beside ".join(dict.fromkeys(filter(None, [case, campaign])))
 
 

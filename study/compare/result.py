@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
     from study.compare.families import FamilyComparison
 
-#: Sweep of a row of a table; none where both agree.
+#: Sweep of a row of a table; empty if both sweeps agree.
 SWEEP_WORDS = SWEEPS | {0: ""}
-#: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of
-#: hundreds of numbers of noise have a mean within 10 % of 1; the covariance itself is that of a few repeats.
+#: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: the mean square
+#: of hundreds of noise values is within 10 % of 1; the covariance itself is estimated from a few repeats.
 AGREES, DIFFERS = 1.25, 2.0
 
 
@@ -46,14 +46,14 @@ class Calibrated:
 def list_calibrated(
     parameters: Iterable[CalibrationParameter], factors: Iterable[float], deviations: Iterable[float]
 ) -> tuple[Calibrated, ...]:
-    """Parameters with the values that a fit gave them, those of further unknowns after theirs being left out."""
+    """Parameters with their fitted values; values of further unknowns follow theirs and are left out."""
     values = zip(parameters, factors, deviations, strict=False)
     return tuple(Calibrated(name=item.name, factor=float(a), deviation=float(b)) for item, a, b in values)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ComparisonResult(Tabular):
-    """A model beside measurements.
+    """Comparison of a model with measurements.
 
     Parameters
     ----------
@@ -64,25 +64,25 @@ class ComparisonResult(Tabular):
     model, prediction
         Model with every sensor of the campaign, and its steady states at the training data.
     train, held_out
-        Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
+        Misfit to the training data, and to the held-out data; None if nothing is held out.
     peaks
         Errors of the resonances, of all modes and levels.
     jumps
         Errors of the frequencies at which a response jumps, of the training data.
     unread
-        Why resonances were not read, in words.
+        Reasons why resonances were not read, in words.
     suspicions
         Suspicious data of the campaign.
     calibrated
-        Calibration parameters, if they were calibrated first.
+        Calibration parameters, if they were fitted first.
     data
-        Data of other types beside the model.
+        Comparison of data of other types.
     sections
-        Sections of the page by what the command did besides, after those of every comparison.
+        Sections of the page on further results of the command, after those of every comparison.
     files
-        Written ones.
+        Written files.
     families
-        Measured families over the limits of all friction histories, if these were asked for.
+        Measured families over the limits of all friction histories, if requested.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""``stickslip compare``: a model beside a campaign; where it fails, in numbers, tables and figures."""
+"""``stickslip compare``: compare a model with a campaign; where it fails, in numbers, tables and figures."""
 
 import csv
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ from study.measured_campaign import read_measured
 from study.merge_sentences import merge_suspicions
 from study.run_context import RunContext
 
-#: Levels are in the unit beside them, whatever the name of their column says: it is older than shaken bases.
+#: Levels are in the unit of the column `level_unit`; the name `level_N` predates shaken bases.
 COLUMNS = (
     "set", "configuration", "level_N", "level_unit", "frequency_Hz", "sweep", "sensor", "harmonic", "unit",
     "measured_real", "measured_imag", "deviation", "predicted_real", "predicted_imag", "amplitude_error",
@@ -75,15 +75,15 @@ def run_compare(
     calibrate
         Whether the calibration parameters are fitted to the training data first.
     limits
-        Whether measured families are laid over the limits of all friction histories.
+        Whether measured families are compared with the limits of all friction histories.
     onto_families
-        Whether the calibration parameters are fitted to the families as well, from those of the mean: with a fit to
-        the training data first, and with limits.
+        Whether the calibration parameters are then fitted to the families as well, starting from the fit to the
+        training data; implies `calibrate` and `limits`.
 
     Raises
     ------
     CaseError, CampaignError
-        With what is wrong in the case or the campaign.
+        An error in the case or the campaign.
     """
     calibrate, limits = calibrate or onto_families, limits or onto_families
     opened = open_case(case)  # what is wrong with the file itself is reported first
@@ -137,14 +137,14 @@ def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibr
 
 
 def comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
-    """Hash of all that a comparison depends on, code included."""
+    """Hash of all inputs of a comparison, code included."""
     inputs = {"setup": setup, "campaign": campaign.content, "calibrate": calibrate}
     return fingerprint.key("comparison", inputs, __name__)
 
 
 @stage("comparison", ignore=("setup", "campaign", "calibrate"))
 def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> ComparisonResult:
-    """`compare` as a stage, so that an interrupted command goes on with its figures; the key holds all inputs."""
+    """`compare` as a stage, so that an interrupted command goes on with its figures; the key covers all inputs."""
     del key
     return compare(setup, campaign, calibrate=calibrate)
 
@@ -192,7 +192,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataSet:
-    """Training or held-out measurements beside a prediction."""
+    """Training or held-out measurements with a prediction."""
 
     comparison: Comparison
     prediction: Prediction
@@ -222,14 +222,14 @@ class DataSet:
 def predict_data_sets(
     observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget
 ) -> list[DataSet]:
-    """Sets of measurements beside a model as it is, weighted by noise, friction histories and numerical error.
+    """Sets of measurements with predictions, weighted by noise, friction histories and numerical error.
 
     Parameters
     ----------
     observed, sweeps
         Sets of measurements, and the directions in which they were swept.
     model
-        With their sensors.
+        Model with their sensors.
     budget
         Numerical error of the model.
     """
@@ -280,7 +280,7 @@ def _list_data_sets(
 
 
 def find_jumps(data_sets: Sequence[DataSet]) -> tuple[JumpError, ...]:
-    """Errors of jumps: of the training levels from the training data, of the others from what is held out."""
+    """Errors of jumps: of the training levels from the training data, of the others from the held-out data."""
     result: list[JumpError] = []
     for data_set in data_sets:
         known = {(item.free, item.level) for item in result}
@@ -292,7 +292,7 @@ def find_jumps(data_sets: Sequence[DataSet]) -> tuple[JumpError, ...]:
 
 
 def find_peaks(data_sets: Sequence[DataSet], level_unit: str) -> ModePeaks:
-    """Errors of resonances: of the training levels from the training data, of the others from what is held out."""
+    """Errors of resonances: of the training levels from the training data, of the others from the held-out data."""
     return compute_peak_errors([data_set.peak_source for data_set in data_sets], level_unit)
 
 
@@ -302,7 +302,7 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
     Parameters
     ----------
     campaign
-        Knows the units.
+        Campaign, for the units.
     train, held_out
         Misfits.
     """

@@ -19,19 +19,19 @@ from study.compare.result import AGREES, DIFFERS, ComparisonResult
 from study.compare.section.overview import left_out
 from study.merge_sentences import name_wrong_places
 
-#: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
+#: A resonance fails beyond this: of some twenty, one deviates by three by chance [standard deviations].
 CLEAR_PEAK = 4.0
-#: A change of a frequency below this share of another is none beside it: what a linear model shows is round-off [-].
+#: A change of frequency below this share of the other one counts as zero: a linear model shows round-off [-].
 NO_CHANGE = 0.01
-#: From here on a difference by chance is no agreement [%]: sensors err by 5 % and, unless all do alike, means by less.
+#: A random difference above this is no agreement [%]: sensors have errors of 5 %, means smaller ones unless all agree.
 WIDE_DEVIATION = 10.0
-#: A standard deviation as large as the number itself tells nothing about it [%].
+#: Relative standard deviation from which a number is not determined [%].
 NOT_DETERMINED = 100.0
-#: Probability of what is taken as no chance any more.
+#: Significance level [-].
 CHANCE = 1e-3
-#: A gain differs clearly from zero from so many of its standard deviations on.
+#: A gain differs clearly from zero above this [standard deviations].
 CLEAR_GAIN = 3.0
-#: From here on a percentage is written without digits behind the point.
+#: Percentages from here on are written without decimals [%].
 PLAIN = 99.5
 NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
 
@@ -45,9 +45,9 @@ class Summary:
     tone
         "nothing" if the model agrees, "ambiguous", or "missing" if it does not: colours of the page.
     tag, sentences, next
-        The verdict in a few words, in sentences, and what can be done next.
+        The verdict in a few words and in sentences, and the next step.
     cards
-        Key numbers by their names.
+        Key numbers with their names.
     """
 
     tone: str
@@ -99,13 +99,13 @@ def judge(
     Parameters
     ----------
     difference
-        Root of reduced chi-squared, of all numbers together [-].
+        Root of reduced chi-squared of all numbers together [-].
     missing
-        What could not be compared.
+        Data that could not be compared.
     suspicions
-        What looks wrong in the measurements: agreement with these is none with the specimen.
+        Suspicious measurements: agreement with these is no agreement with the specimen.
     differing
-        Other data than those of the difference, from which the model differs.
+        Further data, not part of the difference, that disagree with the model.
     """
     tone = "nothing" if difference <= AGREES else "ambiguous" if difference <= DIFFERS else "missing"
     tag = {
@@ -125,18 +125,18 @@ def judge(
 
 
 def qualify(suspicions: Sequence[Suspicion]) -> str:
-    """Part of a headline: under which conditions its verdict holds; empty if there are none."""
+    """Part of a headline: conditions of its verdict; empty without any."""
     return "".join(f"; {text}" for text in dict.fromkeys(item.headline for item in suspicions) if text)
 
 
 def doubt(suspicions: Sequence[Suspicion]) -> str:
-    """End of a headline: which measurements look wrong; empty if none does."""
+    """End of a headline: suspicious measurements; empty without any."""
     where = name_wrong_places(suspicions)
     return f", but some of these look wrong: {where}" if where else ""
 
 
 def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
-    """Data that are clearly further off than chance, as clearly as steady states are, with how much."""
+    """Data with significant and clear differences, by the thresholds of steady states, with their sizes."""
     far = []
     for item in data:
         there = item.error[np.isfinite(item.error)]
@@ -152,7 +152,7 @@ def _describe_wide_deviations(compared: ComparisonResult) -> str:
         return "no reading stands out of the scatter between its repeats"
     errors = {
         f"amplitude is {format_percent(summary.amplitude_error)} %": summary.amplitude_error,
-        # An angle is the share of a value by which it is off across itself.
+        # An angle in radians is the error perpendicular to the value, relative to it.
         f"phase is {format_number(np.degrees(summary.phase_error))} deg": summary.phase_error,
     }
     for words, error in errors.items():
@@ -194,18 +194,18 @@ def describe_resonances(
     agrees: bool = True,
     levels: Mapping[bool, Sequence[float]] | None = None,
 ) -> Iterator[str]:
-    """Per configuration and mode: frequency and damping, and how they change with the level.
+    """Per configuration and mode: frequency and damping, and their changes with the level.
 
     Parameters
     ----------
     peaks
         Errors of the resonances.
     unit
-        That of the levels.
+        Unit of the levels.
     agrees
-        Whether the points themselves agree with the model: if not, no error of a resonance is laid on chance.
+        Whether the points themselves agree with the model: if not, no error of a resonance is attributed to chance.
     levels
-        Levels that were measured, by whether the structure was free; those without a resonance are told.
+        Measured levels, by whether the structure was free; those without a resonance are reported.
     """
     for (free, _), every in group_modes(peaks).items():
         name = f"resonance of the {name_configuration(free)} structure{name_mode(every, peaks)}"
@@ -236,7 +236,7 @@ def describe_resonances(
 
 
 def group_modes(peaks: Iterable[PeakError]) -> dict[tuple[bool, int], list[PeakError]]:
-    """Peaks by whether the structure was free and by mode, each by rising level."""
+    """Peaks by whether the structure was free and by mode, each by ascending level."""
     modes: dict[tuple[bool, int], list[PeakError]] = {}
     for peak in sorted(peaks, key=lambda peak: (peak.free, peak.mode, peak.level)):
         modes.setdefault((peak.free, peak.mode), []).append(peak)
@@ -244,7 +244,7 @@ def group_modes(peaks: Iterable[PeakError]) -> dict[tuple[bool, int], list[PeakE
 
 
 def name_mode(mode: Sequence[PeakError], peaks: Iterable[PeakError]) -> str:
-    """`` near 30.1 Hz`` for a mode whose configuration shows others among the peaks; empty if it has none."""
+    """`` near 30.1 Hz`` for a mode whose configuration has others among the peaks; otherwise empty."""
     if all(peak.mode == mode[0].mode for peak in peaks if peak.free == mode[0].free):
         return ""
     return f" near {np.mean([peak.frequency for peak in mode]):.3g} Hz"
@@ -275,7 +275,7 @@ def _ranged(
             return f"{off}: significant over all levels together, but at none by itself"
         if agrees and largest < WIDE_DEVIATION:
             return f"agrees within {format_number(largest)} %, which chance explains"
-        # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
+        # If the points themselves disagree, a bent or truncated peak has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
         remark = (
             f" (one standard deviation: up to {format_number(coarsest)} %)"
@@ -293,19 +293,19 @@ def _ranged(
 
 
 def _from_to(first: float, last: float) -> str:
-    """Both ends of a range, or one number if they are written alike."""
+    """Both ends of a range, or one number if both are formatted alike."""
     ends = format_number(first), format_number(last)
     return ends[0] if ends[0] == ends[1] else " to ".join(ends)
 
 
 def _change_of_damping(first: float, last: float) -> tuple[str, str]:
-    """Of a damping ratio with the level, in words: a verb, and the rest."""
+    """Change of a damping ratio with the level in words: a verb, and the rest."""
     ends = _from_to(100 * first, 100 * last)
     return ("goes", f"from {ends} %") if " to " in ends else ("stays", f"at {ends} %")
 
 
 def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[str]:
-    """Change from the lowest to the highest level, measured and predicted, where it is more than chance."""
+    """Change from the lowest to the highest level, measured and predicted, if significant."""
     first, last = peaks[0], peaks[-1]
     if free or len(peaks) < 2:
         return
@@ -330,14 +330,14 @@ def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[st
 
 
 def _describe_change(change: float, largest: float) -> str:
-    """A change of a frequency in words [Hz]; none where it is a small share of the largest."""
+    """A change of a frequency in words [Hz]; "stays" for a small share of the largest."""
     if abs(change) < NO_CHANGE * largest:
         return "stays"
     return f"{'falls' if change < 0 else 'rises'} by {abs(change):.3g} Hz"
 
 
 def _compare_trends(measured: float, predicted: float) -> str:
-    """Whether the model softens or hardens with the level more or less than the specimen, from changes of frequency."""
+    """Whether the model softens or hardens more or less with the level than the specimen, from changes of frequency."""
     if abs(predicted) < NO_CHANGE * abs(measured):
         return f"the model does not {'soften' if measured < 0 else 'harden'} with the level"
     if measured * predicted < 0:
@@ -348,7 +348,7 @@ def _compare_trends(measured: float, predicted: float) -> str:
 
 
 def format_square(size: float) -> str:
-    """The square of a root mean square, three digits or a whole number."""
+    """The square of a root mean square, with three digits or as a whole number."""
     return f"{size**2:,.0f}" if size**2 >= PLAIN else f"{size**2:.3g}"
 
 
@@ -358,7 +358,7 @@ def format_percent(ratio: float) -> str:
 
 
 def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
-    """The worst sensor and the worst place, if they are more than noise."""
+    """The worst sensor and the worst place, if they exceed the noise."""
     cell, points = find_worst_cell(misfit)
     if not cell.deviations > DIFFERS:
         return

@@ -1,4 +1,4 @@
-"""All that looks wrong in a campaign or that it lacks for a study: reported before anything is concluded from it."""
+"""Suspicious data of a campaign, and data missing for a study: reported before any conclusion."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
@@ -29,11 +29,11 @@ from study.compare.gross_misfit import GROSS, ROUGH_TOLERANCE, MotionReadings, f
 from study.compare.visible_resonance import find_visible_resonances
 from study.compare.wrong_stiffness import find_wrong_stiffness
 
-#: Readings that tell a wrong level.
+#: Number of readings to detect a wrong level.
 MOST_ASKED = 60
-#: What is left where another level is right (median of the natural logarithm) [-].
+#: Largest remaining misfit with the correct level (median of the natural logarithm) [-].
 MENDED = 0.2
-#: Resonances that a test may be meant to show, of the stuck and of the free structure.
+#: Number of lowest resonances within the scope of a test, of the stuck and of the free structure.
 N_MODE = 3
 
 
@@ -45,9 +45,9 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     campaign
         Measured campaign.
     model
-        With the campaign's sensors on it.
+        Model with the campaign's sensors.
     before
-        States to start from, if some are there.
+        States to start from, if any.
     """
     of_data = (*find_response_suspicions(model, campaign.data), *_kept_joints(campaign, model))
     if not len(campaign.measurement):
@@ -92,7 +92,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
 
 
 def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
-    """Joints that the model keeps where the structure was measured without contacts."""
+    """Joints that remain in the model although the structure was measured without contacts."""
     free = [item.name for item in (*campaign.tests, *campaign.data) if getattr(item, "configuration", "") == "free"]
     kept = [joint.name for joint in model.without_contacts().system.joints] if free else []
     if kept:
@@ -105,7 +105,7 @@ def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
 
 
 def _wrong_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> tuple[Suspicion, ...]:
-    """Levels in another unit, where contacts slip at the stated ones: the model is asked at the others."""
+    """Levels in a wrong unit, found by predictions at levels 1000 times smaller and larger."""
     readings = motions.some(MOST_ASKED)
     stated = readings.stated_misfit
     if not len(readings.value) or not stated > GROSS or campaign.drive.unit not in LEVEL_UNITS:
@@ -129,12 +129,12 @@ def _wrong_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> 
 
 
 def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
-    """Lowest resonances that a test can show: contacts stuck, and without those of lines [Hz]."""
+    """Lowest resonances that a test can show: with stuck contacts, and without the contacts of lines [Hz]."""
     return np.concatenate([find_visible_resonances(item)[:N_MODE] for item in (model, model.without_contacts())])
 
 
 def require_testable(campaign: Campaign, folder: Path) -> None:
-    """Refuse a campaign that holds nothing out to test a fit, or that does not tell its noise, with all that it lacks.
+    """Refuse a campaign without held-out data or with unknown noise, and list all missing data.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def require_testable(campaign: Campaign, folder: Path) -> None:
 
 
 def require_noise(campaign: Campaign, folder: Path) -> None:
-    """Refuse a campaign that neither repeats, nor states its noise, nor has curves that show it.
+    """Refuse a campaign without repeats, stated noise, or curves from which to estimate the noise.
 
     Raises
     ------
@@ -194,9 +194,9 @@ def require_parameters(parameters: Collection[Any], without: str = "nothing can 
     Parameters
     ----------
     parameters
-        Those that a fit would change.
+        Parameters of the fit.
     without
-        What is therefore impossible, in words.
+        Consequence of having none, in words.
 
     Raises
     ------
@@ -208,7 +208,7 @@ def require_parameters(parameters: Collection[Any], without: str = "nothing can 
 
 
 def _describe_single_repeat(campaign: Campaign) -> str:
-    """Why a campaign of one repeat does not tell its noise, and the remedy; empty if it does."""
+    """Why the noise of a campaign of one repeat is unknown, and the remedy; empty if it is known."""
     repeats = np.unique(campaign.measurement.repeat)
     if len(repeats) > 1 or all(any(sensor.noise) for sensor in campaign.sensors):
         return ""

@@ -1,4 +1,4 @@
-"""Gains that a campaign does not know, found before its model is compared with it."""
+"""Unknown gains of a campaign, estimated before the model is compared with it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ class SetGains:
     setup
         The set-up.
     gains
-        What was found.
+        Estimated gains.
     """
 
     setup: Setup
@@ -43,7 +43,7 @@ class SetGains:
         Parameters
         ----------
         model
-            Model with the gains that were found.
+            Model with the estimated gains.
         comparison
             Training data.
         """
@@ -51,10 +51,10 @@ class SetGains:
         fit = calibrate(comparison, unknowns, unknowns.vanishing, ending=Ending.EXACT)
         missed, scatter = _measure_miss(comparison, fit.prediction, [item.sensor for item in self.gains.parameters])
         if missed > scatter:
-            # Far from the measurements, least squares follow the few readings of the least noise, and miss all others.
+            # Far from the measurements, least squares follow the few readings of least noise, and miss the others.
             kept = np.ones(len(fit.values))
             return model, self.report(kept, scatter * kept)
-        # Where the model is further off than noise says, so are the gains that it gives.
+        # If the misfit exceeds the noise, scale the deviations of the gains accordingly.
         excess = max(1.0, float(np.sqrt(np.mean(fit.residual**2))))
         return fit.model, self.report(fit.values, excess * fit.deviation)
 
@@ -69,9 +69,9 @@ class SetGains:
 def _measure_miss(comparison: Comparison, prediction: Prediction, sensors: Sequence[str]) -> tuple[float, float]:
     """Median ratio of the readings to their prediction, and their scatter about it.
 
-    Both are of ln |X_m / X_p| of the fundamentals of the sensors whose gain was fitted, or of all motions where that of
-    the drive alone was: the size of the median, and 1.48 times the median distance from it, which is the standard
-    deviation of a normal distribution [-].
+    Both are statistics of ln |X_m / X_p| of the fundamentals of the sensors with a fitted gain, or of all motions if
+    only the gain of the drive was fitted: the size of the median, and 1.48 times the median distance from it, which is
+    the standard deviation for a normal distribution [-].
     """
     observed = comparison.observed
     rows = observed.motion & (observed.points.harmonic == 1)
@@ -87,7 +87,7 @@ def _measure_miss(comparison: Comparison, prediction: Prediction, sensors: Seque
 
 
 def set_gains(setup: Setup, campaign: Campaign) -> SetGains:
-    """Find the gains that a campaign does not know, from its training data.
+    """Estimate the unknown gains of a campaign from its training data.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Whether what is compared shows slip at all: a model with its contacts stuck may read the same."""
+"""Whether the compared data show slip at all: a model with stuck contacts may predict the same."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -20,16 +20,16 @@ HEADLINE = "no compared reading shows slip: friction was not tested"
 def find_untested_friction(
     model: Model, data: Sequence[Datum], states: tuple[Comparison, Prediction] | None = None
 ) -> Iterator[Suspicion]:
-    """A remark if all that is compared is the same for the model with its contacts stuck, within the deviations.
+    """A remark if the model with stuck contacts predicts the same for all compared data, within the deviations.
 
     Parameters
     ----------
     model
-        With the sensors of the campaign.
+        Model with the sensors of the campaign.
     data
-        What is compared beside steady states.
+        Compared data other than steady states.
     states
-        Steady states beside the model; None if there are none.
+        Steady states and their prediction; None if there are none.
     """
     stuck = _stick(model)
     if len(stuck.system.joints) == len(model.system.joints):
@@ -47,7 +47,7 @@ def find_untested_friction(
 
 
 def _stick(model: Model) -> Model:
-    """The model with springs in place of what may slip, without the static load that it balances."""
+    """The model with springs for the joints that can slip, and without static load."""
     system = model.system
     slipping = [joint for joint in system.joints if joint.n_slider and joint.can_slip and any(joint.stuck_stiffness)]
     names = {joint.name for joint in slipping}
@@ -62,9 +62,9 @@ def _stick(model: Model) -> Model:
 
 
 def _slips(model: Model, datum: Datum) -> bool:
-    """Whether a number of a datum is another for a model with its contacts stuck, or cannot be told for it."""
+    """Whether stuck contacts change a number of a datum, or make it unpredictable."""
     kind = DATA_TYPES[datum.type]
-    # Without its lines a model cannot tell its free structure any more.
+    # A model without its lines can no longer derive its free structure.
     stuck = _stick(model.without_contacts() if getattr(datum, "configuration", "") == "free" else model)
     try:
         predicted = kind.predict(model, datum)
@@ -78,7 +78,7 @@ def _slips(model: Model, datum: Datum) -> bool:
 
 
 def _states_slip(stuck: Model, comparison: Comparison, prediction: Prediction) -> bool:
-    """The same of steady states; the linear model has no higher harmonics."""
+    """Whether stuck contacts change steady states; the linear model has no higher harmonics."""
     points, value = prediction.points, np.array(prediction.value)
     rows = ~points.free & (points.harmonic > 0) & np.isin(points.sensor, [item.name for item in stuck.sensors])
     if not rows.any():

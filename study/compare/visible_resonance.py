@@ -8,12 +8,12 @@ from correlation.model import Model, Sensor
 from fe.dense_modes import compute_dense_modes
 from reduction.stuck import stick_at_rest
 
-#: Height of a resonance over that of the highest one, below which no test shows it [-].
+#: Height of a resonance relative to the highest one, below which no test shows it [-].
 FAINT = 0.01
 
 
 def find_visible_resonances(model: Model) -> Float[NDArray[np.float64], " m"]:
-    """Frequencies of the resonances, contacts stuck, that the force drives and a sensor sees, rising [Hz]."""
+    """Ascending frequencies of the resonances, contacts stuck, that the force drives and a sensor sees [Hz]."""
     system = model.system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     elastic = modes.frequency > 0

@@ -1,4 +1,4 @@
-"""Stiffnesses of a case in another unit than meant, which explain a gross misfit."""
+"""Stiffnesses of a case in a wrong unit, which explain a gross misfit."""
 
 from collections.abc import Iterator
 
@@ -10,18 +10,18 @@ from reduction.errors import JointError
 from study.compare.gross_misfit import GROSS, MotionReadings
 from study.compare.visible_resonance import find_visible_resonances
 
-#: Readings that tell a wrong stiffness: models that are tried are asked for all of them.
+#: Number of readings to detect a wrong stiffness: every tried model predicts all of them.
 MOST_ASKED = 16
-#: What is left where another stiffness is right: other errors of a case that is right but for a unit [-]. Sharp
-#: resonances leave more, so that half of the units of random chains are found (`benchmarks.wrong_stiffness`).
+#: Largest remaining misfit with the correct unit, due to other errors of the case [-]. It is larger at sharp
+#: resonances, so that half of the wrong units of random chains are found (`benchmarks.wrong_stiffness`).
 AGREES = 0.1
 #: Powers of ten between N/m, N/mm and N/um.
 POWERS = (-3, 3, -6, 6)
 STIFFNESS = "N/m"
-#: Share of the misfit with half the power that is left with all of it: a contact that hardly moves is as good with
-#: either, which then tells nothing of a unit. Share of the distance of the resonance as well [-].
+#: Largest ratio of the misfit with the whole power of ten to that with half of it: at a contact that hardly moves both
+#: fit alike, so that the unit is not identifiable. The same for the distance of the resonance [-].
 DISTINGUISHABLE = 0.5
-#: Changes whose resonance is nearest, for which steady states are computed.
+#: Number of changes with the nearest resonance for which steady states are computed.
 MOST_TRIED = 2
 
 
@@ -31,9 +31,9 @@ def find_wrong_stiffness(motions: MotionReadings, model: Model) -> tuple[Suspici
     Parameters
     ----------
     motions
-        Fundamentals of all motions whose size is known (`find_motions`).
+        Fundamentals of all motions of known size (`find_motions`).
     model
-        The case's.
+        Model of the case.
     """
     jointed = motions.where(~motions.points.free)
     readings = jointed.some(MOST_ASKED)
@@ -67,7 +67,7 @@ def find_wrong_stiffness(motions: MotionReadings, model: Model) -> tuple[Suspici
 def _find_lowest_peak(jointed: MotionReadings) -> float | None:
     """Frequency of the largest motion of one sensor at the lowest level, where contacts hardly slip [Hz].
 
-    None where it is at an end of the band.
+    None if it is at an end of the band.
     """
     points = jointed.points
     lowest = np.flatnonzero(points.level == points.level.min(initial=np.inf))
@@ -80,14 +80,14 @@ def _find_lowest_peak(jointed: MotionReadings) -> float | None:
 
 
 def _distance(model: Model | None, peak: float) -> float:
-    """Natural logarithm between a frequency and the nearest resonance that the test can show [-]."""
+    """Absolute log ratio of a frequency and the nearest resonance that the test can show [-]."""
     if model is None:
         return np.inf
     return float(np.abs(np.log(find_visible_resonances(model) / peak)).min(initial=np.inf))
 
 
 def _stiffnesses(model: Model) -> Iterator[tuple[str, str, dict[str, float]]]:
-    """Place in words, name of the parameter, and its value by joint, of every stiffness that a case gives [N/m]."""
+    """Place in words, parameter name, and value by joint [N/m] of every stiffness of a case."""
     joints = {joint.name: joint for joint in model.system.joints}
     of_line = {name for contacts in model.lines.values() for name in contacts}
     groups = {f'line "{line}"': contacts for line, contacts in model.lines.items()}
@@ -105,7 +105,7 @@ def _stiffnesses(model: Model) -> Iterator[tuple[str, str, dict[str, float]]]:
 
 
 def _change(model: Model, parameter: str, stiffness: dict[str, float], factor: float) -> Model | None:
-    """The model with so many times a stiffness; None where the law refuses it."""
+    """The model with a factor on a stiffness; None if the law refuses it."""
     try:
         return model.with_joints({name: {parameter: factor * value} for name, value in stiffness.items()})
     except JointError:

@@ -1,11 +1,11 @@
-"""Sections of the page of a comparison: one file each, in the order in which they are read.
+"""Sections of the page of a comparison, one file each.
 
-A section is a title, sentences, and what is drawn below them. A function of a comparison returns those for which there
-is data, so that nothing empty is shown::
+A section is a title, sentences, and drawings below them. A function of a comparison returns the sections that have
+data, so that no empty section is shown::
 
     def loop_sections(compared: ComparisonResult) -> Iterator[Section]:
         if compared.loops:
             yield Section(title="Hysteresis loops", text="...", pictures={"loops, 5 N": png})
 
-`ComparisonResult.sections` holds those of what a command does besides, such as families over limits.
+`ComparisonResult.sections` contains the sections of further results of a command, such as families over limits.
 """

@@ -19,7 +19,7 @@ TEXT = (
 
 
 def contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
-    """Section on contact forces, if a line's force was measured."""
+    """Section on contact forces, if the force of a line was measured."""
     del compared
     rows = [
         [

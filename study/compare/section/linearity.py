@@ -1,4 +1,4 @@
-"""Whether the measured structure is linear over its levels: responses per level beside those of the lowest one."""
+"""Whether the measured structure is linear over its levels: responses per level relative to the lowest level."""
 
 from collections.abc import Iterator
 
@@ -45,7 +45,7 @@ def linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator
 
 
 def _responses(misfit: Misfit) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Levels, responses per level and their deviations: a row per level, a column per reading that they may have."""
+    """Levels, responses per level and their deviations: one row per level, one column per possible reading."""
     points = misfit.points
     known = np.isfinite(misfit.measured) & np.isfinite(misfit.deviation)
     rows = np.flatnonzero(misfit.motion & (points.harmonic == 1) & known)

@@ -1,4 +1,4 @@
-"""Modes of a campaign beside the model's: pairs of modes, agreement of frequency responses, and free decays."""
+"""Measured and predicted modes: pairs of modes, agreement of frequency responses, and free decays."""
 
 from collections.abc import Iterator, Mapping
 
@@ -13,9 +13,9 @@ from study.compare.modal_view import ModalSet, ModalView
 from study.compare.section.section import Section
 from study.page.table import Table
 
-#: With fewer sensors unlike shapes score high.
+#: With fewer sensors different shapes have a high MAC.
 FEW_SENSORS = 4
-#: Agreement below which a sensor or a response deserves a word [-].
+#: Agreement below which a sensor or a response is reported [-].
 LOW = 0.8
 PAIRING = (
     "Measured modes and the linear modes of the model, paired by shape and nearness in frequency; the closed contacts "
@@ -38,12 +38,12 @@ DECAYS = (
 
 
 def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Section]:
-    """Sections of a page: modes with shapes, agreement of responses, and free decays, as far as there are any.
+    """Sections of a page: modes with shapes, agreement of responses, and free decays, if there are any.
 
     Parameters
     ----------
     view
-        What `view_modes` found.
+        Result of `view_modes`.
     drawn
         Its pictures by name.
     """
@@ -82,7 +82,7 @@ def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Sect
 
 
 def _pair_rows(own: ModalSet) -> list[list[str]]:
-    """Pairs, measured modes without a partner, and modes of the model that no one measured."""
+    """Pairs, measured modes without a partner, and unmeasured modes of the model."""
     rows = []
     for pair in own.pairing.pairs:
         mode, damping = own.measured[pair.measured], own.damping[pair.model]

@@ -16,7 +16,7 @@ from study.page.table import Table
 
 
 def overview_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
-    """Sensors and runs of the campaign, and what was left out."""
+    """Sensors and runs of the campaign, and the data that were left out."""
     del drawing
     campaign = compared.campaign
     table = Table(
@@ -65,7 +65,7 @@ def left_out(compared: ComparisonResult) -> list[str]:
 
 
 def _left_out_states(compared: ComparisonResult) -> list[str]:
-    """States that no set of data has: what they are, and why each is left out."""
+    """States that belong to no data set, and why each is left out."""
     sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
     known = {state for side in sides for state in _states(side.points.free, side.points.level, side.points.frequency)}
     everything = arrange_campaign(compared.campaign)
@@ -85,12 +85,12 @@ def _left_out_states(compared: ComparisonResult) -> list[str]:
 
 
 def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
-    """The states of lowest levels by level and frequency, and how many more there are."""
+    """The states of lowest levels by level and frequency, and the number of further ones."""
     return join_first_names([f"{level:g} {unit} at {at:g} Hz" + " (free)" * free for free, level, at in sorted(states)])
 
 
 def _settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:
-    """States that were read after the contacts had settled."""
+    """States read after the contacts had settled."""
     free = campaign.is_free
     table = campaign.measurement.where(~find_unsettled(campaign))
     return _states(free[table.test], table.level, table.frequency)

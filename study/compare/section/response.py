@@ -19,7 +19,7 @@ from study.page.number import round_list
 
 Numbers = NDArray[np.float64]
 Values = NDArray[np.complex128]
-#: Readings of single runs that the page holds at most; of more, some runs are left out evenly.
+#: Largest number of readings of single runs on the page; of more, an even selection of runs is shown.
 MOST_READINGS = 60_000
 TEXT = (
     "Points are means of the repeats, with their standard deviations, thin lines are single runs, thick lines are "
@@ -44,9 +44,9 @@ def response_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[
 
 
 def choose_first_panel(drawn: Sequence[tuple[bool, SensorPanel]], misfit: Mapping[bool, Misfit]) -> int:
-    """Number of the panel that a page begins with.
+    """Number of the first panel of a page.
 
-    It is the one where the model fails most, of those that are more than noise. Where it fails nowhere, it is the
+    Of the panels above the noise it is the one with the largest misfit. If the model fails nowhere, it is the
     fundamental of the sensor that moves most.
 
     Parameters
@@ -72,7 +72,7 @@ def _size(misfit: Misfit, panel: SensorPanel) -> float:
 
 
 def _motion(free: bool, panel: SensorPanel) -> tuple[bool, float]:
-    """Largest displacement of a fundamental, and before it whether the contacts are there; zero of all else [m]."""
+    """Sort key: whether the contacts are present, and the largest displacement of a fundamental, otherwise 0 [m]."""
     if panel.key[1] != 1 or not isinstance(panel.sensor, Sensor):
         return not free, 0.0
     order = DERIVATIVE[panel.sensor.quantity]
@@ -111,7 +111,7 @@ class _Runs:
         result = []
         for rows in listed[:: self.step]:
             frequency, value = table.frequency[rows], panel.factor(table.force[rows]) * table.value[rows]
-            # A run is no line over a gap between two bands.
+            # The line of a run does not bridge a gap between two bands.
             after = find_gaps(frequency) + 1
             result.append(
                 {
@@ -157,13 +157,13 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: SensorPanel, levels: 
 
 
 def _feature(panel: SensorPanel) -> str:
-    """Name of the feature whose standard deviations are drawn."""
+    """Name of the feature with drawn standard deviations."""
     return "F / X" if panel.per_level else "the static part" if panel.is_static else "the ratio to the largest motion"
 
 
 def _residual(curve: ComparedCurve, misfit: Misfit, panel: SensorPanel) -> dict[str, Any]:
     standardised = misfit.standardised[curve.rows]
-    # A prediction less than what is measured is negative, as it is in the other units.
+    # A prediction below the measurement is negative, as in the other units.
     result = {"real": round_list(-standardised[:, 0], 4), "imaginary": round_list(-standardised[:, 1], 4)}
     if panel.is_static:
         return {**result, "amplitude": round_list((curve.predicted - curve.measured).real, 4)}

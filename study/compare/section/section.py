@@ -16,7 +16,7 @@ class Section:
     title
         Heading.
     text
-        Sentences below the heading: what is drawn, and how it is read.
+        Sentences below the heading that explain the drawings.
     table
         Rows of numbers.
     pictures
@@ -24,11 +24,11 @@ class Section:
     plots
         Plotly figures, ``{"data": ..., "layout": ...}``, one below the other.
     html
-        Anything else, which must not load anything.
+        Further HTML, which must not load anything.
     element
-        Name of a drawing of the page's own script, such as "responses".
+        Name of a drawing of the page's script, such as "responses".
     data
-        What that drawing needs.
+        Data of that drawing.
     """
 
     title: str
