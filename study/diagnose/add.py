@@ -1,4 +1,4 @@
-"""``stickslip add`` and ``stickslip undo``: write an effect into a case, or take it out, and note it in the history."""
+"""``stickslip add`` and ``stickslip undo``: write an effect into a case or remove it, and record it in the history."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -32,7 +32,7 @@ LISTED = 5
 
 
 class CaseEditError(InputError):
-    """An edit of a case that cannot be made, or taken back."""
+    """An edit of a case that cannot be made or undone."""
 
 
 def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | None = None) -> HistoryStep:
@@ -45,7 +45,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     name
         Name of the effect.
     values
-        Value of each of its parameters, with a unit; by default all values are those of the last diagnosis.
+        Value of each of its parameters, with a unit; by default the values of the last diagnosis.
     run
         Store and progress for the structure.
 
@@ -56,7 +56,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     Raises
     ------
     CaseEditError
-        No diagnosis to take the strength from, or an effect that is there already.
+        No diagnosis to take the strength from, or an effect that the case already has.
     EffectError
         An unknown effect, or a value that does not fit it.
     CaseError, OutputError
@@ -80,7 +80,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
 
 
 def undo(case: Path) -> HistoryStep:
-    """Take the last added effect out of a case again; what was edited elsewhere since stays.
+    """Remove the last added effect from a case; later edits elsewhere are kept.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def undo(case: Path) -> HistoryStep:
     Raises
     ------
     CaseEditError
-        Nothing was added, or the very lines were edited since.
+        Nothing was added, or the lines of the effect were edited since.
     CaseError, OutputError
         A history that is damaged, a case that cannot be written.
     """
@@ -134,7 +134,7 @@ def read_effect_name(words: Sequence[str]) -> str:
 
 
 def find_case(folder: Path) -> Path:
-    """The one case of a folder, or the one that has a history.
+    """The only case of a folder, or the only one with a history.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def find_case(folder: Path) -> Path:
         There is none, or there are several.
     """
     cases = {file: case for file in sorted(folder.glob("*.toml")) if (case := _case(file)) is not None}
-    # A finer one of another is no case of its own.
+    # A refined version of another case does not count.
     finer = {(folder / name).resolve() for case in cases.values() for name in _refined(case)}
     files = [file for file in cases if file.resolve() not in finer]
     files = [file for file in files if cases[file]["schema"] == SCHEMA] or files
@@ -174,7 +174,7 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
             f'{case}: the last diagnosis did not fit "{effect}", as others seemed to explain the measurements better, '
             "or as no place of the case is there: give its strength with --value"
         )
-    # An effect that is there already is fitted with all others, and is no candidate.
+    # An effect of the case is fitted with all others, and is no candidate.
     return {
         **{name: candidate[name] for name in ("effect", "values", "added", "calibrated")},
         **{name: getattr(diagnosis, name) for name in ("campaign", "before", "drawn", "accepted")},
@@ -200,12 +200,12 @@ def _given(case: Path, history: History, name: str, texts: Sequence[str], run: R
 
 
 def as_written(values: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
-    """Values as the history has them."""
+    """Values in the form of the history."""
     return {key: Written(*value) for key, value in values.items()}
 
 
 def _checked(case: Path, history: History, name: str, run: RunContext | None) -> str:
-    """The name of an effect of the case, as the catalogue writes it; one that is there already is refused."""
+    """The name of an effect in the spelling of the catalogue; an effect that the case already has is refused."""
     setup = _setup(case, history, run)
     effect = find_effect(case_catalogue(setup.model, setup.effect_files, [name]), name)
     if effect.name in [item.effect.name for item in setup.added]:
@@ -217,7 +217,7 @@ def _checked(case: Path, history: History, name: str, run: RunContext | None) ->
 
 
 def _setup(case: Path, history: History, run: RunContext | None) -> Setup:
-    """The case, with the sensors of the campaign that it was diagnosed with if that is still there."""
+    """The case, with the sensors of the campaign of its diagnosis if that still exists."""
     folder = Path("" if history.last_diagnosis is None else history.last_diagnosis.campaign)
     is_there = history.last_diagnosis is not None and (folder / "campaign.toml").is_file()
     return read_case(case, read_measured(folder, run or silent_run()) if is_there else None, run).setup
@@ -236,7 +236,7 @@ def save_step(case: Path, history: History, step: HistoryStep, text: str) -> His
 
 
 def _case(file: Path) -> dict[str, Any] | None:
-    """Tables of a case file, one of an earlier schema included; None of any other file."""
+    """Tables of a case file, also of an earlier schema; None for any other file."""
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8-sig")) if file.is_file() else {}
     except (OSError, ValueError, RecursionError):

@@ -24,9 +24,9 @@ def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str
     case, folder
         A case file and a campaign.
     run
-        Store and progress; a screening or diagnosis of the same case with this store has done the fit already.
+        Store and progress; the fit is reused from a screening or diagnosis of the same case with this store.
     without
-        Kinds of effects to leave out; they only tell which stored screening is the same.
+        Kinds of effects to leave out; they only identify the stored screening.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str
     CaseEditError
         The case has nothing to fit, or was edited meanwhile.
     CaseError, CampaignError, OutputError
-        With what is wrong in the case, the campaign or the folder.
+        An error in the case, the campaign or the folder.
     """
     text = read_text(case)
     return write_calibration(case, folder, screen_file(case, folder, run, without), text)
@@ -49,7 +49,7 @@ def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, .
     Raises
     ------
     CaseError, CampaignError
-        With what is wrong in them; a campaign without steady states, repeats or held-out data.
+        An error in them, or a campaign without steady states, repeats or held-out data.
     """
     open_case(case)  # mistakes of the file itself come first
     campaign = read_measured(folder, run)

@@ -31,7 +31,7 @@ Numbers = Float[NDArray[np.float64], " f"]
 
 
 def joined_misfit(result: Round, stage: FitStage) -> tuple[Misfit, set[float]]:
-    """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
+    """Misfit of a stage to the training data and the held-out levels, and the set of held-out levels."""
     train, held_out = (data_set.misfit for data_set in list_data_sets(result, stage))
     return join_sides(train, held_out)
 

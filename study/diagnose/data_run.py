@@ -1,4 +1,4 @@
-"""Diagnosis of a campaign without steady states: loops, ring-downs, frequency responses and modes alone."""
+"""Diagnosis of a campaign without steady states: loops, ring-downs, frequency responses and modes."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ from study.merge_sentences import merge_suspicions
 from study.page.table import Table
 from study.run_context import RunContext, silent_run
 
-#: The next step, where it is not that of steady states.
+#: The next step, if it differs from that of steady states.
 OWN_ADVICE = {
     Finding.UNKNOWN: (
         "look at the curves on the page; a [[joint]] of the case can have such a law (docs/case.md), or describe an "
@@ -61,9 +61,9 @@ class DataDiagnosisResult:
     diagnosis
         The last round.
     indications
-        What the data show by themselves beside the calibrated model.
+        Direct indications of the data relative to the calibrated model.
     suspicions
-        What looks wrong in the data.
+        Suspicious data.
     files
         Written files.
     """
@@ -77,7 +77,7 @@ class DataDiagnosisResult:
 
     @property
     def headline(self) -> str:
-        """The verdict with strengths in units of their size."""
+        """The verdict with strengths in suitable units."""
         verdict = self.diagnosis.verdict
         if not verdict.effects:
             return verdict.sentence
@@ -89,7 +89,7 @@ class DataDiagnosisResult:
 
     @property
     def held_out(self) -> tuple[str, ...]:
-        """Names of the data that no fit has seen."""
+        """Names of the data that no fit has used."""
         fitted, tested = split_data(self.campaign.data)
         return tuple(datum.name for datum in tested if datum not in fitted)
 
@@ -110,7 +110,7 @@ class DataDiagnosisResult:
         return list_calibrated(self.setup.calibration_parameters, fit.values, fit.deviation)
 
     def text(self) -> str:
-        """For people: verdict, indications, calibration, candidates."""
+        """Report as text: verdict, indications, calibration, candidates."""
         return "\n".join([*self._lines(), "", *map(str, self.files)])
 
     def _lines(self) -> Iterator[str]:
@@ -147,7 +147,7 @@ class DataDiagnosisResult:
         return f"held out{assumed}: {'; '.join(self.held_out)}"
 
     def document(self) -> dict[str, Any]:
-        """The same for ``--json``."""
+        """Report for ``--json``."""
         verdict = self.diagnosis.verdict
         return {
             "title": self.setup.title,
@@ -195,7 +195,7 @@ def run_data_diagnosis(
     Raises
     ------
     CaseError, CampaignError, EffectError, OutputError
-        With what is wrong in the case, the campaign, the kinds or the folders.
+        An error in the case, the campaign, the kinds or the folders.
     """
     setup = _read_setup(case, campaign, run)
     suspicions = _find_suspicions(setup, campaign)
@@ -237,7 +237,7 @@ def _diagnose(
     case: Path, setup: Setup, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str],
     suspicions: tuple[Suspicion, ...],
 ) -> DataDiagnosisResult:  # fmt: skip
-    key = case_key(read_text(case))  # of what is diagnosed: the file may be edited meanwhile
+    key = case_key(read_text(case))  # read first: the file may be edited during the diagnosis
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:

@@ -77,7 +77,7 @@ def _document_added(result: Round) -> list[dict[str, Any]]:
 
 
 def _document_place(place: UnknownForcePlace) -> dict[str, Any]:
-    """A place where an unknown force would explain what is left."""
+    """A place where an unknown force would explain the residual."""
     return {
         "place": place.name,
         "configuration": place.configuration,
@@ -94,7 +94,7 @@ def _document_place(place: UnknownForcePlace) -> dict[str, Any]:
 
 
 def _document_effect(item: Refit) -> dict[str, Any]:
-    """An effect with its strength, and the falls of -2 ln p by it."""
+    """An effect with its strength, and the decreases of -2 ln p by it."""
     assert item.effect is not None
     return {
         "effect": item.name,
@@ -106,7 +106,7 @@ def _document_effect(item: Refit) -> dict[str, Any]:
 
 
 def _case_errors(result: Round) -> dict[str, Any]:
-    """Errors as drawn, without what the case has calibrated or added, and of all that the case says."""
+    """Errors as drawn, without calibrated values and added effects, and of the whole case."""
     named = {"as drawn": "drawn", "as the case says": "in_case"}
     return {
         named[item.name]: summarise_errors(item.refit).document for item in list_stages(result) if item.name in named
@@ -127,7 +127,7 @@ def _document_resonator(resonator: Resonator) -> dict[str, Any]:
 
 
 def _document_law(law: FittedLaw) -> dict[str, Any]:
-    """A law in place of that of an effect; its gains are those over the effect."""
+    """A law that replaces that of an effect; its gains are relative to the effect."""
     assert law.refit.effect is not None
     parameters, fit = law.refit.effect.parameters, law.refit.fit
     numbers = zip(parameters, fit.values[-len(parameters) :], fit.deviation[-len(parameters) :], strict=True)

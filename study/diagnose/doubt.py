@@ -1,4 +1,4 @@
-"""Doubts about a diagnosis, which a report begins with: parameters far from their priors, a harmful calibration."""
+"""Doubts about a diagnosis, at the beginning of a report: parameters far from their priors, a harmful calibration."""
 
 from collections.abc import Iterator
 from math import isfinite
@@ -8,10 +8,10 @@ from geometry.plain_number import format_number
 from study.compare.report import describe_jump
 from study.diagnose.round import Round
 
-#: Standard deviations of its prior beyond which a calibration parameter is in doubt.
+#: Distance from its prior beyond which a calibration parameter is in doubt [standard deviations].
 DOUBTFUL_PRIOR_RESIDUAL = 3.0
-#: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter; and the
-#: rise of the error that is harm whatever chi^2 says [-].
+#: A calibration is harmful above this rise of chi^2 of the held-out data (two standard deviations of one parameter), or
+#: above this ratio of the held-out errors, whatever chi^2 is [-].
 HARMFUL_CHI2_RISE, HARMFUL_ERROR_RATIO = 4.0, 2.0
 
 
@@ -35,7 +35,7 @@ def list_doubts(result: Round) -> list[str]:
 
 
 def list_notes(result: Round) -> list[str]:
-    """Notes that are no reason for doubt, in sentences.
+    """Notes that do not raise doubt, in sentences.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def _unknown_errors(result: Round) -> Iterator[str]:
 
 
 def _worse_held_out_data(result: Round) -> Iterator[str]:
-    """A calibration that increases the held-out error, relative to noise and stated errors."""
+    """A calibration that increases the held-out error, by chi^2 of noise and stated errors or clearly in itself."""
     uncalibrated, baseline = result.uncalibrated, result.diagnosis.baseline
     rise = (baseline.held_out_reduced_chi2_by_noise - uncalibrated.held_out_reduced_chi2_by_noise) * baseline.n_held_out
     larger = baseline.held_out_error / uncalibrated.held_out_error if uncalibrated.held_out_error else 1.0
@@ -68,7 +68,7 @@ def _worse_held_out_data(result: Round) -> Iterator[str]:
 
 
 def _remaining_error(result: Round) -> Iterator[str]:
-    """A large held-out error that remains with the named effect."""
+    """A large remaining held-out error with the named effect."""
     if result.best is not None and errs_on_held_out(result.best):
         held_out, others = (
             f"{format_number(100 * error)} %" for error in (result.best.held_out_error, result.best.error)
@@ -80,12 +80,12 @@ def _remaining_error(result: Round) -> Iterator[str]:
 
 
 def _jumps(result: Round) -> Iterator[str]:
-    """Held-out jumps that the model has elsewhere or not at all, which the held-out error does not contain."""
+    """Held-out jumps at another frequency in the model, or absent from it; the held-out error excludes them."""
     jumps = (result.best or result.diagnosis.baseline).held_out_jumps
     elsewhere = [
         jump for jump in jumps
         if not abs(jump.frequency_error) <= jump.frequency_deviation
-        # What one sweep measured may be a steep flank.
+        # A jump measured in one sweep only may be a steep flank.
         and (jump.swept_both_ways or isfinite(jump.predicted_frequency))
     ]  # fmt: skip
     if elsewhere:
@@ -99,9 +99,9 @@ def _jumps(result: Round) -> Iterator[str]:
 
 
 def _shifted_parameters(result: Round) -> Iterator[str]:
-    """Calibration parameters at a bound or far from their priors, each by itself.
+    """Individual calibration parameters at a bound or far from their priors.
 
-    Whether all of them together are beyond their priors is a rule of the verdict, see `list_beyond_priors`.
+    The joint test of all of them against their priors is a rule of the verdict, see `list_beyond_priors`.
     """
     fit = (result.best or result.diagnosis.baseline).fit
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
@@ -118,7 +118,7 @@ def _shifted_parameters(result: Round) -> Iterator[str]:
 
 
 def _model_error(result: Round) -> Iterator[str]:
-    """Estimated model error beyond the errors that the case states, with the effect that passes or without any."""
+    """Estimated model error beyond the stated errors of the case, with the accepted effect or without any."""
     words = result.diagnosis.verdict.model_error_size.words
     if words:
         yield (

@@ -1,4 +1,4 @@
-"""Edits of a case file: values in their places, new tables at the end; comments stay."""
+"""Edits of a case file: values in their places, new tables at the end; comments are kept."""
 
 import re
 import tomllib
@@ -13,15 +13,15 @@ from casefile.errors import CaseError, Problem
 if TYPE_CHECKING:
     from tomlkit.items import Item
 
-#: Beginnings of a comment on a value: half its interval, or that it is a bound; one of another form is the user's, and
-#: stays.
+#: Beginnings of a comment on a value: half its interval, or that it is a bound. Any other comment is the user's and is
+#: kept.
 NOTE, BOUND, UPPER = "+- ", "a lower bound", "an upper bound"
 #: A line that begins a table.
 HEADER = re.compile(r"^[ \t]*\[", re.MULTILINE)
 
 
 class Written(NamedTuple):
-    """A value as it is written: text with a unit or a bare number, and a note.
+    """A value in written form: text with a unit or a bare number, and a note.
 
     The note is half its 95 % interval, or begins with BOUND or UPPER; it is empty if neither is known.
     """
@@ -41,7 +41,7 @@ def edit_case(text: str, added: Mapping[str, Values], calibrated: Values, file: 
     text
         Text of the file.
     added
-        Values of each effect by key; an effect that is there already gets new values.
+        Values of each effect by key; an effect of the case gets new values.
     calibrated
         Factors by name.
     file
@@ -63,34 +63,34 @@ def edit_case(text: str, added: Mapping[str, Values], calibrated: Values, file: 
 
 
 class UneditableLayout(ValueError):
-    """Tables of a file stand so that they cannot be edited."""
+    """The layout of the tables of a file cannot be edited."""
 
 
 def edit_tables(
     text: str, change: Callable[[dict[str, Any]], dict[str, Any]], write: Callable[[Sequence[str]], str]
 ) -> str:
-    """A TOML file with some of its tables changed; all others stay as they stand, with their comments.
+    """A TOML file with some of its tables changed; all others are kept, with their comments.
 
     Parameters
     ----------
     text
         Text of the file.
     change
-        Gives what the file is to hold from what it holds.
+        Maps the content of the file to the wanted content.
     write
-        Gives the new text from its pieces, each of which begins with a table.
+        Maps the pieces of the file, each of which begins with a table, to the new text.
 
     Raises
     ------
     UneditableLayout
-        What is written does not hold what it is to hold.
+        The written text does not have the wanted content.
     """
     from tomlkit.exceptions import TOMLKitError
 
     mark = "\ufeff" if text.startswith("\ufeff") else ""
     plain = text.removeprefix(mark).replace("\r\n", "\n")
     wanted = change(tomllib.loads(plain))
-    # Tables alone first: all others stay as they stand. Then the whole file, whose tables may be put in another order.
+    # First edit single tables, which keeps all others; then the whole file, whose tables may be reordered.
     bounds = [0, *(match.start() for match in HEADER.finditer(plain)), len(plain)]
     reason = "its tables are laid out in a way that cannot be edited"
     for pieces in ([plain[first:last] for first, last in pairwise(bounds)], [plain]):
@@ -106,7 +106,7 @@ def edit_tables(
 
 
 def _with_values(pieces: Sequence[str], added: Mapping[str, Values], calibrated: Values) -> str:
-    """Pieces of a file, each TOML by itself, with values in the tables that have them, or in new ones at the end.
+    """Pieces of a file, each valid TOML, with values in the existing tables, or in new ones at the end.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def list_changes(before: str, after: str, file: str) -> list[str]:
 
 
 def revert_change(before: str, after: str, current: str) -> str | None:
-    """The current text with the change from `before` to `after` undone; None if these very lines were edited since."""
+    """The current text with the change from `before` to `after` undone; None if its lines were edited since."""
     if current == after:
         return before
     old, new, now = (text.splitlines(keepends=True) for text in (before, after, current))
@@ -151,7 +151,7 @@ def revert_change(before: str, after: str, current: str) -> str | None:
     for tag, first, last, start, end in reversed(SequenceMatcher(None, new, old, autojunk=False).get_opcodes()):
         if tag == "equal":
             continue
-        # The lines of the change must stand as they were; where it left none, a neighbour must, so that their place is
+        # The lines of the change must be unedited; if it left none, a neighbour must be, so that their place is
         # certain.
         whole = [
             block
@@ -180,7 +180,7 @@ def _wanted(data: dict[str, Any], added: Mapping[str, Values], calibrated: Value
 
 
 def _written(table: Any, header: str, values: Values) -> str:
-    """Write values into a table of the document; the text of a new table where there is none."""
+    """Write values into a table of the document; text of a new table without one."""
     if table is None:
         lines = [header]
         for key, (value, note) in values.items():
@@ -204,13 +204,13 @@ def _comment(note: str) -> str:
 
 
 def _table_of(effect: str, tables: Iterable[Any]) -> Any:
-    """The table of an effect; None if there is none."""
+    """The table of an effect, or None."""
     names = [(" ".join(str(table.get("effect", "")).split()).casefold(), table) for table in tables]
     return dict(reversed(names)).get(" ".join(effect.split()).casefold())
 
 
 def _key(name: str) -> str:
-    """A key as TOML has it: in quotes with a dot, which would begin a table."""
+    """A key in TOML: in quotes if it contains a dot, which would begin a table."""
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{_escaped(name)}"'
 
 

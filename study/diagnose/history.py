@@ -1,4 +1,4 @@
-"""History of a case in ``CASE.history.json`` beside it: diagnoses, effects that were added or taken back."""
+"""History of a case in ``CASE.history.json`` next to it: diagnoses, and effects that were added or removed."""
 
 import hashlib
 import json
@@ -25,7 +25,7 @@ class Errors:
     Parameters
     ----------
     training, held_out
-        Root mean square relative error of the fundamentals of motion [-]; NaN of data that are compared by features.
+        Root mean square relative error of the fundamentals of motion [-]; NaN for data that are compared by features.
     training_chi2, held_out_chi2
         Reduced chi-squared [-]; 1 is noise.
     """
@@ -61,13 +61,13 @@ class HistoryStep:
     campaign
         Folder of the campaign.
     effect
-        Name of the effect that was added, or taken back; `CALIBRATION` where values alone were fitted.
+        Name of the effect that was added or removed; `CALIBRATION` if only values were fitted.
     values, calibrated
         Values of the effect and calibration factors as written into the case, each with half its 95 % interval.
     before, after
-        Errors; None where they are not known.
+        Errors; None if unknown.
     drawn, accepted
-        Errors of a diagnosis as drawn, and with calibration parameters alone; None where they are not known.
+        Errors of a diagnosis as drawn, and with calibration parameters alone; None if unknown.
     sentence, finding
         Verdict of a diagnosis.
     candidates
@@ -75,7 +75,7 @@ class HistoryStep:
     case_before, case_after
         The whole file.
     diff
-        Lines of what changed in it.
+        Changed lines.
     """
 
     what: str
@@ -125,11 +125,11 @@ class History:
 
     @property
     def last_diagnosis(self) -> HistoryStep | None:
-        """The latest one; none if there is none."""
+        """The latest diagnosis; None without any."""
         return next((step for step in reversed(self.steps) if step.what == DIAGNOSIS), None)
 
     def with_step(self, step: HistoryStep) -> "History":
-        """The history with one more step; a diagnosis takes the place of one of the same case."""
+        """The history with one more step; a diagnosis replaces a preceding one of the same case."""
         stamped = replace(step, when=step.when or datetime.now().astimezone().isoformat(timespec="seconds"))
         steps = self.steps
         if steps and step.what == steps[-1].what == DIAGNOSIS and step.case_key == steps[-1].case_key:
@@ -179,12 +179,12 @@ def history_of(case: Path) -> History:
 
 
 def read_text(case: Path) -> str:
-    """Text of a case file, its line ends and all."""
+    """Text of a case file, with its line ends."""
     return case.read_bytes().decode("utf-8")
 
 
 def case_key(text: str) -> str:
-    """Hash of what a case says, whatever its comments and layout."""
+    """Hash of the content of a case, independent of comments and layout."""
     data = tomllib.loads(text.removeprefix("\ufeff"))
     return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()
 
@@ -199,7 +199,7 @@ def write_beside(file: Path, text: str) -> None:
     """
     try:
         if file.exists():
-            file.open("ab").close()  # replacing it would pass over its own permissions
+            file.open("ab").close()  # replacing the file would ignore its permissions
         replace_file(file, text.encode("utf-8"))
     except OSError as error:
         raise OutputError(

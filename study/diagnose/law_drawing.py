@@ -6,7 +6,7 @@ from diagnosis.missing_law.curves import CurveWithBand
 from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
 from study.diagnose.missing_law import RecoveredLaw
 
-#: Powers of the displacement that are drawn beside a law.
+#: Powers of the displacement that are drawn next to a law.
 POWERS = {"linear": 1, "cubic": 3}
 
 

@@ -1,4 +1,4 @@
-"""The recovered law of what no known effect explains: its words, numbers and effect file."""
+"""The recovered law of a residual that no known effect explains: its words, numbers and effect file."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class RecoveredLaw:
     Parameters
     ----------
     law, curves, words
-        Law at each place, and curves and words of the most probable one.
+        Law at each place, and curves and words of the most probable law.
     """
 
     law: MissingLaw
@@ -35,7 +35,7 @@ class RecoveredLaw:
 
     @property
     def sentences(self) -> list[str]:
-        """Place, and what the law does."""
+        """Place and behaviour of the law."""
         probability = f"{100 * self.law.probability[0]:.0f} %"
         where = f"A law at {self.law.best.name} ({probability}) explains most"
         if len(self.law.credible) > 1:
@@ -69,7 +69,7 @@ class RecoveredLaw:
 
 
 def find_missing_law(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
-    """The law, where none of the known effects explains what is missing; something that swings by itself has none."""
+    """The law, if no known effect explains the residual; a resonator has no law."""
     if verdict.finding is not Finding.UNKNOWN or isinstance(verdict.place, Resonator):
         return None
     return recover_law(arrangement)
@@ -94,7 +94,7 @@ def format_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
 
 
 def _key_of(unit: str) -> str:
-    """A unit as a part of a key: "n_per_m"."""
+    """A unit as part of a key: "n_per_m"."""
     return unit.lower().replace("/", "_per_").replace(" ", "_")
 
 

@@ -1,4 +1,4 @@
-"""Advice on the next test where a diagnosis leaves several explanations, in words and numbers."""
+"""Advice on the next test if a diagnosis leaves several explanations, in words and numbers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from geometry.errors import InputError
 from geometry.plain_number import format_number
 from hbsolve.errors import NoSteadyState
 
-#: Tests that report and page show.
+#: Number of tests that report and page show.
 SHOWN = 8
-#: Probabilities below which no test is said to decide, and no test is worth its time [-].
+#: Probabilities below which no test is reported as decisive, and no test is worth its time [-].
 LIKELY, HOPELESS = 0.5, 0.01
-#: Probability that a further sensor adds, to be shown [-].
+#: Least gain of probability for which a further sensor is shown [-].
 MORE = 0.02
-#: What a test of another mass or preload needs.
+#: Requirements of a test with another mass or preload.
 APART = (
     "a campaign has one mass and one preload: make a campaign and a case of their own with this change, diagnose both, "
     "and multiply the probabilities"
@@ -40,13 +40,13 @@ class NextStep:
     Parameters
     ----------
     advice
-        Advice; None where there is none.
+        Advice, or None.
     unit
         Unit of the levels.
     reason
-        Why the advice could not be computed; empty where it was, or where there is nothing to separate.
+        Why the advice could not be computed; empty if it was, or if there is nothing to distinguish.
     visible
-        The test that shows most effects, where the measurements show none.
+        The test that shows most effects, if the measurements show none.
     """
 
     advice: Advice | None
@@ -79,19 +79,19 @@ class NextStep:
 
     @property
     def shown(self) -> list[RankedTest]:
-        """Tests that are shown, the advised one first: of those that decide alike the cheapest ones."""
+        """Shown tests, the advised one first, then by probability and, at equal probability, by cost."""
         if self.advice is None:
             return []
         bare = {item.test.name: item.probability for item in self.advice.ranked if item.test.place is None}
         rest = [
             item
             for item in self.advice.ranked[1:]
-            # A further sensor is shown where it tells more.
+            # Show a further sensor only if it raises the probability.
             if item.test.place is None or item.probability > bare.get(item.test.name, 0.0) + MORE
         ]
         rest.sort(key=lambda item: (-round(item.probability, 2), item.test.minutes))
         shown = [self.advice.best, *rest][: SHOWN - 1]
-        # What is gained by no new idea stands beside.
+        # Always show a repetition of the same tests for comparison.
         again = next((item for item in rest if item.test.name == AGAIN and item not in shown), None)
         return [*shown, *([] if again is None else [again])]
 
@@ -102,7 +102,7 @@ class NextStep:
 
     @property
     def document(self) -> dict[str, Any] | None:
-        """For JSON; None where there is nothing to separate."""
+        """For JSON; None if there is nothing to distinguish."""
         if self.visible is not None:
             return {"sentence": self.sentence, "test": self.visible.test.title, "would_show": [*self.visible.seen]}
         if self.advice is None:
@@ -116,7 +116,7 @@ class NextStep:
 
 
 def find_next_step(campaign: Campaign, diagnosis: Diagnosis[Arrangement], law: MissingLaw | None) -> NextStep:
-    """Advice on the next test; a model without a steady state there costs nothing of the diagnosis."""
+    """Advice on the next test; if the model has no steady state there, the diagnosis remains valid."""
     unit, arrangement, verdict = campaign.drive.unit, diagnosis.arrangement, diagnosis.verdict
     try:
         if verdict.finding is Finding.NOT_TESTABLE:

@@ -1,4 +1,4 @@
-"""Page and figures of a diagnosis; the page is one self-contained HTML file with plotly.js, and loads nothing."""
+"""Page and figures of a diagnosis; the page is a self-contained HTML file with plotly.js, which loads nothing."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -31,11 +31,11 @@ from study.page.html import embed, render_page, typeset_text
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
-#: Candidates that the page shows without being asked for, and those of the figure.
+#: Number of candidates that the page shows initially, and of those in the figure.
 SHOWN, MOST = 8, 16
-#: Pictures that the page holds, by the ends of their names.
+#: Pictures embedded in the page, by the ends of their names.
 EMBEDDED = ("missing_law", "next_test")
-#: An exponent or phase is called by a name if it is this near [-, deg].
+#: Tolerances for naming an exponent and a phase [-, deg].
 NEAR_EXPONENT, NEAR_PHASE = 0.35, 25.0
 
 
@@ -97,12 +97,12 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
     history
         History of the case.
     shown_pictures
-        Pictures of `EMBEDDED` as addresses that hold them, by name.
+        Pictures of `EMBEDDED` as data addresses, by name.
     """
     listed = list_stages(result)
     before, after = (listed[-2], listed[-1])
     falling = make_waterfall(result, history)
-    # Three kinds of lines are as many as an eye can follow.
+    # More than three kinds of lines are hard to distinguish.
     shown = list(dict.fromkeys([listed[0], before, after]))
     backbones = draw_resonances(result, shown)
     drawn = {
@@ -209,7 +209,7 @@ def _resonator(resonator: Resonator) -> dict[str, str]:
 
 
 def _reads(place: UnknownForcePlace) -> str:
-    """Effects that such a force could be."""
+    """Physical interpretation of an unknown force by its phase and exponent."""
     off = {180.0: "a spring", 0.0: "inertia", -90.0: "damping"}
     phase = place.phase
     if phase is None:
@@ -233,7 +233,7 @@ def _prior_residual(factor: float, prior: float) -> dict[str, Any]:
 
 
 def _factor(estimate: tuple[float, float]) -> str:
-    """A factor with its 95 % interval, and as many places as that needs."""
+    """A factor with its 95 % interval, with sufficient decimals."""
     value, deviation = estimate
     places = 4 if deviation >= 5e-4 else 5
     return f"{value:.{places}f} ± {TWO_SIDED_95 * deviation:.{places}f}"

@@ -1,7 +1,7 @@
-"""Progress of a diagnosis: stored steps are named as stored, and count for nothing in the time left.
+"""Progress of a diagnosis: stored steps are marked as stored, and do not count in the time left.
 
-A phase is what `diagnosis.diagnose` reports; within it steps are looked up or computed. Its line opens when the first
-of them is computed, so that a phase whose steps are all stored says so in place of how long it takes.
+`diagnosis.diagnose` reports phases; within a phase steps are looked up or computed. Its line opens when the first step
+is computed, so that a phase with only stored steps shows no duration but that it is stored.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,9 +13,9 @@ from pipeline.progress import Progress, Report
 
 T = TypeVar("T")
 
-#: About what a round takes when nothing is known of earlier ones [s]: those of the shipped beam took 35 to 150.
+#: Expected duration of a round without knowledge of earlier ones [s]: those of the shipped beam took 35 to 150.
 EXPECTED = 90.0
-#: Title of a round by the first of these steps that is not stored: each has an expected time of its own.
+#: Title of a round by the first of these steps that is not stored: each title has its own expected time.
 TITLES = {
     "arrangement": "diagnosis",
     "scores": "diagnosis, from the screening on",
@@ -40,11 +40,11 @@ class Phases:
         self._inner = ExitStack()
         self._name, self._share = "", 0.0
         self._is_computed = self._is_stored = False
-        # Shares of the round that were computed, and that were stored.
+        # Computed and stored shares of the round.
         self._computed = self._stored = 0.0
 
     def report(self, name: str, share: float) -> None:
-        """A phase, or more of it, at so large a share of the round."""
+        """Report a phase, new or continued, at a share of the round."""
         if self._is_computed:
             self._computed += share - self._share
         else:
@@ -62,11 +62,11 @@ class Phases:
             self._progress.stored(self._name)
 
     def abandon(self, error: BaseException) -> None:
-        """End the phase in which an error, or the user, stopped the round: it is not done."""
+        """End the phase in which an error or the user stopped the round, as unfinished."""
         self._inner.__exit__(type(error), error, error.__traceback__)
 
     def watched(self, run_step: RunStep) -> RunStep:
-        """A store of steps whose use shows as progress."""
+        """A store of steps that reports its use as progress."""
 
         def look_up(name: str, make: Callable[[], T]) -> T:
             def compute() -> T:

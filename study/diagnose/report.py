@@ -34,9 +34,9 @@ from study.diagnose.table import (
 )
 from study.merge_sentences import name_wrong_places
 
-#: Candidates and places that the terminal shows; the files hold all.
+#: Number of candidates and places that the terminal shows; the files contain all.
 MAX_CANDIDATES, MAX_PLACES = 10, 3
-#: Where the case has values of an earlier fit.
+#: Note if the case has values of an earlier fit.
 REFITTED_NOTE = (
     "Every diagnosis fits all of these values anew. The values of the case are in brackets; they stay in the file "
     'until the next stickslip add. "As drawn" is the structure without them, "as the case says" with the values in '
@@ -52,7 +52,7 @@ LAW_FILE = "recovered_law.py"
 
 
 def format_report(result: Round) -> str:
-    """For people: verdict in three lines with doubts; then calibration, candidates, and what cannot be tested."""
+    """Report as text: verdict in three lines with doubts; then calibration, candidates, and untestable effects."""
     return "\n".join(
         [
             *_verdict(result),
@@ -69,7 +69,7 @@ def format_report(result: Round) -> str:
 
 
 def format_headline(result: Round) -> str:
-    """The verdict with strengths in units of their size, what it leaves open, and which measurements look wrong."""
+    """The verdict with strengths in suitable units, its open questions, and the suspicious measurements."""
     where = name_wrong_places(result.suspicions)
     wrong = f" But some of these measurements look wrong: {where}." if where else ""
     changed = f" But {'; '.join(result.changes)}." if result.changes else ""
@@ -86,7 +86,7 @@ def _name_effects(result: Round) -> str:
 
 
 def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
-    """Change of the held-out error by an effect, from the model as drawn where calibration alone has gone astray."""
+    """Change of the held-out error by an effect, from the model as drawn if calibration alone increases the error."""
     is_astray = before.held_out > HARMFUL_ERROR_RATIO * drawn.held_out
     if is_astray and drawn.held_out > after.held_out:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
@@ -145,7 +145,7 @@ def _verdict(result: Round) -> Iterator[str]:
 
 
 def _resonances(result: Round) -> Iterator[str]:
-    """Level dependence of the resonances, where an unnamed effect is missing."""
+    """Level dependence of the resonances, if an unidentified effect is missing."""
     for sentence in describe_level_dependence(result):
         yield from wrap(sentence, WIDTH, initial_indent="  ", subsequent_indent="    ")
 

@@ -13,7 +13,7 @@ from study.diagnose.stages import FitStage, list_data_sets, list_stages
 
 
 def find_resonances(result: Round, stage: FitStage) -> tuple[PeakError, ...]:
-    """Resonances of the training and the held-out levels beside those of a stage, by noise and stated errors alone."""
+    """Measured and predicted resonances of all levels at a stage, weighted by noise and stated errors alone."""
     return find_peaks(list_data_sets(result, stage), result.campaign.drive.unit).errors
 
 
@@ -24,7 +24,7 @@ def draw_resonances(result: Round, stages: Sequence[FitStage]) -> list[dict[str,
 
 
 def describe_level_dependence(result: Round) -> Iterator[str]:
-    """Describe the level dependence of the resonances in sentences, where an unnamed effect is missing."""
+    """Describe the level dependence of the resonances in sentences, if an unidentified effect is missing."""
     if result.diagnosis.verdict.finding in {Finding.UNKNOWN, Finding.NOT_CLOSE}:
         peaks = find_resonances(result, list_stages(result)[-1])
         if peaks:

@@ -1,4 +1,4 @@
-"""One round of diagnosis of a case; each expensive step is stored, so that an interrupted round goes on."""
+"""One round of diagnosis of a case; each expensive step is stored, so that an interrupted round can continue."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -39,13 +39,13 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Effects that ``--auto`` adds at most.
+#: Largest number of effects that ``--auto`` adds.
 MOST_ADDED = 5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Round(Tabular):
-    """A diagnosis beside its case and campaign.
+    """A diagnosis with its case and campaign.
 
     Parameters
     ----------
@@ -56,17 +56,17 @@ class Round(Tabular):
     diagnosis
         Its result.
     uncalibrated
-        The case without anything that was calibrated or added.
+        The case without calibrated values and added effects.
     run_step
         Looks up or computes further steps of this round.
     remarks
-        What the data cannot tell of gains that nobody stated, in sentences.
+        Remarks on unstated gains that the data do not determine, in sentences.
     law
-        Recovered law of what no known effect explains, if any.
+        Recovered law of the residual that no known effect explains, if any.
     next_step
-        Advice on the next test, where the verdict leaves several explanations.
+        Advice on the next test, if the verdict leaves several explanations.
     suspicions
-        What looks wrong in the measurements, and remarks on them.
+        Suspicious measurements, and remarks on the measurements.
     """
 
     setup: Setup
@@ -86,13 +86,13 @@ class Round(Tabular):
 
     @property
     def changes(self) -> list[str]:
-        """Changes during a test, which no case explains; where nothing is missing, suspected ones as well."""
+        """Changes during a test, which no case explains; if nothing is missing, also suspected ones."""
         is_nothing = self.diagnosis.verdict.finding is Finding.NOTHING
         return [item.headline for item in self.suspicions if item.of_time and (is_nothing or not item.remark)]
 
     @property
     def best(self) -> Refit | None:
-        """The fit that explains the measurements best; None if there is none."""
+        """Fit of the first effect of the verdict, which explains the measurements best; None without any."""
         return next(iter(self.diagnosis.verdict.effects), None)
 
     def to_pandas(self) -> "pandas.DataFrame":
@@ -123,8 +123,8 @@ def diagnose_case(
     without
         Kinds of effects that are left out, besides those of the case.
     trials
-        Number of simulated campaigns that give the detection thresholds of a layout for which none are shipped; 0 for
-        linear theory, with a margin.
+        Number of simulated campaigns for the detection thresholds of a layout without shipped ones; 0 for linear theory
+        with a margin.
     store
         Store of the steps; by default nothing is stored.
     progress
@@ -134,14 +134,14 @@ def diagnose_case(
     workers
         Processes that simulate campaigns [-]; one for each core by default. Or the address of a dask scheduler.
     suspicions
-        What looks wrong in the measurements; those of the campaign itself by default.
+        Suspicious measurements; by default those found in the campaign.
 
     Raises
     ------
     CampaignError
         A sensor that does not fit the model, nothing held out, or a single repeat.
     EffectError
-        An unknown kind, or an effect of one's own that fails.
+        An unknown kind, or a user-defined effect that fails.
     """
     store, progress = store or Store(None), progress or SilentProgress()
     setup, remarks = prepare_setup(setup, campaign, store)
@@ -217,13 +217,13 @@ def simulate_thresholds(
 
 
 def prepare_setup(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[str]]:
-    """A case with the sensors and gains of a campaign, and its added effects as they are at the campaign's levels.
+    """A case with the sensors and gains of a campaign, and its added effects for the campaign's levels.
 
-    Errors of natural frequencies that readings are not linear in become calibration parameters.
+    Errors of natural frequencies become calibration parameters if the readings are not linear in them.
 
     Returns
     -------
-    The case, and what the data cannot tell of gains that nobody stated.
+    The case, and remarks on unstated gains that the data do not determine.
     """
     setup, remarks = setup.with_sensors(campaign), []
     if has_unknown_gains(campaign):
@@ -245,7 +245,7 @@ def prepare_setup(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup
 def find_mode_corrections(
     model: Model, budget: Budget, observed: Observation, sweeps: tuple[int, ...]
 ) -> tuple[FrequencyCorrection, ...]:
-    """Errors of natural frequencies that measurements need as parameters; see `list_mode_corrections`."""
+    """Errors of natural frequencies that must be parameters; see `list_mode_corrections`."""
     return list_mode_corrections(Measured.prepare(observed, sweeps), model, budget)
 
 
@@ -261,18 +261,18 @@ def summarise_errors(refit: Refit) -> Errors:
 
 @stage("step of a diagnosis", ignore=("make",))
 def step(key: str, name: str, make: Callable[[], Any]) -> Any:
-    """One step of a round; the key holds all that it depends on, code included."""
+    """One step of a round; the key covers all its inputs, code included."""
     del key, name
     result = make()
-    # A step changes models and solves them many times; what it keeps is small.
+    # A step changes and solves models many times, but its result is small.
     return_freed_memory()
     return result
 
 
 class Steps:
-    """Steps of a round, by a fingerprint of all that they depend on: from memory, from a store, or computed.
+    """Steps of a round, by a fingerprint of all their inputs: from memory, from a store, or computed.
 
-    Detection thresholds are no part of it: they only judge the results.
+    The fingerprint excludes the detection thresholds, which only judge the results.
     """
 
     def __init__(self, store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> None:
@@ -290,5 +290,5 @@ class Steps:
         return value
 
     def is_stored(self, name: str) -> bool:
-        """Whether a step is in the store, and sound."""
+        """Whether a step is in the store and intact."""
         return self._store.has(step, self._key, name, dict)

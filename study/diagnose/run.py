@@ -1,4 +1,4 @@
-"""``stickslip diagnose``: what a case lacks, as text, page and files; with ``--auto`` until nothing is missing."""
+"""``stickslip diagnose``: missing effects of a case as text, page and files; with ``--auto`` until none is missing."""
 
 import json
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class DiagnosisResult:
     Parameters
     ----------
     rounds
-        One after another; each but the last added the effect that it named.
+        Rounds in their order; each but the last added the effect that it named.
     history
         History of the case.
     files
@@ -66,7 +66,7 @@ class DiagnosisResult:
 def run_diagnose(
     case: Path, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False, trials: int = 0
 ) -> DiagnosisResult | DataDiagnosisResult:
-    """Diagnose, note it in the history of the case, and write page, figures and JSON.
+    """Diagnose, record it in the history of the case, and write page, figures and JSON.
 
     Parameters
     ----------
@@ -77,16 +77,16 @@ def run_diagnose(
     run
         Output folder, store and progress.
     without
-        Kinds of effects that are left out.
+        Kinds of effects to leave out.
     auto
-        Whether a missing effect is added and the case diagnosed again.
+        Whether to add a missing effect and diagnose the case again.
     trials
         See `study.diagnose.round.diagnose_case`.
 
     Raises
     ------
     CaseError, CampaignError, EffectError, OutputError
-        With what is wrong in the case, the campaign, the kinds or the folders.
+        An error in the case, the campaign, the kinds or the folders.
     """
     assert run.output is not None
     open_case(case)  # mistakes of the file itself come first
@@ -120,7 +120,7 @@ def diagnose_file(
     Raises
     ------
     CaseError, CampaignError, EffectError
-        With what is wrong in the case, the campaign or the kinds; a campaign without steady states.
+        An error in the case, the campaign or the kinds, or a campaign without steady states.
     """
     if campaign.has_only_typed_data:
         types = ", ".join(sorted({datum.type for datum in campaign.data}))
@@ -168,7 +168,7 @@ def diagnose_file(
 
 
 def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: RunContext | None) -> Campaign:
-    """With frequency responses of the free structure, where the model of it is linear; says what takes no part."""
+    """Add frequency responses of the free structure if its model is linear; report the data that are not used."""
     counted: tuple[str, ...] = ()
     if not setup.model.without_contacts().system.joints:
         campaign, counted = count_free_responses(campaign)
@@ -187,7 +187,7 @@ def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: R
 
 
 def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -> HistoryStep:
-    """Note a diagnosis in the history of its case, from where `add` takes the strengths.
+    """Record a diagnosis in the history of its case, from which `add` takes the strengths.
 
     Parameters
     ----------
@@ -196,12 +196,12 @@ def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -
     case, campaign
         Its file and folder.
     key
-        Hash of the case as it was diagnosed; of the file as it is by default.
+        Hash of the diagnosed case; by default that of the present file.
     """
     history, key = history_of(case), key or case_key(read_text(case))
     before, drawn = summarise_errors(result.diagnosis.baseline), summarise_errors(result.uncalibrated)
     added = {item.effect.name for item in result.setup.added}
-    # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
+    # The error with calibration parameters alone is known from a diagnosis before anything was added.
     earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign.resolve())]
     step = HistoryStep(
         what=DIAGNOSIS,
@@ -224,7 +224,7 @@ def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -
 
 
 def _list_alone(result: Round) -> list[Refit]:
-    """Fits of each effect alone: those of the finalists, and that of one that is missing beside the first."""
+    """Fits of each effect alone: those of the finalists, and that of an effect missing besides the first."""
     pair, listed = result.diagnosis.verdict.pair, [*result.diagnosis.refits]
     if pair is not None and pair.alone.name not in {item.name for item in listed}:
         listed.append(pair.alone.refit)
@@ -232,7 +232,7 @@ def _list_alone(result: Round) -> list[Refit]:
 
 
 def format_full_report(diagnosed: DiagnosisResult | DataDiagnosisResult) -> str:
-    """For people: what was added, and the last round."""
+    """Report as text: the added effects, and the last round."""
     if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.text()
     lines = []

@@ -1,4 +1,4 @@
-"""Screening of a case: the first part of a diagnosis, until every effect has a score and the calibration is tested."""
+"""Screening of a case: the first part of a diagnosis, up to the scores of all effects and the tested calibration."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ class ScreeningResult:
     setup
         The case, with the sensors of the campaign.
     arrangement
-        Measurements beside the model, with the fit of the calibration parameters and the added effects.
+        Measurements and model, with the fit of the calibration parameters and the added effects.
     scores
         Scores of all candidates, best first.
     uncalibrated, baseline
-        The case without anything that was calibrated or added, and the fit of the arrangement, both tested on the
+        The case without calibrated values and added effects, and the fit of the arrangement, both tested on the
         held-out data.
     """
 
@@ -49,7 +49,7 @@ def screen_case(
     store: Store | None = None,
     progress: Progress | None = None,
 ) -> ScreeningResult:
-    """Screen the effects of a case; a diagnosis with the same store goes on from here.
+    """Screen the effects of a case; a diagnosis with the same store continues from here.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Write the detection thresholds of a layout among those that are shipped.
+"""Add the detection thresholds of a layout to the shipped ones.
 
 Run it as ``python -m study.diagnose.ship_thresholds CASE CAMPAIGN [TRIALS]``.
 """
@@ -17,7 +17,7 @@ from study.case.setup import read_case
 from study.diagnose.round import Steps, prepare_setup, simulate_thresholds
 from study.diagnose.thresholds import SHIPPED, layout, layout_key
 
-#: Campaigns without any effect, unless another number is given.
+#: Default number of campaigns without any effect.
 TRIALS = 200
 
 
@@ -35,7 +35,7 @@ def write_shipped_thresholds(
     store, progress
         Store of the campaigns, and progress.
     file
-        The shipped file; other layouts stay in it.
+        The shipped file; its other layouts are kept.
     """
     campaign = read_campaign(folder)
     setup, _ = prepare_setup(read_case(case, campaign).setup, campaign, store)

@@ -1,4 +1,4 @@
-"""The stages of a model on its way to the measurements: as drawn, as the case says, fitted, with each effect."""
+"""The stages of a model: as drawn, with the values of the case, fitted, with the named effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,9 +30,9 @@ class FitStage:
 
 
 def list_stages(result: Round) -> list[FitStage]:
-    """As drawn; if the case has fitted values, with these; fitted in this round; with the effect that is named.
+    """As drawn; if the case has fitted values, with these; fitted in this round; with the named effect.
 
-    Each is tested on the held-out data in the same way, with the covariance of this round.
+    All are tested on the held-out data in the same way, with the covariance of this round.
     """
     baseline, best = result.diagnosis.baseline, result.best
     listed = [FitStage(name="as drawn", refit=result.uncalibrated)]
@@ -49,7 +49,7 @@ def list_stages(result: Round) -> list[FitStage]:
 
 
 def list_data_sets(result: Round, stage: FitStage) -> list[DataSet]:
-    """Training and held-out data beside a stage, by noise and stated errors alone."""
+    """Training and held-out data with predictions of a stage, weighted by noise and stated errors alone."""
     arrangement, fit = result.diagnosis.arrangement, stage.refit.fit
     held_out = arrangement.held_out
     predicted = result.run_step(f"held out, {stage.name}", lambda: held_out.predict(fit.model, fit.prediction))
@@ -58,7 +58,7 @@ def list_data_sets(result: Round, stage: FitStage) -> list[DataSet]:
 
 
 def make_waterfall(result: Round, history: History) -> list[WaterfallStep]:
-    """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
+    """Errors of each step: those in the history, the model fitted in this round, and the proposed effect."""
     best, present = result.best, [item.effect.name for item in result.setup.added]
     steps = list_known_errors(
         history, present, summarise_errors(result.uncalibrated), summarise_errors(result.diagnosis.baseline)
@@ -69,7 +69,7 @@ def make_waterfall(result: Round, history: History) -> list[WaterfallStep]:
 
 
 def list_known_errors(history: History, present: Sequence[str], drawn: Errors, now: Errors) -> list[WaterfallStep]:
-    """Errors of the model as drawn, of each step that the history knows, and of the fitted model.
+    """Errors of the model as drawn, of each step in the history, and of the fitted model.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def list_known_errors(history: History, present: Sequence[str], drawn: Errors, n
         if last is not None and last.accepted is not None:
             steps.append(make_step("calibrated", last.accepted))
         steps += [make_step(f"+ {step.effect}", step.after) for step in known[:-1] if step.after]
-        # Whatever the history does not know of is in the last one.
+        # Effects without a step in the history belong to the last step.
         rest = [name for name in present if name not in [step.effect for step in known[:-1]]]
         steps.append(make_step("".join(f"+ {name} " for name in rest).strip(), now))
     return steps

@@ -1,4 +1,4 @@
-"""Candidates of a round as rows for the terminal, the page and the files; numbers as they are written."""
+"""Candidates of a round as rows for the terminal, the page and the files; formatted numbers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,11 +20,11 @@ from study.diagnose.edit import Written
 from study.diagnose.history import Errors
 from study.diagnose.round import Round, summarise_errors
 
-#: Cosine of two effects' changes above which a table marks them as alike; a verdict names them above 0.99.
+#: Cosine of the changes by two effects above which a table marks them as alike; a verdict names them above 0.99.
 MARKED_ALIKE = 0.95
-#: Where half an interval is so many times a value, no digit of the value counts [-].
+#: Ratio of half an interval to its value above which no digit of the value is significant [-].
 MAX_HALF_INTERVAL = 100.0
-#: Size [SI] and name of a unit that values are written in.
+#: Size [SI] and name of a unit for values.
 Unit = tuple[float, str]
 
 
@@ -45,14 +45,14 @@ class Row:
     errors
         Errors of the fit with the effect; None if it was not fitted.
     cosine
-        Cosine between the changes by this effect and by the first one, calibration parameters projected out [-]: these
-        tests cannot separate the two where it is 1. None where a small amount of either changes nothing that is seen.
+        Cosine between the changes by this effect and by the first one, calibration parameters projected out [-]: if it
+        is 1, these tests cannot distinguish the two. None if a small amount of either changes no reading.
     detectable
         Detection threshold of the strength [unit of the effect]; infinite if there is none.
     named
         Whether the verdict names it.
     unit, detectable_unit
-        Units in which strength and detection threshold are written beside other rows; their own by default.
+        Units of strength and detection threshold shared with other rows; by default chosen for each row.
     """
 
     effect: Effect
@@ -79,21 +79,21 @@ class Row:
 
     @property
     def detectable_in_words(self) -> str:
-        """Detection threshold, reckoned from where the effect vanishes: of a ratio +- so many per cent."""
+        """Detection threshold as a distance from the neutral value of the effect; for a ratio in per cent."""
         if np.isfinite(self.detectable) and self.parameter.unit == "-" and self.parameter.vanishes:
             return f"{format_digits(100 * self.detectable, 2)} %"
         return format_strength(self.detectable, self.parameter, 2, self.detectable_unit)
 
     @property
     def fall(self) -> float:
-        """Fall of chi^2, to first order where it was not fitted [-]."""
+        """Fall of chi^2 in the fit, or to first order without a fit [-]."""
         return self.expected if self.gain is None else self.gain
 
 
 def list_rows(result: Round) -> list[Row]:
-    """All candidates, each by its fall of chi^2: those named first, then those that were fitted, then the others.
+    """All candidates: first those named, then fitted ones, then the others, the latter two by their falls of chi^2.
 
-    An effect that was added before is no candidate.
+    Added effects are no candidates.
     """
     diagnosis, verdict = result.diagnosis, result.diagnosis.verdict
     added = {item.effect.name for item in result.setup.added}
@@ -122,7 +122,7 @@ def list_rows(result: Round) -> list[Row]:
 
 
 def share_units(rows: Sequence[Row]) -> list[Row]:
-    """Rows of which all of one kind are written in one unit: that of the first of them which has a number."""
+    """Rows with one unit for all of a kind: that of the first of them with a number."""
     units: dict[tuple[str, str], Unit] = {}
     detectable: dict[tuple[str, str], Unit] = {}
     for row in rows:
@@ -139,7 +139,7 @@ def share_units(rows: Sequence[Row]) -> list[Row]:
 
 
 def format_digits(value: float, count: int) -> str:
-    """A number with so many digits, without an exponent where that is readable: 310,000."""
+    """A number with a count of digits, without an exponent if that is readable: 310,000."""
     if not np.isfinite(value):
         return "none"
     rounded = float(f"{value:.{count}g}") + 0.0  # no -0
@@ -147,9 +147,9 @@ def format_digits(value: float, count: int) -> str:
 
 
 def format_interval(value: float, deviation: float, parameter: EffectParameter, common: Unit | None = None) -> str:
-    """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g".
+    """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; for an undetermined value "0 +- 700 g".
 
-    The unit is one that all of a list have in common, or by default that of the value.
+    The unit is the common one of a list, or by default that of the value.
     """
     if np.isfinite(deviation) and TWO_SIDED_95 * deviation > MAX_HALF_INTERVAL * abs(value):
         size, unit = common or split_unit(TWO_SIDED_95 * deviation, parameter)
@@ -169,7 +169,7 @@ def format_fitted_strength(refit: Refit) -> str:
 
 
 def format_strength(value: float, parameter: EffectParameter, count: int = 3, common: Unit | None = None) -> str:
-    """A strength with a few digits, in its own unit or in one of a list; "none" if it is infinite."""
+    """A strength with a few digits, in its own unit or the common one of a list; "none" if it is infinite."""
     if not np.isfinite(value):
         return "none"
     size, unit = common or split_unit(value, parameter)
@@ -182,7 +182,7 @@ def list_factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
 
 
 def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
-    """Gains that nobody stated, as fitted, with their standard deviations, by name."""
+    """Fitted unstated gains with their standard deviations, by name."""
     fitted = _calibrated(setup, refit)
     return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}
 
@@ -194,20 +194,20 @@ def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
 
 
 def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
-    """All calibration parameters of a fit, with value and standard deviation; effects come after them."""
+    """All calibration parameters of a fit, with value and standard deviation; effects follow them in the fit."""
     fit = refit.fit
     return list(zip(setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False))
 
 
 def list_strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
-    """Effects that were added before, and the refit's own, with strength and standard deviation."""
+    """Added effects and that of the refit, with strength and standard deviation."""
     return [(effect, *numbers[0]) for effect, numbers in _effects(setup, refit)]
 
 
 def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
     """Values that `stickslip add` would write into the case for a refit, each with half its 95 % interval.
 
-    Without an effect those of `stickslip calibrate`.
+    For a refit without an effect, the values of `stickslip calibrate`.
     """
     added = {
         effect.name: {
@@ -230,7 +230,7 @@ def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
 
 
 def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float, float]]]]:
-    """Effects that were added before, and the refit's own, with values and standard deviations of their parameters."""
+    """Added effects and that of the refit, with values and standard deviations of their parameters."""
     effects = [item.effect for item in setup.added] + ([] if refit.effect is None else [refit.effect])
     numbers = list(zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True))
     listed, first = [], len(setup.calibration_parameters)
@@ -246,13 +246,13 @@ def _written(value: float, deviation: float, parameter: EffectParameter) -> Writ
 
 
 def split_unit(value: float, parameter: EffectParameter) -> Unit:
-    """Unit in which a value is written, and its size [SI]."""
+    """Size of the unit of a value [SI], and its name."""
     unit = text_of(value, parameter).partition(" ")[2]
     return dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), unit
 
 
 def _row(score: Score, refit: Refit | None, detectable: float, named: bool) -> Row:
-    """A candidate that is not yet beside the first one."""
+    """A candidate without its cosine to the first one."""
     return Row(
         effect=score.effect,
         expected=score.gain,

@@ -1,4 +1,4 @@
-"""Detection thresholds of tests of one layout: shipped for known layouts, simulated once for others."""
+"""Detection thresholds of a test layout: shipped for known layouts, simulated once for others."""
 
 import hashlib
 import json
@@ -27,7 +27,7 @@ SHIPPED = CASES / "detection_thresholds.json"
 
 
 def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str, Any]:
-    """Design of a campaign, on which thresholds depend: tests, sensors, held-out data, kind of model, candidates.
+    """Design of a campaign that determines the thresholds: tests, sensors, held-out data, kind of model, candidates.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
     campaign
         Measurements.
     candidates
-        Effects that take part.
+        Candidate effects.
     """
     table, model = campaign.measurement, setup.model
     tests = [
@@ -84,18 +84,18 @@ def simulated_thresholds(
     key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress,
     workers: Workers = None,
 ) -> Thresholds:  # fmt: skip
-    """Thresholds of a layout, from simulated campaigns without any effect; each is stored, so that this is done once.
+    """Thresholds of a layout, from simulated campaigns without any effect; each is stored and simulated only once.
 
     Parameters
     ----------
     key
         Name of the layout.
     simulation
-        Simulates a campaign in it.
+        Simulates a campaign of the layout.
     effects
         Candidates.
     n_trial
-        Number of campaigns, two at least.
+        Number of campaigns, at least two.
     store
         Store of the campaigns.
     progress
@@ -116,14 +116,14 @@ def simulated_thresholds(
 
 
 def are_simulated(key: str, n_trial: int, store: Store) -> bool:
-    """Whether all campaigns of a layout are stored, and sound."""
-    # What is ignored in the key may be anything.
+    """Whether all campaigns of a layout are stored and intact."""
+    # Inputs that the key ignores are arbitrary.
     ignored: dict[str, Any] = {"simulation": None, "effects": ()}
     return all(store.has(null_campaign, key, seed, **ignored) for seed in range(n_trial))
 
 
 def shipped_thresholds(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
-    """Thresholds of a layout that come with stickslip; with None the diagnosis computes them by linear theory.
+    """Shipped thresholds of a layout; with None the diagnosis computes them by linear theory.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def shipped_thresholds(setup: Setup, campaign: Campaign, without: Sequence[str])
         Kinds of effects that are left out.
     """
     shipped: dict[str, Any] = json.loads(SHIPPED.read_text(encoding="utf-8")) if SHIPPED.exists() else {}
-    # Fewer candidates have lower thresholds: those of the whole catalogue are on the safe side.
+    # Fewer candidates have lower thresholds: those of the whole catalogue are conservative.
     for left_out in (without, ()):
         key = layout_key(layout(setup, campaign, setup.candidates(campaign, left_out)))
         if key in shipped:
