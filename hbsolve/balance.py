@@ -1,4 +1,4 @@
-"""The harmonic balance of a jointed system: what is computed once, and the residual at any motion."""
+"""The harmonic balance of a jointed system: quantities that are computed once, and the residual at any motion."""
 
 import warnings
 from collections.abc import Sequence
@@ -28,13 +28,13 @@ SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128
 #: Eigenvalue of the damping, relative to its largest entry or eigenvalue, that still counts as round-off.
 NEGATIVE = 1e-9
 #: Largest stiffness of the linear reference, and of a joint, over that of the structure along a direction [-]. A joint
-#: of the first is rigid beside the structure; of the second, round-off of its displacement is 1e-6 of its force.
+#: of the first is rigid compared with the structure; of the second, round-off of its displacement is 1e-6 of its force.
 STIFFEST, BEYOND = 1e6, 1e10
-#: Stiffness along a direction, over the largest of all, that counts as none [-].
+#: Stiffness along a direction, over the largest of all, that counts as zero [-].
 ROUND_OFF = 1e-9
 #: Arrays of instants and coefficients while a basis is made, and Jacobians of all joints while they are used [-].
 BASES, JACOBIANS = 11, 2
-#: Largest load [N]: norms of what it moves must not overflow.
+#: Largest load [N]: norms of its response must not overflow.
 MOST_FORCE = 1e100
 #: Largest Omega [rad/s]: nor must (H Omega)^4.
 HIGHEST = 1e50

@@ -36,8 +36,8 @@ from reduction.array_type import Array, Matrix, Real, Vector
 
 T = TypeVar("T")
 
-#: Springs that centre a body which joints alone hold, over the stiffness of the joints: where all of them slip, nothing
-#: else says where it vibrates.
+#: Stiffness of centring springs for a body held by joints alone, over that of the joints: if all of them slip, only
+#: these springs determine its mean position.
 CENTRING_STIFFNESS = 1e-9
 #: Memory of the modal responses that are computed at once [byte]; they stay in the cache of a processor.
 CHUNK_SIZE = 2**21
@@ -99,7 +99,7 @@ class CondensedStructure:
     mass: Float[Real, "r r"]
     damping: Float[Real, "r r"]
     stiffness: Float[Real, "r r"]
-    """Without the joints, shape (r, r); with the springs that centre a body which joints alone hold."""
+    """Without the joints, shape (r, r); with centring springs for a body held by joints alone."""
     directions: Float[Real, "d r"]
     """B, shape (d, r)."""
     reference: Float[Real, " d"]
@@ -112,7 +112,7 @@ class CondensedStructure:
     structural: Float[Real, "r r"] | None = None
     """H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default."""
     is_centred: bool = field(init=False)
-    """Whether joints alone hold the structure, and the stiffness has weak springs in their directions."""
+    """Whether the structure is held by joints alone, and the stiffness has weak springs in their directions."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "is_centred", is_free(self.stiffness, self._joint_stiffness))
@@ -365,7 +365,7 @@ class CondensedStructure:
         receptance = np.concatenate([item.receptance[1:] for item in condensed])
 
         def reaction(moved: Array) -> Array:
-            """What the stuck contacts push back with where the free structure would move so."""
+            """Reaction of the stuck contacts to a motion of the free structure."""
             stuck = moved - (receptance @ (D * moved)[..., None])[..., 0]
             return np.asarray(D * stuck)
 

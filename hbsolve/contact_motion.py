@@ -1,4 +1,4 @@
-"""What a joint does over a period: displacement, forces, slider, states, hysteresis loop."""
+"""Behaviour of a joint over a period: displacement, forces, slider, states, hysteresis loop."""
 
 from dataclasses import dataclass
 

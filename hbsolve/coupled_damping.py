@@ -63,8 +63,8 @@ def split_proportional_plus_low_rank(
 def _factors(mass: Vector, damping: Vector, stiffness: Vector) -> tuple[float, float] | None:
     """Factors a and b that most of the diagonal agrees with.
 
-    Each pair of far apart entries has an a and a b of its own; their medians are those of the majority, which are then
-    fitted together.
+    Each pair of widely separated entries gives an a and a b; the medians belong to the majority, which is then fitted
+    together.
     """
     damped = np.flatnonzero(damping > 0)
     n = len(damped)

@@ -41,7 +41,7 @@ class DiagonalPlusLowRank(NamedTuple):
 
 
 def split_diagonal_plus_low_rank(matrix: Matrix) -> DiagonalPlusLowRank | None:
-    """Both parts of a symmetric matrix, shape (r, r); None if it has no such parts, or too few entries to tell them."""
+    """Both parts of a symmetric matrix, shape (r, r); None if it has no such parts or too few entries to find them."""
     size = np.abs(np.diag(matrix))
     if not size.all():
         return None

@@ -43,7 +43,7 @@ class DynamicStiffness:
     damping
         Shape (r, r) [N s/m].
     stiffness
-        Symmetric positive semi-definite, shape (r, r) [N/m]: singular for a body that contacts alone hold.
+        Symmetric positive semi-definite, shape (r, r) [N/m]: singular for a body held by contacts alone.
     basis
         Mode shapes of a structure nearby, shape (r, r), in which all three matrices may be diagonal plus low rank where
         its own modes are coupled; none by default.
@@ -67,7 +67,7 @@ class DynamicStiffness:
     structural: Matrix | None = None
     #: Modes of mass and stiffness.
     modes: DenseModes = field(init=False, repr=False)
-    #: Coordinates that the damping does not couple; None where each frequency takes a dense solve.
+    #: Coordinates that the damping does not couple; None if each frequency takes a dense solve.
     modal: ModalCoordinates | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -135,7 +135,7 @@ class DynamicStiffness:
         Raises
         ------
         ForceError
-            A static receptance (omega = 0) of a body that nothing holds, or an undamped resonance.
+            A static receptance (omega = 0) of an unsupported body, or an undamped resonance.
         """
         omega = self._check_frequencies(angular_frequency)
         chosen_rows, chosen_columns = self._check_rows(rows), self._check_rows(columns)
@@ -204,7 +204,7 @@ class DynamicStiffness:
             A body without support.
         """
         self._check_frequencies(np.zeros(1))
-        # Real and imaginary parts beside each other: a complex right side would make the factor complex.
+        # Real and imaginary parts as separate columns: a complex right side would make the factor complex.
         n = len(force)
         parts = cho_solve(self._factor, np.concatenate([force.real, force.imag]).T, check_finite=False).T
         return np.asarray(parts[:n] + 1j * parts[n:])
@@ -293,7 +293,7 @@ class DynamicStiffness:
         return np.asarray(matrices)
 
     def _check_frequencies(self, angular_frequency: Frequencies) -> Frequencies:
-        """The frequencies; a static one is refused where nothing holds the body."""
+        """The frequencies; a static one is refused for an unsupported body."""
         omega = np.asarray(angular_frequency, dtype=np.float64)
         if self.n_rigid and np.any(omega == 0):
             raise ForceError(

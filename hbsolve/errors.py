@@ -1,4 +1,4 @@
-"""What can be wrong with a force, a dynamic model or a search for a peak; the tree is drawn in `geometry.errors`."""
+"""Errors of a force, a dynamic model or a search for a peak; the tree is drawn in `geometry.errors`."""
 
 from enum import Enum
 
@@ -14,7 +14,7 @@ class ModelError(InputError):
 
 
 class NoPeakError(InputError):
-    """A band or a set of samples that holds no resonance peak."""
+    """A band or a set of samples without a resonance peak."""
 
 
 class BalanceError(InputError):
@@ -38,7 +38,7 @@ class Failure(Enum):
 
 
 class NoSteadyState(ArithmeticError):
-    """No steady state was found; the message says where, what was tried and what to try next.
+    """No steady state was found; the message gives the place, the attempts and the next step.
 
     Parameters
     ----------

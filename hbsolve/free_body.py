@@ -8,15 +8,15 @@ from reduction.array_type import Matrix
 
 #: Reciprocal condition number of a scaled stiffness below which some motion may find no resistance.
 SINGULAR = 1e-13
-#: Share of the structure in the stiffness against some motion, beside its joints, that is round-off.
+#: Share of the structure, without its joints, in the stiffness against some motion that counts as round-off.
 NOTHING = 1e-6
 
 
 def is_free(stiffness: Matrix, of_joints: Matrix) -> bool:
     """Whether joints alone resist some motion, of the stiffness of a structure and that of its joints, (r, r) [N/m].
 
-    A Cholesky factor tells most structures at a tenth of the cost of natural frequencies; fine meshes are so
-    ill-conditioned that the motion of least resistance decides.
+    A Cholesky factor decides for most structures at a tenth of the cost of natural frequencies; for ill-conditioned
+    fine meshes the motion of least stiffness decides.
     """
     if not _may_be_free(stiffness):
         return False

@@ -1,8 +1,8 @@
 """Calls of a compiled function by its address, so that its machine code is no part of its callers'.
 
-numba compiles a function together with all that it calls. Where several callers choose among many functions, each
-would hold a copy of every one, and compiling takes several times as long. A function that is called by its address is
-compiled once, and only if it is used.
+numba compiles a function together with all functions that it calls. If several callers choose among many functions,
+each would contain a copy of every one, and compiling takes several times as long. A function that is called by its
+address is compiled once, and only if it is used.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,7 @@
 """Joints as arrays, and how compiled code reaches their laws.
 
 Laws over a period are large: they are called by their address (`hbsolve.function_address`). Laws at an instant are
-small: compiled switches hold all of them.
+small: compiled switches contain all of them.
 """
 
 from collections.abc import Sequence

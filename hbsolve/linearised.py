@@ -1,8 +1,8 @@
 r"""The linear algebra of one step of Newton's method: I + L A on the rows of L that are not zero.
 
 L, the Jacobian of the joint forces g, is block diagonal by joint, A by harmonic. The rows are ordered by coefficient
-and, within one, by direction, so that inner loops run over directions, in contiguous memory. The directions of which
-the mean alone is active come last.
+and, within one, by direction, so that inner loops run over directions, in contiguous memory. Directions with only the
+mean active come last.
 """
 
 from typing import Any
@@ -77,9 +77,9 @@ def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
 
 @compiled
 def solve_if_finite(matrix: Any, right: Any) -> Any:
-    """Solution of a system, shape (m,); NaN where it has overflown, as the force of a steep law far beyond its range.
+    """Solution of a system, shape (m,); NaN if it has overflown, such as for a steep law far beyond its range.
 
-    Newton's method then ends as it does where |R| has overflown.
+    Newton's method then ends as it does if |R| has overflown.
     """
     if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
         return np.full(len(right), np.nan)

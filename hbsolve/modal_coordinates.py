@@ -25,7 +25,7 @@ Amplitudes = Complex[Array, "p r"]
 
 #: Modal damping couples two modes if |c_ij| exceeds this share of sqrt(c_ii c_jj), ...
 COUPLED_SHARE = 1e-6
-#: ... and this share of the largest |c_ij|: what projecting a large stiffness onto soft shapes leaves as round-off.
+#: ... and this share of the largest |c_ij|: the round-off of projecting a large stiffness onto soft shapes.
 ROUND_OFF = 1e-9
 #: |k - omega^2 m| of a mode that is hit exactly, over |k| + omega^2 |m|: round-off.
 RESONANCE = 1e-14
@@ -229,7 +229,7 @@ def find_modal_coordinates(
     structural: Matrix | None = None,
     basis: Matrix | None = None,
 ) -> ModalCoordinates | None:
-    """Coordinates that uncouple M, C, K and H; None where the damping couples all modes.
+    """Coordinates that uncouple M, C, K and H; None if the damping couples all modes.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def find_modal_coordinates(
 
 
 def _find_in_basis(matrices: list[Matrix], basis: Matrix) -> ModalCoordinates | None:
-    """Coordinates of a basis in which K, M, C and H are diagonal plus low rank; None where they are not."""
+    """Coordinates of a basis in which K, M, C and H are diagonal plus low rank; None if they are not."""
     parts = [split_diagonal_plus_low_rank(basis.T @ matrix @ basis) for matrix in matrices]
     result = [part for part in parts if part is not None]
     count = np.array([len(part.strength) for part in result])

@@ -44,7 +44,7 @@ def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], 
     Raises
     ------
     BalanceError
-        The file is missing or holds something else.
+        The file is missing or contains something else.
     """
     import xarray
 

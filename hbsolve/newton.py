@@ -12,8 +12,8 @@ by GMRES where they are many (`hbsolve.krylov`), and by elimination where they a
 Of A_k the code has the columns, one in each row of an array: what a unit force along one direction moves. Only those of
 the directions that slip or lift off are read.
 
-The functions are continuous with kinks. Backtracking on |R| handles those; where no shorter step helps, one is taken
-anyway, because a kink can make every short step worse while the next piece converges at once.
+The functions are continuous with kinks. Backtracking on |R| handles those; if no shorter step decreases |R|, one is
+taken anyway, because a kink can make every short step worse while the next piece converges at once.
 
 Continuation borders the system with one equation and one unknown, lambda::
 
@@ -50,7 +50,7 @@ MARGIN = 0.01
 ROUND_OFF = 1e4 * np.finfo(float).eps
 #: Share of |R| that a step leaves where it may be round-off: convergence is quadratic.
 STALLED = 0.5
-#: Size of the linear motion where no load moves the joints: round-off alone then tells whether R is zero [m].
+#: Size of the linear motion if no load moves the joints: round-off alone then decides whether R is zero [m].
 NO_LOAD = np.finfo(float).tiny
 #: Sufficient decrease, the factor of a shortened step, and the shortest one (Nocedal and Wright, chapter 3).
 DECREASE, SHORTEN, SHORTEST = 1e-4, 0.4, 5e-3
@@ -198,7 +198,7 @@ def bordered_step(
 
 @compiled
 def newton_with_forces(x: Any, point: Any, start: Any, tolerance: float, max_iteration: int) -> Any:
-    """What `newton` returns, and the joint forces at x."""
+    """Result of `newton`, and the joint forces at x."""
     linear, omega, columns, arrays = point
     table, first, count, sampling = arrays
     forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)

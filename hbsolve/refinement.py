@@ -120,7 +120,7 @@ def refine_harmonics(
             moved = abs(watched - before) / max(abs(watched), size)
             before, result = watched, replace(result, error=max(result.error, moved))
         if result.error <= limit:
-            # Where harmonics beyond the finer ones resonate, they change more than those before: the estimate tells.
+            # Resonant harmonics beyond the finer ones change more than those before: the estimate shows it.
             ahead = refined(truncation(coarse, state).change, RefinementStop.MOST_HARMONICS)
             result = max(result, ahead, key=lambda item: item.error)
             if result.error <= limit:

@@ -123,7 +123,7 @@ def sensitivity(
     state
         Converged state; at a kink (a contact about to change) the derivative is that of one side.
     parameters
-        What to derive by.
+        Parameters of the derivatives.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def derivatives(
     state, forces, rates
         State of this balance, the forces of its joints with their derivatives, and parameters.
     condensed, contact
-        The structure at the state's Omega, and what it moves under a unit force along each joint direction.
+        The structure at the state's Omega, and its motion under a unit force along each joint direction.
     response
         Response of the readings at the state's Omega.
     """

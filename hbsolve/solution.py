@@ -19,7 +19,7 @@ from reduction.array_type import Real
 TOLERANCE = 1e-9
 MAX_ITERATION = 40
 #: Vibration of a body that drifts, over its distance, and force of the springs that centre it, over loads and mean
-#: forces of joints: beside joints that stick it is 1e-9 of theirs.
+#: forces of joints: next to sticking joints it is 1e-9 of theirs.
 DISTANT = 1e-3
 DRIFT = 1e-6
 #: First step of the level in the ramp, the smallest one, and iterations in each: a state near another needs few.
@@ -45,7 +45,7 @@ def solve_at(
     sliders: InitialSliders,
     recovery: Recovery | None = None,
 ) -> SteadyState:
-    """`steady_state` where the linear structure at Omega is at hand, and maybe what recovers the full response."""
+    """`steady_state` with a given linear structure at Omega, and optionally the recovery of the full response."""
     x = start_motion(balance, x)
     linear = balance.linear(condensed)
     with np.errstate(over="ignore"):
@@ -182,7 +182,7 @@ def recover_state(
     Raises
     ------
     NoSteadyState
-        The state of a joint does not repeat every period, as one that ratchets.
+        The state of a joint does not repeat every period, such as in ratcheting.
     """
     forces = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE)
     if forces.unsettled.any():

@@ -79,8 +79,8 @@ def follow(
     carried
         Whether a state begins with the sliders that the one before left, and not with `slider`.
     from_guess
-        Whether a state starts from its guess, moved by what its neighbour differs from its own guess; else from its
-        neighbour.
+        Whether a state starts from its guess plus the difference of its neighbour from the neighbour's guess; else from
+        its neighbour.
     sequence
         `StateSequence` of the states.
     arrays
@@ -129,7 +129,7 @@ def follow(
         start = InitialSliders(value, by_multiplier)
         norm, iteration = np.inf, 0
         if from_guess and (not neighboured or track.iterations[before] == 0):
-            # Many states are as the guess says, and stay so: nothing has to be derived for them.
+            # Many guesses are solutions already: these need no derivatives.
             forces = joint_forces(x, point.angular_frequency, arrays.table, start, arrays.sampling, FORCE)
             R = x - linear + apply_receptance(point.columns, forces.coefficients)
             norm = np.sqrt((R * R).sum())

@@ -1,8 +1,8 @@
 """A steady state at one frequency: one start, then a few, then an arc to the frequency, then many starts.
 
-Where contacts slide against the linear structure's resonance, Newton's method may wander between pieces of the balance.
-It wanders differently from every start, and a share of them ends at a solution; and along an arc of solutions, close
-steps leave nowhere to wander.
+If contacts slide near a resonance of the linear structure, Newton's method may cycle between the smooth pieces of the
+residual without converging. Its path depends on the start, and a share of the starts converges; along an arc of
+solutions, small steps keep it close to a solution.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ from reduction.array_type import Real
 N_START, ITERATIONS, SEED = 200, 60, 0
 #: A few of them: half of those that lead on are among these, and nearly all about a state known in fewer harmonics.
 FEW_STARTS = 16
-#: Joint directions up to which so many starts are tried; beyond, an iteration takes longer with their square, and fewer
-#: are tried, but a few.
+#: Number of joint directions up to which all starts are tried, and least number of starts beyond: an iteration costs
+#: the square of the directions.
 FEW_DIRECTIONS, LEAST_START = 12, 8
 #: Relative spread of a start about the motion given, and about the stuck one.
 SPREAD, STUCK_SPREAD = 0.3, 0.1
@@ -108,7 +108,7 @@ def solve_from_other_starts(
     sliders: InitialSliders,
     before: SteadyState | None = None,
 ) -> SteadyState | None:
-    """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none.
+    """Solution from many starts about a motion, or along an arc from another state, if `solve_at` fails; or None.
 
     A few starts take as long as an arc, and many ten times as long.
     """
@@ -122,18 +122,18 @@ def from_many_starts(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: InitialSliders, n_start: int = N_START,
     *, failed: int = 0,
 ) -> SteadyState | None:  # fmt: skip
-    """What the first start that leads to a solution leads to; none if none does.
+    """Solution from the first start that converges; None without any.
 
     Parameters
     ----------
     balance, condensed, sliders
-        What is solved.
+        Problem.
     x
         Motion that the starts are about; the stuck one by default.
     n_start
-        How many starts there are, where joints have few directions [-].
+        Number of starts, if joints have few directions [-].
     failed
-        The `n_start` of a call before that led to nothing: its starts are the first of these, and left out [-].
+        The `n_start` of an earlier call without a solution: its starts are the first of these, and left out [-].
     """
     linear = balance.linear(condensed)
     scale = linear_size(linear)
@@ -158,7 +158,7 @@ def from_many_starts(
 def along_an_arc(
     balance: HarmonicBalance, angular_frequency: float, before: SteadyState | None, sliders: InitialSliders
 ) -> SteadyState | None:
-    """The state reached along an arc from another frequency's state, else from a low level; none if neither arrives."""
+    """The state reached along an arc from another frequency's state, else from a low level; None if both fail."""
     arcs: list[tuple[FrequencyPath | LevelPath, float, float, Real | None]] = []
     if before is not None and before.angular_frequency != angular_frequency and before.level == balance.level:
         arcs.append((FrequencyPath(balance=balance), before.angular_frequency, angular_frequency, before.motion))

@@ -1,4 +1,4 @@
-"""What the harmonics left out and the number of samples cost: one Newton step of a finer balance."""
+"""Errors due to truncated harmonics and the number of samples: one Newton step of a finer balance."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from reduction.array_type import Array, Matrix, Real
 
 #: Amplitude of a row, over the amplitudes that it adds up, below which it is round-off and residual [-].
 STILL = 1e-6
-#: Change by twice the samples from which on, if harmonics change less, these are judged on so many times the samples:
-#: of friction that is a steep function of the velocity, 256 samples saw nothing of an error of 24 % [-].
+#: If twice the samples change more than this, and harmonics less, these are judged with this factor on the samples: for
+#: friction as a steep function of the velocity, 256 samples did not show an error of 24 % [-].
 COARSE_CHANGE, FINER = 1e-3, 4
 
 
@@ -47,7 +47,7 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
         A state of another balance.
     """
     check_state(balance, state)
-    if not balance.n_direction or not np.linalg.norm(state.motion):  # nothing moves, as far as squares show
+    if not balance.n_direction or not np.linalg.norm(state.motion):  # no motion, or squares that underflow
         return Truncation(harmonics=0.0, samples=0.0, change=np.zeros(balance.system.n_dof, dtype=np.complex128))
     at_level = balance.at_level(state.level)
     n_harmonic = 2 * balance.n_harmonic

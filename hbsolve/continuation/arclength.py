@@ -82,8 +82,8 @@ class Corrected(NamedTuple):
 def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -> tuple[Direction, int]:
     """Tangent of length 1 in the direction of travel, and the sign of the determinant along it.
 
-    `last` is the last tangent; `orientation` is the sign along the way to here, or 0 where there was none, so that
-    `last` alone says what is ahead.
+    `last` is the last tangent; `orientation` is the sign of the determinant so far, or 0 without one, so that `last`
+    alone determines the direction.
     """
     t = _along_kernel(here, last, metric)
     sign = _determinant_sign(here) * (1 if t.value >= 0 else -1)

@@ -53,14 +53,14 @@ class ResponseBranch(Exported):
     coefficients
         In the convention of `hbsolve.fourier`, shape (p, n_harmonic, r) [m].
     residual_norm
-        What is left of balance, relative to the linear motion or, without joints, to the force, shape (p,) [-].
+        Residual of the balance, relative to the linear motion or, without joints, to the force, shape (p,) [-].
     stop_reason
         Why the curve ends where it ends.
     stopped_at
         Where it ends, with the unit, if that needs to be said.
     leaps
-        Indices of points that the curve leaps to: it could not be followed from the point before, which differs by more
-        than a step would change, so that it may be another branch.
+        Indices of points after a jump of the curve: it could not be followed from the point before, which differs by
+        more than a step, so that the point may be on another branch.
     level
         Scale of the harmonic force at each point; ones by default, shape (p,) [-].
     iterations
@@ -121,7 +121,7 @@ class ResponseBranch(Exported):
 
     @property
     def stop_message(self) -> str:
-        """Why the curve ends, in a sentence, and where it leaps."""
+        """Why the curve ends, in a sentence, and where it jumps."""
         ends = self.stop_reason.sentence(self.stopped_at)
         if not self.leaps:
             return ends
@@ -282,7 +282,7 @@ def load_branch(path: Path | str) -> ResponseBranch:
     Raises
     ------
     BalanceError
-        The file is missing or holds no branch.
+        The file is missing or contains no branch.
     """
 
     def read(data: "xarray.Dataset") -> ResponseBranch:

@@ -36,7 +36,7 @@ from hbsolve.solution import newton_from
 from hbsolve.state import SteadyState, is_same_motion, make_initial_sliders
 from reduction.array_type import Real
 
-#: Frequencies of the range from which arcs begin, and peaks of the curve beside them.
+#: Number of frequencies of the range, and of peaks of the curve, from which arcs begin.
 N_FREQUENCY, N_PEAK = 9, 3
 #: Folds that miss the level by more than this share of it are too far from it [-].
 MOST_MISSED = 0.5
@@ -44,8 +44,8 @@ MOST_MISSED = 0.5
 MOST_REFINED, N_HALVED = 2, 3
 #: A fold is looked for if a parabola promises a smaller miss than this share of the present one [-].
 WORTHWHILE = 0.5
-#: Points of all arcs: no further arc begins beyond so many for each point of the curve, nor beyond so many for a short
-#: one, so that the search takes no longer than a few curves.
+#: Largest number of points of all arcs, per point of the curve and at least, beyond which no further arc begins: the
+#: search takes no longer than a few curves.
 POINTS, LEAST_POINTS = 2, 300
 #: Detached curves at most, so that a curve that ended early is not completed from everywhere.
 MOST_CURVES = 6
@@ -205,11 +205,11 @@ class _Search:
         points = [state]
         while at.stop_reason is None:
             point, at = continuation.advance(at)
-            if at.leaps:  # to another curve, or nobody knows
+            if at.leaps:  # possibly to another curve
                 return points, StopReason.FAILED
             if point is not None:
                 points.append(point)
-            # The mark stays: the curve is to be followed once round, not until it meets one that moves on.
+            # Keep the mark: follow the curve round once, not until it meets a moving mark.
             at = replace(at, mark=mark)
         if at.stop_reason is StopReason.CLOSED:
             return [*points, state], StopReason.ISOLA

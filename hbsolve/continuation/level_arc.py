@@ -19,7 +19,7 @@ from reduction.array_type import Real
 
 #: First and last level of the arc and its largest step, in shares of the level of the balance; and points at most.
 FIRST, LAST, STEP, MOST_POINTS = 0.3, 10.0, 2.0, 100
-#: Largest and first share by which the motion changes in a step: the points are not shown, but only what lies on them.
+#: Largest and first relative change of the motion in a step: the arc only serves to find states and is not shown.
 LARGEST, SET_OUT = 0.4, 0.2
 #: That share where the arc turns near the wanted level, and how near, in shares of the level.
 FINE, CLOSE = 0.06, 0.6
@@ -106,9 +106,9 @@ def _turns(first: ContinuationState, middle: ContinuationState, last: Continuati
 def _turn(
     path: LevelPath, level: float, points: list[ContinuationState], sliders: InitialSliders
 ) -> tuple[list[SteadyState], float]:
-    """Level at which an arc turns between three points, and states at the wanted level that a closer look finds there.
+    """Level at which an arc turns between three points, and states at the wanted level found there by short steps.
 
-    Long steps may pass over a turn that reaches the wanted level; it is looked at with short ones if it comes near.
+    Long steps may pass over a turn that reaches the wanted level; a turn close to it is followed with short steps.
     """
     coarse = _vertex(*points)
     # Sizes of the level count: a force against the direction of the load has a negative one.

@@ -48,7 +48,7 @@ class ResonantState:
 
 @on_one_blas_thread
 def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: Real | None = None) -> ResonantState:
-    """The peak of a frequency response, between its points: where the exact derivative of the amplitude vanishes.
+    """The peak of a frequency response, between its points: the zero of the exact derivative of the amplitude.
 
     Its level is that of the branch, which may follow a power of Omega.
 
@@ -103,7 +103,7 @@ class _Point:
 
 
 def _solve(path: FrequencyPath, angular_frequency: float, start: Real, slider: Real | None) -> SteadyState:
-    """The state at a frequency, at the level that holds there."""
+    """The state at a frequency, at its level there."""
     at_level = level_at(path.balance, angular_frequency, path.level_power)
     return steady_state(at_level, angular_frequency, start=start, slider=slider)
 
@@ -143,7 +143,7 @@ def _over_the_top(
     at, reach = before.angular_frequency, float(np.ptp([item.angular_frequency for item in points]))
     if not reach:
         return list(points)
-    # The ends of the arc are far away: it is left when it is over the top.
+    # The ends of the arc are far away: following stops beyond the top.
     arc = Continuation(path=path, first=max(at - 10 * reach, at / 2), last=at + 10 * reach, step=reach)
     state = replace(
         arc.state_at(before.motion, make_initial_sliders(path.balance, slider)),

@@ -82,7 +82,7 @@ class ContinuationState:
     mark: Mark
     """Where a closed branch would come back to."""
     leaps: tuple[int, ...] = ()
-    """Points that were reached by a leap, by their index on the branch."""
+    """Indices of points on the branch that continuation did not reach from the point before."""
     stop_reason: StopReason | None = None
     """None while there is a next step."""
 
@@ -179,7 +179,7 @@ class Continuation:
                     if after is None:
                         continue
                     if step == usual < state.step and after.state.stop_reason is None:
-                        # A stop on the way says nothing of how far the next step may go.
+                        # A stop on the way does not limit the next step.
                         after = Advance(after.point, replace(after.state, step=max(after.state.step, state.step)))
                     return after
             step *= RETRY

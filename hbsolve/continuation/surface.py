@@ -153,7 +153,7 @@ def load_surface(path: Path | str) -> ResponseSurface:
     Raises
     ------
     BalanceError
-        The file is missing or holds no surface.
+        The file is missing or contains no surface.
     """
 
     def read(data: "xarray.Dataset") -> ResponseSurface:
@@ -165,7 +165,7 @@ def load_surface(path: Path | str) -> ResponseSurface:
 
 
 def _refined(places: Float[Real, " p"], fine: int) -> Float[Real, " q"]:
-    """So many intervals in place of each."""
+    """Subdivide each interval."""
     number = np.arange(fine * (len(places) - 1) + 1) / fine
     return np.asarray(np.interp(number, np.arange(len(places)), places))
 
@@ -176,9 +176,9 @@ def _interpolated(
     torn: Bool[NDArray[np.bool_], "p n"],
     fine: Float[Real, " q"],
 ) -> Complex[Array, "q n"]:
-    """Values at finer places along the first axis; NaN where one beside is, or where they are torn from the one before.
+    """Values at finer places along the first axis; NaN next to a NaN, or where a value is torn from the one before.
 
-    Each run of connected values has a spline of its own.
+    Each run of connected values has its own spline.
     """
     result = np.full((len(fine), values.shape[1]), np.nan, dtype=np.complex128)
     known = np.isfinite(values)

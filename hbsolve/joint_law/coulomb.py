@@ -44,11 +44,11 @@ from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, SEPARATED, 
 from hbsolve.joint_law.unilateral import normal_force, unilateral
 from reduction.array_type import Real, Whole
 
-#: Periods at most; sliders that creep on after these are told.
+#: Largest number of periods; sliders that still creep after these are reported.
 MAX_PERIOD = 200
 #: 1 - F' below which the angle hardly converges to a cycle, and periods are iterated.
 MIN_CONTRACTION = 1e-6
-#: Steps of Newton's method towards a cycle at most, and the largest change of the angle in one [rad].
+#: Largest number of Newton steps towards a cycle, and largest change of the angle in a step [rad].
 MAX_NEWTON, MAX_STEP = 40, 1.0
 #: No instant.
 NONE = -1
@@ -56,7 +56,7 @@ NONE = -1
 SETTLED = 1e-11
 #: Below this the mean inverse of the radius is its series in z = (r_1 - r_0) / (r_1 + r_0), to round-off.
 SERIES = 0.03
-#: exp(-kappa) is no smaller than with this: its square must not vanish.
+#: Largest kappa: the square of exp(-kappa) must not underflow.
 MAX_EXPONENT = 300.0
 
 

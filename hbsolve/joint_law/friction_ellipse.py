@@ -47,8 +47,8 @@ def _add_parameters(
 ) -> None:
     """Turn derivatives of the isotropic contact by its parameters and starts to those of this one.
 
-    How its forces change with c follows from its Jacobian, so that only their harmonics are right: nothing else is
-    asked of them.
+    The derivative of its forces with respect to c follows from its Jacobian, so that only their harmonics are correct:
+    nothing else is used.
     """
     nh = sampling.evaluate.shape[0]
     x = np.dot(u, sampling.project)

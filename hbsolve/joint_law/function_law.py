@@ -5,10 +5,10 @@ F is as good as linear by then: with F' its Jacobian, all further periods togeth
 
 .. math:: \sum_{m \ge 0} F'^m\, r = (I - F' + P)^{-1} (I - P)\, r, \qquad r = F(w) - w, \qquad P = F'^{\,\infty} ,
 
-which is Newton's method where everything is forgotten. P holds what no period changes, such as a slider that sticks:
-that stays where it was put. Derivatives are carried through all periods, and settle by the same sum. A state that still
-creeps after `MAX_PERIOD` periods is told (`LawOutput.unsettled`). A start by multiplier is a place between Coulomb's
-limits, which such a law does not have: it then begins with a state of zeros.
+which is Newton's method if P = 0. P projects onto the part of the state that no period changes, such as a slider that
+sticks: it keeps its start. Derivatives are carried through all periods, and converge by the same sum. A state that
+still creeps after `MAX_PERIOD` periods is reported (`LawOutput.unsettled`). A start by multiplier is a position between
+Coulomb's limits, which these laws do not have: they then begin with a state of zeros.
 """
 
 from typing import Any
@@ -24,8 +24,8 @@ MAX_PERIOD = 200
 #: A state has settled when a period changes it by less than the first part of its largest value, which is round-off of
 #: a period; or by less than the second, where further periods do not come closer.
 SETTLED, ROUND_OFF = 1e-13, 1e-11
-#: P is F' after two to this power of periods: what forgets less than 1e-7 in each of them has no cycle that 16 digits
-#: tell, and stays.
+#: P is F' after two to this power of periods: a part of the state that decays by less than 1e-7 per period has no cycle
+#: that double precision can resolve, and is kept.
 DOUBLINGS = 28
 
 
@@ -167,7 +167,7 @@ def _period(
 
 @compiled
 def _further_periods(F: Any, change: Any) -> Any:
-    """What all further periods change in columns that one has changed; nothing where that grows without end."""
+    """Sum of the changes of columns by all further periods; zero if it diverges."""
     size = len(F)
     kept = F.copy()
     for _ in range(DOUBLINGS):

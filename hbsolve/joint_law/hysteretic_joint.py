@@ -1,4 +1,4 @@
-"""What smooth hysteresis laws share: from the share z / z_y that a law moves to force and derivatives.
+"""Common part of smooth hysteresis laws: force and derivatives from the share z / z_y of a law.
 
 The state is the other end of the spring that yields, w = u - z.
 

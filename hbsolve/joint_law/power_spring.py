@@ -17,7 +17,7 @@ def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
     slope[0], slope[1] = stiffness * exponent * secant, 0.0
     slope[2] = u * secant
     slope[3] = -stiffness * (exponent - 1.0) * u * secant / reference
-    # u log(u) vanishes with u.
+    # u log(u) tends to zero with u.
     slope[4] = stiffness * u * secant * log(share) if share > 0.0 else 0.0
     return float(stiffness * u * secant)
 

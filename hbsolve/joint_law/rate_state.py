@@ -1,11 +1,11 @@
 r"""A law whose state follows a rate equation: the cycle in which its state repeats every period, and its derivatives.
 
-A law gives one step from an instant to the next, `step` below, and `rate_law` makes all the rest of it. The first
-state is the position of a slider; the others are set anew by each instant. A period takes the slider w to F(w), and F'
-is the product of what the steps keep of it, between 0 and 1. Newton's method finds the cycle :math:`w = F(w)` in a few
-periods, however little each of them forgets, and in the cycle :math:`dw = F' dw + b`, with b the change of a period
-that begins with the same w. It is what time integration tends to after many periods. A joint that hardly moves keeps
-its slider, so that there is no such cycle: it begins where it is put.
+A law gives one step from an instant to the next, `step` below, and `rate_law` adds the rest. The first state is the
+position of a slider; the others are reset at each instant. A period maps the slider w to F(w), and F' is the product of
+the derivatives of the steps with respect to it, between 0 and 1. Newton's method finds the cycle :math:`w = F(w)` in a
+few periods, also for F' near 1, and in the cycle :math:`dw = F' dw + b`, with b the change of a period that begins with
+the same w. Time integration converges to this cycle after many periods. A joint that hardly moves keeps its slider at
+its start, without a unique cycle.
 """
 
 from collections.abc import Callable
@@ -16,11 +16,11 @@ import numpy as np
 from fe.compiled import compiled_template
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SLIP, STICK, CompiledLaw
 
-#: Periods at most; a state that creeps on after these by more than the second number below is told.
+#: Largest number of periods; a state that still creeps after these by more than the second number below is reported.
 MAX_PERIOD = 100
 #: A state has settled when a period changes it by less than the first part of its largest value: round-off of a period.
 SETTLED, ROUND_OFF = 1e-13, 1e-11
-#: A period that forgets less than this part of the state has no cycle that 16 digits tell.
+#: Least 1 - F' of a cycle that double precision can resolve.
 STILL = 1e-7
 #: A slider that follows the motion by more than this share slips.
 FOLLOWS = 0.5
@@ -52,7 +52,7 @@ def period(
     u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, sampling: Any, state: Any, S: Any,
     traces: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Move the state through a period, and S, what it changes by, in one column or in those of `force`."""
+    """Move the state through a period, and its derivatives S, in one column or in those of `force`."""
     n, s, p, nh, width = u.shape[1], len(state), len(parameters), sampling.evaluate.shape[0], S.shape[1]
     value, slope, moved = np.empty(1 + s), np.empty((1 + s, 3 + s + p)), np.empty((s, width))
     for k in range(n):

@@ -1,4 +1,4 @@
-"""What the harmonic balance asks of a joint's law, and what it hands over.
+"""Interface between the harmonic balance and the law of a joint.
 
 A law is one file that registers one compiled function `force` of this signature::
 
@@ -71,7 +71,7 @@ class LawOutput(NamedTuple):
     status: Whole
     """STICK, SLIP or SEPARATED at each instant of each tangent; row 0 of a joint with one direction, shape (2, n)."""
     unsettled: Whole
-    """1 where what the joint remembers does not repeat every period: the force is not periodic, shape (1,)."""
+    """1 if the state of the joint does not repeat every period, so that the force is not periodic, shape (1,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +86,7 @@ class CompiledLaw:
     """For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
     fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
     step_slopes: Callable[..., Any] | None = None
-    """For laws with memory: what a step from one instant to the next derives to,
+    """For laws with memory: derivatives of a step from one instant to the next,
     ``step_slopes(before, after, velocity, slider, parameters, out)``, with displacements at both instants, shape (d,),
     velocities at the second, and sliders before. It fills `out`, shape (d + s, 3 d + s), which arrives as zeros: rows
     the forces and sliders after the step, columns the displacements after, the velocities, the displacements before,

@@ -25,7 +25,7 @@ def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
     slope[1] = unit * loss * stiffness * abs(u) * power * steepness
     slope[2], slope[3] = force / stiffness, unit * stiffness * abs(u) * power * step
     slope[4] = -exponent * force / reference
-    # u log(u) vanishes with u.
+    # u log(u) tends to zero with u.
     slope[5] = force / (exponent + 2.0) + (force * log(share) if share > 0.0 else 0.0)
     slope[6] = -slope[1] * velocity / scale
     return float(force)

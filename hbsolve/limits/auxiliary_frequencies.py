@@ -1,9 +1,9 @@
-"""Frequencies that a search adds to those that are requested.
+"""Frequencies that a search adds to the requested ones.
 
-A state at one frequency is often reached from another one alone: branches that begin at the resonance of a contact that
-slips end far beside it, and no search at their end finds them. So limits are searched for at some frequencies between
-those that are requested and the resonance next to them. Resonances move between those of the structure without its
-joints and those with all joints stuck and closed.
+A state at one frequency can often be reached only from another one: branches that begin at the resonance of a slipping
+contact end far from it, and no search at their end finds them. So limits are also searched for at some frequencies
+between the requested ones and the next resonance. Resonances lie between those of the structure without its joints and
+those with all joints stuck and closed.
 """
 
 from typing import NamedTuple
@@ -15,9 +15,9 @@ from fe.dense_modes import compute_dense_modes
 from hbsolve.balance import HarmonicBalance
 from reduction.array_type import Real, Whole
 
-#: Frequencies beyond these shares of those requested are not searched [-].
+#: Frequencies beyond these shares of the requested ones are not searched [-].
 BELOW, ABOVE = 0.75, 1.33
-#: Resonances are passed by this share of them, so that a branch is seen from both sides [-].
+#: The search extends beyond a resonance by this share of it, so that a branch is reached from both sides [-].
 PASSED_SHARE = 0.03
 
 
@@ -27,7 +27,7 @@ class SearchedFrequencies(NamedTuple):
     angular_frequency: Real
     """Ascending, shape (f,) [rad/s]."""
     requested: Int[Whole, " a"]
-    """Indices of those that are requested, shape (a,)."""
+    """Indices of the requested ones, shape (a,)."""
 
 
 def add_auxiliary_frequencies(balance: HarmonicBalance, angular_frequency: Real, fewest: int) -> SearchedFrequencies:
@@ -44,7 +44,7 @@ def add_auxiliary_frequencies(balance: HarmonicBalance, angular_frequency: Real,
 
 
 def _window(balance: HarmonicBalance, angular_frequency: Real) -> tuple[float, float]:
-    """From the frequencies requested to the resonances next to them [rad/s]."""
+    """Interval that covers the requested frequencies and the resonances next to them [rad/s]."""
     first, last = float(angular_frequency[0]), float(angular_frequency[-1])
     free = np.sqrt(compute_dense_modes(balance.system.mass, balance.system.stiffness).lambda_.clip(min=0))
     stuck = np.sqrt(balance.structure.stuck.modes.lambda_.clip(min=0))

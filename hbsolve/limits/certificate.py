@@ -1,7 +1,7 @@
-"""What is known about a limit beyond its value: how well it is solved, and how far from better ones.
+"""Certificate of a limit: accuracy of its solution, and possible improvement.
 
-A gradient norm says nothing at a kink, so the certificate takes steps: the gain that the linear programme predicts at
-three radii, and the gain that the steady states there really have.
+At a kink a gradient norm is not informative, so the certificate takes steps: the gain predicted by the linear programme
+at three radii, and the gain of the steady states there.
 """
 
 from collections.abc import Sequence
@@ -18,19 +18,19 @@ from hbsolve.limits.sliders import multipliers
 
 #: Steps, in lengths of the intervals.
 RADII = (0.05, 0.0125, 0.003)
-#: A neighbour's state, followed here, that ends so much worse lies on another branch of optima.
+#: A neighbour's state that is worse by more than this share when continued to here is on another branch of optima.
 JUMP = 0.01
 
 
-#: What is known of one limit: entries of the arrays of `hbsolve.limits.result.ResponseLimits` by name.
+#: Certificate of one limit: entries of the arrays of `hbsolve.limits.result.ResponseLimits` by name.
 Certificate: TypeAlias = dict[str, Any]
 
 
 def certify(curve: LimitCurve, indices: Sequence[int], best: Optima) -> dict[LimitKey, Certificate]:
-    """Certificates at the frequencies of these indices; `best` also holds the neighbours of the first and the last."""
+    """Certificates at the frequencies of these indices; `best` also has the neighbours of the first and the last."""
     result = {}
     for key in ((index, side) for index in indices for side in LimitSide if (index, side) in best):
-        # One state alone has no branches to choose from.
+        # A single state has no other branches.
         jump = not _is_one(best, key[0]) and any(
             _jumps(curve, best, key, step) for step in (-1, 1) if (key[0] + step, key[1]) in best
         )
@@ -70,7 +70,7 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
 
 
 def _is_one(best: Optima, index: int) -> bool:
-    """Whether both limits are the same to less than a jump."""
+    """Whether both limits differ by less than a jump."""
     if any((index, side) not in best for side in LimitSide):
         return False
     lower, upper = (best[index, side].value for side in LimitSide)
@@ -78,7 +78,7 @@ def _is_one(best: Optima, index: int) -> bool:
 
 
 def _jumps(curve: LimitCurve, best: Optima, key: LimitKey, step: int) -> bool:
-    """Whether a neighbour's state does not become this one."""
+    """Whether the continuation of a neighbour's state misses this one."""
     (index, side), optimum, point = key, best[key], curve.point(key[0])
     worse = JUMP * max(abs(optimum.value), point.measure.least)
     if side * (optimum.value - optimum.followed.get(step, -side * np.inf)) <= worse:

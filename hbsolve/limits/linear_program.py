@@ -18,7 +18,7 @@ from fe.compiled import compiled
 
 #: Reduced costs and pivots below these are zero; rows and costs are scaled to one by the caller.
 FLAT, PIVOT = 1e-9, 1e-10
-#: Stopping after so many exchanges still leaves a feasible step.
+#: Largest number of exchanges; the step is feasible after any of them.
 MAX_EXCHANGE = 400
 
 

@@ -1,4 +1,4 @@
-r"""A local search over the sliders that knows Coulomb's bounds: sequential linear programming in a trust region.
+r"""A local search over the sliders within Coulomb's bounds: sequential linear programming in a trust region.
 
 At a steady state the objective and the intervals of the undetermined sliders are linear in a change d of their starts,
 to first order. The step solves
@@ -6,9 +6,9 @@ to first order. The step solves
 .. math:: \max \pm \nabla J \cdot d, \qquad w_\mathrm{low} + w_\mathrm{low}' d \le w + d \le w_\mathrm{high} +
           w_\mathrm{high}' d, \qquad |w + d - w_\mathrm{nominal}| \le w_\mathrm{max}, \qquad |d| \le \Delta\, r
 
-with r the lengths of the intervals; then the steady state of the new sliders is found, and a step that gains is taken.
-Limits lie at kinks, where contacts begin to slip or lift off: a vertex follows the bounds along them, while a gradient
-step would be cut short at each.
+with r the lengths of the intervals; then the steady state of the new sliders is computed, and an improving step is
+accepted. Limits lie at kinks, where contacts begin to slip or lift off: a vertex follows the bounds along them, while a
+gradient step would end at each.
 
 The derivatives are exact, by the implicit function theorem: the start w of a slider that sticks is a constant force
 -k_t w in g, so with L the Jacobian of g
@@ -16,9 +16,9 @@ The derivatives are exact, by the implicit function theorem: the start w of a sl
 .. math:: (I + A L)\, \frac{dx}{dw} = A\, k_t\, e_0, \qquad (I + L A)\, y = L A\, k_t\, e_0,
           \qquad \frac{dx}{dw} = A\, (k_t\, e_0 - y), \qquad \frac{dg}{dw} = y - k_t\, e_0 .
 
-The ends of the intervals of `hbsolve.limits.sliders` move with the motion at the instants that set them, and the
-derivative of all of it costs one elimination on the active rows. An adjoint solution would give the gradient alone, by
-the same elimination; the search needs the intervals as well.
+The ends of the intervals of `hbsolve.limits.sliders` move with the motion at the instants that determine them; all
+derivatives cost one elimination on the active rows. An adjoint solution would give the gradient only, at the same cost;
+the search needs the intervals as well.
 """
 
 from dataclasses import dataclass
@@ -37,10 +37,10 @@ RADIUS, LARGEST, SMALLEST = 0.5, 1.0, 1e-3
 #: Realised over predicted gain: accepted above the first; the region shrinks below the second, grows above the third.
 ACCEPT, POOR, GOOD = 0.1, 0.3, 0.7
 REJECTED, SHRINK, GROW = 0.4, 0.5, 2.0
-#: The search ends after two steps that gain less than this share of the value, or where a tenth of it is predicted.
+#: The search ends after two steps with less than this relative gain, or if less than a tenth of it is predicted.
 GAIN = 1e-4
 MAX_STEP = 20
-#: An interval counts as at least this share of their mean, so that a narrow one does not freeze the others.
+#: Least scale of an interval, as a share of their mean, so that a narrow one does not freeze the others.
 NARROW = 0.05
 
 
@@ -53,10 +53,10 @@ class LimitSide(IntEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SliderDerivative:
-    """By the starts of the n undetermined sliders; s sliders, d directions."""
+    """Derivatives with respect to the starts of the n undetermined sliders; s sliders, d directions."""
 
     undetermined: Int[Whole, " n"]
-    """Which sliders these are, shape (n,)."""
+    """Numbers of these sliders, shape (n,)."""
     gradient: Float[Real, " n"]
     """Derivative of the objective, shape (n,) [its unit / m]."""
     motion: Float[Real, "d nh n"]
@@ -67,7 +67,7 @@ class SliderDerivative:
 
 
 def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
-    """Derivative of a steady state; at a kink that of one side."""
+    """Derivative of a steady state; one-sided at a kink."""
     own, table, A = trial.undetermined, point.sliders, point.condensed.receptance
     tangent, kt = table.tangent[own], table.stiffness[own]
     first, count = point.balance.joint_of_direction
@@ -114,16 +114,16 @@ class LinearProgramme:
     length: Real
     """Lengths of the intervals, shape (n,) [m]."""
     cost: Real
-    """Gain by each slider's move over its length, shape (n,)."""
+    """Gain by a move of each slider by its length, shape (n,)."""
     rows: Real
     bound: Real
     """Of both ends of the intervals, shapes (2 n, n) and (2 n,)."""
     down: Real
     up: Real
-    """How far each slider may move in the box, in lengths, shape (n,)."""
+    """Largest move of each slider in the box, in lengths, shape (n,)."""
 
     def step(self, radius: float) -> tuple[Float[Real, " n"], float]:
-        """The best move of the undetermined sliders [m] and the gain that it predicts."""
+        """The best move of the undetermined sliders [m] and its predicted gain."""
         largest = np.abs(self.cost).max(initial=0.0)
         if not largest > 0:
             return np.zeros_like(self.cost), 0.0
@@ -158,7 +158,7 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
 def take_step(
     point: LimitPoint, trial: TrialState, linear: LinearProgramme, step: Float[Real, " n"]
 ) -> TrialState | None:
-    """The steady state after a step, started from where the derivative predicts it, else from where it was."""
+    """The steady state after a step, with the predicted motion as the start, else the previous one."""
     w = trial.initial_slider.copy()
     w[linear.derivative.undetermined] += step
     stepped = point.settle(trial.motion + linear.derivative.motion @ step, w)
@@ -166,7 +166,7 @@ def take_step(
 
 
 def local_search(point: LimitPoint, trial: TrialState, side: LimitSide, max_step: int = MAX_STEP) -> TrialState:
-    """The best state that steps from a settled one reach."""
+    """The best state reached by steps from a settled state."""
     radius, small = RADIUS, 0
     for _ in range(max_step):
         size = max(abs(trial.value), point.measure.least)

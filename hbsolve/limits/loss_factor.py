@@ -1,14 +1,14 @@
-r"""The loss factor of eq. 10, the paper's objective, and the limits that it gives.
+r"""The loss factor of eq. 10, the paper's objective, and the limits by it.
 
 .. math:: \eta = \frac{\Delta W_\mathrm{dis}}{2 \pi U_\mathrm{pot}}
 
-In a steady state the work of the excitation is what is dissipated, and it is linear in the motion; U_pot is the largest
+In a steady state the work of the excitation is the dissipation, and it is linear in the motion; U_pot is the largest
 potential energy of the vibration over the period, in the structure and in the springs of the contacts
 (`hbsolve.energy`). Both are functions of the joint forces g, since q = q_lin - alpha B^T g.
 
-The paper looks for the extremes over multipliers m in [-1, 1] of eq. 11, T = m mu N at the first instant. That is
-Coulomb's cone itself and bounds no slider: each state that sticks has such an m. So the paper's limits are those of the
-loss factor over all slider positions, the box left open.
+The paper seeks the extremes over multipliers m in [-1, 1] of eq. 11, T = m mu N at the first instant. This is Coulomb's
+cone itself and bounds no slider: every sticking state has such an m. So the paper's limits are those of the loss factor
+over all slider positions, without a box.
 
 References
 ----------
@@ -83,10 +83,10 @@ class LossMeasure:
     least: float = float(np.finfo(float).tiny)
 
     def _energies(self, level: float, x: Real, g: Real) -> tuple[float, float, int, Real, Real, Real, Real]:
-        """Work, U_pot, its instant, and what then derives it.
+        """Work, U_pot, its instant, and the quantities for its derivatives.
 
-        That is the vibration of the structure, that of the tangential forces (0 of normals), and of the normal springs
-        their force beyond that at the mean displacement, and the force of the vibration on the tangent there.
+        These are the vibration of the structure, that of the tangential forces (0 for normals), and for the normal
+        springs their force beyond that at the mean displacement, and the force of the vibration on the tangent there.
         """
         recovery = self.recovery
         joint_response = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
@@ -143,12 +143,12 @@ class LossMeasure:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LossFactorLimits:
-    """Limits of an output where the loss factor is extreme: those of Ferhatoglu, Botto and Zucca."""
+    """Limits of an output at extreme loss factors: those of Ferhatoglu, Botto and Zucca."""
 
     loss_factor: ResponseLimits
     """Least and largest loss factor, with their states and certificates."""
     amplitude: Float[Real, "2 l f"]
-    """Of the output at them: first where eta is largest, the paper's lower limit, then where it is least, its upper
+    """Amplitude of the output there: first at the largest eta, the paper's lower limit, then at the least, its upper
     limit, shape (2, l, f) [m]."""
 
 
@@ -162,9 +162,9 @@ def loss_factor_limits(
     reach: float = np.inf,
     **options: Any,
 ) -> LossFactorLimits:
-    """Amplitude of an output where the loss factor is extreme, eqs 9-12.
+    """Amplitude of an output at extreme loss factors, eqs 9-12.
 
-    They bound the amplitude at resonance alone; `docs/response_limits.md` says why.
+    They bound the amplitude at resonance only; see `docs/response_limits.md`.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-r"""What is bounded: a harmonic of an output, or a static or dynamic contact force.
+r"""Objectives of limits: a harmonic of an output, or a static or dynamic contact force.
 
 All of these are linear in the motion x of the joint directions and in the joint forces g = f - D x,
 
 .. math:: z = c + p \cdot x_k + s_k \cdot g_k ,
 
-and bounded is the amplitude abs(z), or z itself for a mean. For an output row o, c is its stuck response to the loads
-and s = -o alpha(k Omega) B^T; for the force of joints, f = g + D x.
+and the objective is the amplitude abs(z), or z itself for a mean. For an output row o, c is its stuck response to the
+loads and s = -o alpha(k Omega) B^T; for the force of joints, f = g + D x.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from hbsolve.state import checked_harmonic, make_initial_sliders
 from reduction.array_input import finite_array
 from reduction.array_type import Array, Real, Whole
 
-#: Of a force or a mean, gains are reckoned relative to no less than this share of what friction and loads at rest give.
+#: Least reference for relative gains of a force or a mean, as a share of its size by friction and loads at rest.
 MIN_RELATIVE_SIZE = 0.01
 
 
@@ -34,7 +34,7 @@ class Measure(Protocol):
 
     @property
     def least(self) -> float:
-        """Gains are relative to the value, and to no less than this."""
+        """Least reference for relative gains."""
         ...
 
     def value(self, level: float, x: Real, g: Real) -> float:
@@ -50,11 +50,11 @@ class Objective(Protocol):
     """What is bounded."""
 
     def check(self, balance: HarmonicBalance) -> None:
-        """Refuse what the system does not have."""
+        """Refuse an objective that the system does not have."""
         ...
 
     def measure(self, balance: HarmonicBalance, condensed: Condensed) -> Measure:
-        """How it is computed at one frequency."""
+        """Measure of the objective at one frequency."""
         ...
 
 
@@ -109,8 +109,8 @@ class OutputHarmonic:
     harmonic
         The fundamental by default; 0 for the mean [-].
     base
-        Acceleration of a shaken base that the output sees beside the motion relative to it, in this harmonic at level
-        1 [m/s^2]; none by default, which bounds the relative motion.
+        Acceleration of a shaken base that adds to the relative motion of the output, in this harmonic at level 1
+        [m/s^2]; none by default, which bounds the relative motion.
     """
 
     row: int | Float[Real, " r"]
@@ -140,7 +140,7 @@ class OutputHarmonic:
         """See `Objective`."""
         row, recovery = self._weights(balance), balance.structure.recovery(condensed)
         by_force = -(row @ recovery.contact[self.harmonic]).astype(np.complex128)
-        # An amplitude is its own measure; a mean may be zero, and is compared with what friction can move.
+        # Gains of an amplitude are relative to itself; a mean may be zero, and is compared with the range of friction.
         moved = np.abs(by_force) @ np.abs(_rest_forces(balance, condensed)) if self.harmonic == 0 else 0.0
         carried = self.base / (self.harmonic * condensed.angular_frequency) ** 2 if self.harmonic else 0.0
         return LinearMeasure(

@@ -1,4 +1,4 @@
-"""The best state found so far at each frequency of a level, what takes its place, and what it becomes elsewhere."""
+"""The best state found so far at each frequency of a level, its replacement, and its continuation."""
 
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
@@ -11,12 +11,12 @@ from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
 
-#: A state takes the place of another if it is better by this share.
+#: A state replaces another if it is better by this share.
 BETTER = 1e-6
-#: Limits that differ by less than this share are one.
+#: Limits that differ by less than this share count as equal.
 CLOSED = 1e-3
-#: Steps from a frequency to the next where one fails, or makes the state worse by more than a share, and the steps of
-#: the search at each.
+#: Number of steps to the next frequency if a single one fails or makes the state worse by more than the share that
+#: follows, and steps of the search at each.
 STEPS, WORSE, SEARCH = 4, 0.05, 6
 
 
@@ -32,11 +32,11 @@ class Optimum:
     residual_norm: float
     """|R| relative to the linear motion [-]."""
     repaired: bool = False
-    """Whether it, or what it came from, was found from a sampled state that lay outside the limits before."""
+    """Whether it, or its predecessor, was found from a sampled state outside the earlier limits."""
     starts: tuple[float, ...] = ()
-    """Values at which local searches from different starts ended."""
+    """Final values of local searches from different starts."""
     followed: dict[int, float] = field(default_factory=dict)
-    """Values that the neighbours' states have here, by the step to the neighbour, -1 or +1."""
+    """Values of the neighbours' states continued to here, by the step to the neighbour, -1 or +1."""
 
 
 #: Index of the frequency, and side.
@@ -46,7 +46,7 @@ Optima: TypeAlias = dict[LimitKey, Optimum]
 
 
 def keep_if_better(best: Optima, key: LimitKey, trial: TrialState | None, *, repaired: bool = False) -> float:
-    """Take a state where it is better than the optimum; returns the gain, relative to the optimum before."""
+    """Take a state if it is better than the optimum; returns the gain, relative to the optimum before."""
     if trial is None:
         return 0.0
     before = best.get(key)
@@ -75,10 +75,10 @@ def improve(point: LimitPoint, best: Optima, key: LimitKey, x: Real, w: Sliders,
 def continue_optimum(
     curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, after: int
 ) -> TrialState | None:
-    """The state that an optimum becomes at another frequency; not yet improved there.
+    """Continue the state of an optimum to another frequency, without improving it there.
 
-    Branches end in folds: with its sliders a lower limit may not exist any more a little further on, while with others
-    it does. So where one step does not arrive, or on another branch, sliders are improved on the way in smaller ones.
+    Branches end in folds: a little further on, a lower limit may exist no longer with its sliders but with others. So
+    if a single step fails or ends on another branch, smaller steps improve the sliders on the way.
     """
     direct = curve.point(after).settle(optimum.motion, optimum.initial_slider)
     if direct is not None and side * curve.point(after).gain(direct.value, optimum.value) > -WORSE:
@@ -97,7 +97,7 @@ def continue_optimum(
 
 
 def is_open(best: Optima, index: int) -> bool:
-    """Whether there is more than one value at a frequency: between both limits, or between ends of local searches."""
+    """Whether values at a frequency differ: both limits, or the ends of local searches."""
     here = [best[index, side] for side in LimitSide if (index, side) in best]
     values = np.concatenate([(optimum.value, *optimum.starts) for optimum in here])
     return bool(np.ptp(values) > CLOSED * np.abs(values).max())

@@ -1,9 +1,9 @@
 """Continuation of optima: to neighbours in frequency, across gaps between branches and to other levels.
 
-A local search ends in the optimum of its basin. Neighbours often sit in a better one, and a state with all contacts
-stuck has no gradient to leave it by. Near a fold a limit's state may not exist at the next frequency with the sliders
-that it has, while that from two frequencies on does, or one to which the motion drags them. There neighbours further
-away are tried, and where no state is near theirs the solver tries all that it can, at a hundred times the cost.
+A local search ends in the optimum of its basin. Neighbours are often in a better one, and a state with all contacts
+stuck has no gradient. Near a fold the state of a limit may not exist at the next frequency with its sliders, while the
+state of the second next one does, or one with the sliders dragged by the motion. There neighbours further away are
+tried, and if no state is near theirs the solver tries all its starts, at a hundred times the cost.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,13 +13,13 @@ from hbsolve.limits.local_search import GAIN, LimitSide, local_search
 from hbsolve.limits.optimum import LimitKey, Optima, continue_optimum, improve, keep_if_better
 from hbsolve.limits.problem import LimitCurve
 
-#: A neighbour's state this share worse than the optimum is not improved.
+#: A neighbour's state that is worse than the optimum by more than this share is not improved.
 HOPELESS = 0.3
 #: Sweeps back and forth over the frequencies.
 SWEEPS = 6
-#: A limit that is better than its neighbour's state followed here by this share is not of the same branch.
+#: A limit that is better by this share than its neighbour's state continued to here is on another branch.
 OTHER_BRANCH = 5e-3
-#: Neighbours that are tried across a gap are so many frequencies away at most, and worse by this share at most.
+#: Largest distance in frequencies, and largest relative loss, of neighbours that are tried across a gap.
 FURTHEST, WORSE = 3, 0.1
 
 
@@ -28,7 +28,7 @@ def continue_to_neighbours(
 ) -> Optima:
     """Continue optima to neighbours until no limit improves; at first only those that are `fresh`.
 
-    `best` also holds the neighbours of the first and the last frequency, which are not improved. Returns the optima at
+    `best` also has the neighbours of the first and the last frequency, which are not improved. Returns the optima at
     `indices`.
     """
     best, own = dict(best), set(indices)
@@ -53,7 +53,7 @@ def continue_to_neighbours(
 
 
 def _take_over(curve: LimitCurve, best: Optima, source: LimitKey, key: LimitKey) -> float:
-    """Try a neighbour's optimum at a frequency; the gain."""
+    """Try a neighbour's optimum at a frequency; returns the gain."""
     (index, side), neighbour, present = key, best[source], best.get(key)
     point = curve.point(index)
     trial = continue_optimum(curve, side, neighbour, source[0], index)
@@ -106,7 +106,7 @@ def find_gaps(best: Optima) -> set[LimitKey]:
 
 
 def continue_across_gaps(curve: LimitCurve, best: Optima, keys: Iterable[LimitKey]) -> tuple[Optima, set[LimitKey]]:
-    """Try neighbours' optima at some frequencies once more; returns the limits and which of them improved."""
+    """Try neighbours' optima at some frequencies again; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     for index, side in keys:
         point = curve.point(index)

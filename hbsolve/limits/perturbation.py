@@ -1,8 +1,8 @@
-"""Perturbation of optima, so that a search leaves their basin.
+"""Perturbation of optima, so that a search leaves their basin of attraction.
 
-Basins come in families. A damper that was turned one way in its grooves is about as good as one that was turned the
-other way, but no step leads from the one to the other: the way goes through the state between, which is far worse. So
-sliders are turned about, line by line and in all combinations of lines; where those are too many, a random choice.
+Basins come in families. A damper turned one way in its grooves gives about the same value as one turned the other way,
+but no small steps connect the two, since the state between them is far worse. So slider patterns are reversed, line by
+line and in all combinations of lines, or in a random choice if there are too many.
 """
 
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,7 @@ from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.slider_bounds import random_sliders
 from hbsolve.limits.sliders import SliderTable
 
-#: Combinations of lines that are turned about at most.
+#: Largest number of reversed combinations of lines.
 MOST_TURNS = 15
 #: Random perturbations of each optimum, and their sizes, in lengths of the intervals.
 N_RANDOM, SIZES = 12, (0.3, 1.0)
@@ -26,7 +26,7 @@ N_RANDOM, SIZES = 12, (0.3, 1.0)
 def perturb(
     curve: LimitCurve, best: Optima, keys: Iterable[LimitKey], seed: Sequence[int]
 ) -> tuple[Optima, set[LimitKey]]:
-    """Search again from changes of some optima; returns the limits and which of them improved."""
+    """Search again from perturbations of some optima; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     random = np.random.default_rng(seed)
     for key in keys:
@@ -72,7 +72,7 @@ def _perturb_at_random(
         return np.asarray(trial.initial_slider + some * random.normal(size=n) * random.choice(SIZES) * length)
     if kind == 1:
         return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.initial_slider)
-    # A line of another optimum nearby, of either limit, or all of it.
+    # One line, or all, of another nearby optimum of either limit.
     others = sorted(item for item in best if item != key)
     other = best[others[random.integers(len(others))]].initial_slider if others else trial.initial_slider
     line = int(random.integers(int(table.line.max()) + 1))

@@ -1,4 +1,4 @@
-"""Steady states of given sliders at one frequency and level, from neighbours and not from scratch."""
+"""Steady states of given sliders at one frequency and level, started from neighbouring states."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,20 +22,20 @@ from hbsolve.steady_state import FEW_STARTS, from_many_starts, steady_state
 from reduction.array_type import Real, Whole
 
 Sliders = Float[Real, " s"]
-#: Motion and sliders that a search starts from.
+#: Start motion and sliders of a search.
 SearchStart = tuple[Real, Sliders]
 
-#: Most Newton steps, and after how many of them |R| is compared with what it was.
+#: Largest number of Newton steps, and interval of checks of |R|.
 LIMIT, CHECK_INTERVAL = 15, 3
-#: Largest ratio of |R| to what it was: a small one where a failure costs little, any where the state matters [-].
+#: Largest ratio of |R| to its first value: small if a failure costs little, large if the state is needed [-].
 STRICT_RATIO, ANY_RATIO = 0.3, 1e3
-#: Trials of a Newton step, by how much each is shorter, and the decrease that ends them; the last is taken in any case.
+#: Trials of a Newton step, ratio of their lengths, and the decrease that ends them; the last is always accepted.
 TRIALS, SHORTENED, DECREASE = 4, 0.4, 1e-4
-#: Changes of the sliders per state: dragged ones are moved to where they end.
+#: Changes of the sliders per state: dragged ones are moved to their final positions.
 ROUNDS = 3
-#: A dragged slider ends this share of its interval inside it, so that round-off cannot drag it again.
+#: A dragged slider is placed inside its interval by this share of it, so that round-off cannot drag it again.
 INSIDE = 1e-7
-#: Homotopy in the sliders: tries, the least share of the way, and by how much it changes.
+#: Homotopy in the sliders: number of tries, least share of the way, and its change.
 TRIES, LEAST_SHARE, SHORTER, LONGER = 12, 0.02, 0.4, 2.0
 
 
@@ -58,19 +58,19 @@ class TrialState:
 
     @property
     def sticking(self) -> Bool[NDArray[np.bool_], " s"]:
-        """Sliders that stick over the whole period, dragged there or not."""
+        """Sliders that stick over the whole period, whether dragged before or not."""
         return self.intervals.low <= self.intervals.high
 
     @property
     def outside_interval(self) -> Bool[NDArray[np.bool_], " s"]:
-        """Those of them whose start lies outside their interval."""
+        """Sticking sliders whose start is outside their interval."""
         return self.sticking & (
             (self.initial_slider < self.intervals.low) | (self.initial_slider > self.intervals.high)
         )
 
     @property
     def undetermined(self) -> Whole:
-        """Sliders that the motion leaves where they start, so that it depends on their history."""
+        """Sliders that stay at their starts, so that the motion depends on their history."""
         return np.flatnonzero((self.intervals.low < self.intervals.high) & ~self.outside_interval)
 
     @property
@@ -96,8 +96,8 @@ class LimitPoint:
     scale: float = 0.0
 
     def trial(self, x: Real, w: Sliders, residual_norm: float) -> TrialState:
-        """A motion that is known to be a steady state."""
-        # Copied: compiled code takes read-only arrays, such as those of a result, for another type.
+        """Trial state of a known steady state."""
+        # Copied: to compiled code, read-only arrays such as those of a result are of another type.
         x, w = np.array(x), np.array(w)
         forces = forces_at(self.balance, self.condensed.angular_frequency, x, _start(w), JACOBIAN)
         intervals = compute_stick_intervals(x, self.sliders, self.balance.sampling.evaluate)
@@ -112,7 +112,7 @@ class LimitPoint:
         )
 
     def solve(self, x: Real, w: Sliders, largest_ratio: float = STRICT_RATIO) -> TrialState | None:
-        """Newton's method from a motion nearby; none where it fails."""
+        """Newton's method from a motion nearby; None if it fails."""
         balance, tolerance = self.balance, TOLERANCE * self.scale
         at = BalancePoint(self.linear, self.condensed.angular_frequency, self.condensed.columns, balance.arrays)
         result, norm, forces, intervals = newton_near(
@@ -121,7 +121,7 @@ class LimitPoint:
         return self._trial(result, w, norm / self.scale, forces, intervals) if norm <= tolerance else None
 
     def settle(self, x: Real, w: Sliders, largest_ratio: float = ANY_RATIO) -> TrialState | None:
-        """As `solve` from the nearest state in the box; dragged sliders then start where they end, if the box has it.
+        """As `solve` from the nearest state in the box; dragged sliders then start at their ends, if in the box.
 
         Afterwards each slider is undetermined, or slips, or is dragged from a bound of the box.
         """
@@ -160,12 +160,12 @@ class LimitPoint:
         return None
 
     def from_few_starts(self, w: Sliders) -> TrialState | None:
-        """What one of a few starts leads to: enough where a state that is missed costs little."""
+        """Solution from one of a few starts, if a missed state costs little."""
         state = from_many_starts(self.balance, self.condensed, None, _start(w), FEW_STARTS)
         return None if state is None else self.trial(state.motion, w, state.residual_norm)
 
     def from_anywhere(self, w: Sliders) -> TrialState | None:
-        """With all that `steady_state` tries."""
+        """Solution by all starts of `steady_state`."""
         try:
             state = steady_state(self.balance, self.condensed.angular_frequency, slider=w)
         except NoSteadyState:
@@ -173,7 +173,7 @@ class LimitPoint:
         return self.trial(state.motion, w, state.residual_norm)
 
     def gain(self, value: float, before: float) -> float:
-        """A change relative to a value, or to the least that counts."""
+        """Change relative to a value, or to the least reference of the measure."""
         return (value - before) / max(abs(before), self.measure.least)
 
 
@@ -181,11 +181,11 @@ class LimitPoint:
 def newton_near(
     x: Any, point: Any, start: Any, sliders: Any, tolerance: float, limit: int, interval: int, largest_ratio: float
 ) -> Any:
-    """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and where the sliders stick.
+    """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and intervals in which the sliders stick.
 
-    Steps in the sliders often leave the branch of a solution, and a search that waits for `hbsolve.newton` to try all
-    it can spends most of its time on states that do not exist. So this gives up where |R| is not below
-    `largest_ratio` times the first one after `interval` iterations, or its square after twice as many.
+    Steps in the sliders often leave the branch of a solution, and a search with the full `hbsolve.newton` would spend
+    most of its time on states that do not exist. So this stops if |R| is not below `largest_ratio` times the first one
+    after `interval` iterations, or its square after twice as many.
     """
     linear, omega, columns, arrays = point
     table, first, count, sampling = arrays

@@ -10,16 +10,16 @@ from hbsolve.limits.point import LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
 
-#: Local searches start from so many members whose values differ, besides the optimum of the frequency before.
-#: At the ends of the band, which have a neighbour on one side alone, they are more.
+#: Number of members with different values from which local searches start, besides the optimum of the frequency before.
+#: It is larger at the ends of the band, which have one neighbour only.
 N_BEST, N_BEST_AT_END = 2, 6
-#: Values that differ by less than this share come from one state.
+#: Values that differ by less than this share count as the same state.
 SAME_STATE = 1e-4
 
 
 def first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> Optima:
     """Limits at the frequencies of these indices, in order."""
-    # What is swept up stays on the branch that it came by, which is another one than that of a sweep down.
+    # A sweep stays on its branch, and sweeps up and down follow different ones.
     up = swept_states(curve, indices, starts)
     down = swept_states(curve, indices[::-1], starts)
     chosen: dict[LimitKey, list[SearchStart]] = {}
@@ -53,7 +53,7 @@ def improved_along(
 
 
 def swept_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
-    """States of the members at frequencies in this order, each from where it was at the one before."""
+    """States of the members at frequencies in this order, each continued from the frequency before."""
     result: dict[int, list[TrialState]] = {}
     members = list(starts)
     motions: list[Real | None] = [None] * len(members)
@@ -66,14 +66,14 @@ def swept_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sli
             trial = trial or _from_others(point, w, result[index])
             motions[number] = None if trial is None else trial.motion
             if trial is not None:
-                # On the way to a member another one may be all that was reached.
+                # The homotopy to a member may have ended at other sliders.
                 members[number] = trial.initial_slider
                 result[index].append(trial)
     return result
 
 
 def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) -> TrialState | None:
-    """From a member that is solved, else from rest."""
+    """State found from the nearest solved member, else from rest."""
     if solved:
         nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.initial_slider - w)))
         return point.towards(w, nearest)

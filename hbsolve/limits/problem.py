@@ -1,4 +1,4 @@
-"""What is bounded, of which system, in which box: all that the search at any frequency and level needs."""
+"""System, objective and box of a search for limits at any frequency and level."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,7 +17,7 @@ from reduction.array_type import Real
 
 Frequencies = Float[Real, " f"]
 
-#: Frequencies whose structure is stored: all stages come back to them.
+#: Number of frequencies whose structure is stored: all stages reuse them.
 STORED = 400
 
 
@@ -32,7 +32,7 @@ class LimitProblem:
     box: SliderBox
     """Of the initial slider states."""
     boxes: Mapping[float, SliderBox] = field(default_factory=dict)
-    """Those of levels that have a box of their own."""
+    """Boxes of levels with their own box."""
     sliders: SliderTable = field(init=False, repr=False)
     _known: dict[float, tuple[Condensed, Measure]] = field(init=False, repr=False, default_factory=dict)
 
@@ -41,7 +41,7 @@ class LimitProblem:
         self.objective.check(self.balance)
 
     def with_reaches(self, levels: Sequence[float], reach: Float[Real, "l s"]) -> "LimitProblem":
-        """The same with a box for each level; that of other levels holds all of them."""
+        """The same with a box for each level; the box of other levels contains all of them."""
         boxes = {float(level): replace(self.box, reach=row) for level, row in zip(levels, reach, strict=True)}
         return replace(self, box=replace(self.box, reach=np.max(reach, axis=0)), boxes=boxes)
 
@@ -68,7 +68,7 @@ class LimitProblem:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without what another process computes for itself."""
+        """State without cached structures, which another process computes itself."""
         return self.__dict__ | {"_known": {}}
 
 

@@ -1,10 +1,10 @@
-"""Random friction histories: steady states that sweeps, overshoots and fresh starts leave behind.
+"""Random friction histories: steady states after sweeps, overshoots and restarts.
 
-Each history carries its sliders along the frequencies, up or down, as a test does; now and then it begins anew, or the
-level overshoots and returns. Its states are inner bounds of the limits, since none of them was chosen to be extreme.
+Each history carries its sliders along the frequencies, up or down, as a test does; at random it restarts, or the level
+overshoots and returns. Its states are inner bounds of the limits, since none of them was chosen to be extreme.
 
-Searches that agree are no proof: on a small damper all seeds found the same wrong optimum. So an audit counts the
-states that lie outside a limit, and then repairs it from them.
+Agreement of searches is no proof: on a small damper all seeds found the same wrong optimum. So an audit counts the
+states outside a limit, and then repairs the limit from them.
 """
 
 from collections.abc import Callable, Iterator, MutableMapping, Sequence
@@ -25,11 +25,11 @@ from hbsolve.limits.slider_bounds import N_KIND, random_sliders
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
-#: Chance that something happens to a history between two frequencies; one in four is an overshoot to these levels.
+#: Probability of an event in a history between two frequencies; one in four is an overshoot to these levels.
 EVENT, OVERSHOOT = 0.1, (1.2, 2.2)
-#: A state counts as outside beyond this share of the limit; repair begins much closer.
+#: A state counts as outside beyond this share of the limit; repair starts at a much smaller share.
 OUTSIDE, REPAIR = 1e-3, 1e-5
-#: Sweeps begin and end so many frequencies outside a block: branches are reached by passing what comes before them.
+#: Number of frequencies by which sweeps extend beyond a block: a branch is reached from earlier frequencies.
 RUN_IN = 3
 
 
@@ -40,7 +40,7 @@ class SampledStates:
     value: Float[Real, "f n"]
     """Of the objective, NaN where no state was found, shape (f, n)."""
     extreme: dict[tuple[int, LimitSide], tuple[Real, Real]]
-    """The state furthest out at each frequency and side, as motion and sliders."""
+    """The outermost state at each frequency and side, as motion and sliders."""
 
 
 @on_one_blas_thread
@@ -108,19 +108,19 @@ class Audit:
     """Sampled states at one frequency and level."""
 
     count: int
-    """How many were found [-]."""
+    """Number of sampled states [-]."""
     lowest: float
     highest: float
     """Their values."""
     below: int
     above: int
-    """How many lay outside the limits by more than `OUTSIDE`, before any repair [-]."""
+    """Number of states outside the limits by more than `OUTSIDE`, before any repair [-]."""
 
 
 def audit(
     curve: LimitCurve, indices: Sequence[int], best: Optima, count: int, seed: Sequence[int]
 ) -> tuple[Optima, set[LimitKey], dict[int, Audit]]:
-    """Sample histories at a level; returns the repaired limits, which of them were, and the counts before."""
+    """Sample histories at a level; returns the limits, which of them were repaired, and the counts before."""
     best, repaired = dict(best), set()
     swept = range(max(indices[0] - RUN_IN, 0), min(indices[-1] + RUN_IN + 1, len(curve.angular_frequency)))
     sampled = sampled_states(curve, swept, count, seed)
@@ -156,10 +156,10 @@ class IndependentHistories:
     value: Float[Real, "l f n"]
     """Of the objective, NaN where no state was found, shape (l, f, n)."""
     excess: Float[Real, "l f n"]
-    """How far each lies outside, relative to the limit; negative inside, shape (l, f, n) [-]."""
+    """Distance of each outside the limit, relative to it; negative inside, shape (l, f, n) [-]."""
 
     def share_outside(self, by: float) -> float:
-        """Share of the states that lie outside by more than this share of the limit [-]."""
+        """Share of the states outside by more than this share of the limit [-]."""
         answer = self.excess[np.isfinite(self.excess)]
         return float((answer > by).mean()) if answer.size else 0.0
 
@@ -183,7 +183,7 @@ def independent_histories(
     count
         Histories [-].
     seed
-        Another one than that of the search.
+        Seed, different from that of the search.
     store, executor, progress
         As there; one task per level.
     """

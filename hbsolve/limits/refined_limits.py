@@ -1,8 +1,8 @@
-"""Limits with the harmonics and samples that a tolerance needs.
+"""Limits with the harmonics and samples for a tolerance.
 
-A search finds which slider positions lead to a limit. How large the response is there depends on the harmonics: the
-state at each limit is found again with more of them, with the sliders that it has. Sliders that are extreme with few
-harmonics need not be so with many: what is refined is a response that there is, beyond which there may be others.
+A search finds the slider positions of a limit. The size of the response there depends on the harmonics: the state at
+each limit is computed again with more of them and the same sliders. Sliders that are extreme with few harmonics need
+not be so with many: the refined response is possible, but there may be responses beyond it.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from hbsolve.truncation import relative_change, truncation
 from reduction.array_type import Matrix
 
 #: Size of a limit, over the largest of its level, below which its change is relative to this [-]: at an antiresonance a
-#: relative error says nothing.
+#: relative error is meaningless.
 MIN_RELATIVE_LIMIT = 1e-3
 #: Change by refinement, over the tolerance, beyond which a limit is marked [-]: of 21 such limits of random systems at
 #: H = 2 a search with the refined H put 6 more than 1 % elsewhere, of 35 others 2.
@@ -44,17 +44,17 @@ def refine_limits(
     Parameters
     ----------
     problem
-        Problem whose limits they are.
+        Problem of the limits.
     limits
-        Limits that a search found.
+        Limits of a search.
     tolerance
         Largest relative change of the objective, and of the main harmonic of the rows [-].
     rows
-        Rows of the motion that the objective is the amplitude of, shape (n, r) [-]: limits whose estimated error is
-        below the tolerance then stay as they are. By default the joint directions together, and the state at every
-        limit is found with twice the harmonics at least, because there is no estimate for forces.
+        Rows of the motion whose amplitude is the objective, shape (n, r) [-]: limits with an estimated error below the
+        tolerance are then kept. By default the joint directions together; the state at every limit is then computed
+        with at least twice the harmonics, because there is no estimate for forces.
     report
-        Called with the number of limits that are done and of all.
+        Called with the number of finished limits and of all.
 
     Raises
     ------

@@ -31,7 +31,7 @@ def limit_problem(
     nominal: Sequence[float] | Real | None = None,
     reach: float | Sequence[float] | Real | None = None,
 ) -> LimitProblem:
-    """What shall be bounded, in which box of slider states.
+    """Problem of bounding an objective over a box of slider states.
 
     Parameters
     ----------
@@ -40,10 +40,10 @@ def limit_problem(
     objective
         `OutputHarmonic`, `ContactForceHarmonic` or `LossFactor`.
     nominal
-        Centre of the box, shape (s,) [m]; by default where the static load leaves the sliders.
+        Centre of the box, shape (s,) [m]; by default the slider positions under the static load.
     reach
-        w_max, how far the loading history may have dragged a slider from there [m], one number or shape (s,); by
-        default the mean of mu N / k_t at rest. Infinite is allowed, but bodies that friction alone holds then jam
+        w_max, largest distance that the loading history may have dragged a slider from there [m], one number or shape
+        (s,); by default the mean of mu N / k_t at rest. Infinite is allowed, but bodies held by friction alone then jam
         without bound.
 
     Raises
@@ -51,7 +51,7 @@ def limit_problem(
     BalanceError
         No sliders, coupled tangents, or an output, centre or reach that does not fit.
     NoSteadyState
-        There is no rest under the static load.
+        No rest under the static load.
     """
     # The structure at rest is the same at all frequencies.
     box = slider_box(balance, balance.at(1.0), nominal, reach)
@@ -76,14 +76,14 @@ def response_limits(
     problem
         From `limit_problem`.
     angular_frequency
-        Ascending, shape (f,) [rad/s]. Neighbours help each other: where few are given the search adds some.
+        Ascending, shape (f,) [rad/s]. The search uses neighbours, and adds frequencies if few are given.
     levels
         Scales of the harmonic force, ascending and positive [-].
     settings
-        How hard to search.
+        Effort of the search.
     store
-        Keeps the result of each task under a name: one that lasts lets a search that was stopped go on. It belongs to
-        these arguments alone, the executor excepted.
+        Keeps the result of each task by name: with a persistent store an interrupted search can continue. It is valid
+        for these arguments only, except the executor.
     executor
         Runs the tasks, such as a process pool; this process by default. The limits are the same.
     progress
@@ -119,7 +119,7 @@ def starts_by_level(
 
 
 def ascending(given: object, what: str) -> Frequencies:
-    """Positive, ascending numbers, refused (`BalanceError`) where they are not."""
+    """Positive, ascending numbers; others are refused (`BalanceError`)."""
     values = np.atleast_1d(np.array(real_array(given, what, BalanceError)))
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (values > 0).all():
         raise BalanceError(f"{what} must be positive numbers: {values}")
@@ -137,7 +137,7 @@ def collect_limits(
     audits: list[dict[int, Audit]],
     certificates: list[dict[LimitKey, Certificate]],
 ) -> ResponseLimits:
-    """Arrays of the optima, audits and certificates of each level, at the frequencies asked for."""
+    """Arrays of the optima, audits and certificates of each level, at the requested frequencies."""
     balance, omega = problem.balance, searched.angular_frequency[searched.requested]
     requested = {int(index): row for row, index in enumerate(searched.requested)}
     arrays = blank_arrays(

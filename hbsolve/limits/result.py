@@ -57,16 +57,16 @@ class ResponseLimits(Exported):
     """|R| relative to the linear motion, shape (2, l, f) [-]."""
     predicted: Float[Real, "side=2 level point radius=3"]
     realised: Float[Real, "side=2 level point radius=3"]
-    """Relative gain of a further step at three radii, as the linear programme predicts it and as it is, shape
+    """Relative gain of a further step at three radii, predicted by the linear programme and realised, shape
     (2, l, f, 3) [-]."""
     spread: Float[Real, "side=2 level point"]
     starts: Int[Whole, "side=2 level point"]
-    """Between the ends of local searches from different starts, over the value, and how many, shape (2, l, f)."""
+    """Spread of the ends of local searches from different starts, over the value, and their number, shape (2, l, f)."""
     n_undetermined: Int[Whole, "side=2 level point"]
-    """Sliders that the motion leaves where history put them, shape (2, l, f) [-]."""
+    """Number of sliders whose positions depend on the history, shape (2, l, f) [-]."""
     drift: Float[Real, "side=2 level point"]
     on_bound: Int[Whole, "side=2 level point"]
-    """Largest |w - nominal| [m], and how many sliders the box holds [-], shape (2, l, f)."""
+    """Largest |w - nominal| [m], and number of sliders at the bound [-], shape (2, l, f)."""
     repaired: Bool[NDArray[np.bool_], "side=2 level point"]
     """Whether a sampled state outside the limits led to this one, shape (2, l, f)."""
     jump: Bool[NDArray[np.bool_], "side=2 level point"]
@@ -76,10 +76,10 @@ class ResponseLimits(Exported):
     n_sampled: Int[Whole, "level point"]
     """States sampled, shape (l, f) [-]."""
     n_outside: Int[Whole, "side=2 level point"]
-    """How many of them lay outside by more than 0.1 %, before any repair, shape (2, l, f) [-]."""
+    """Number of these outside by more than 0.1 %, before any repair, shape (2, l, f) [-]."""
     refined: Float[Real, "side=2 level point"]
-    """The limits with the harmonics and samples that a tolerance needs (`hbsolve.limits.refined_limits`), shape
-    (2, l, f) [unit of the objective]; NaN without."""
+    """The limits with the harmonics and samples for a tolerance (`hbsolve.limits.refined_limits`), shape (2, l, f)
+    [unit of the objective]; NaN without."""
     refined_error: Float[Real, "side=2 level point"]
     """Their relative error, estimated, shape (2, l, f) [-]."""
     refined_harmonic: Int[Whole, "side=2 level point"]
@@ -98,7 +98,7 @@ class ResponseLimits(Exported):
 
     @property
     def best_value(self) -> Float[Real, "side=2 level point"]:
-        """Refined limits where there are, and the others as they were found, shape (2, l, f)."""
+        """Refined limits if available, else the limits of the search, shape (2, l, f)."""
         return np.where(np.isfinite(self.refined), self.refined, self.value)
 
     @property
@@ -117,7 +117,7 @@ class ResponseLimits(Exported):
         Raises
         ------
         BalanceError
-            There is no such limit, or the balance is another one.
+            No such limit, or another balance.
         """
         row = list(LimitSide).index(LimitSide(side))
         if not (0 <= level < len(self.level) and 0 <= frequency < len(self.angular_frequency)):
@@ -177,14 +177,14 @@ def load_limits(path: Path | str) -> ResponseLimits:
     Raises
     ------
     BalanceError
-        The file is missing or holds no limits.
+        The file is missing or contains no limits.
     """
     return read_netcdf(path, "limits: give a file that `ResponseLimits.save`", limits_from_xarray)
 
 
 def limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
     """The limits of a data set that `ResponseLimits.to_xarray` made; a `KeyError` if it is none."""
-    # Older files know nothing of refinement.
+    # Older files have no refinement.
     blank = blank_arrays(**{str(name): size for name, size in data.sizes.items()})
     values = {
         name: unknown if name in REFINED and name not in data else data[VARIABLES.get(name, name)].values

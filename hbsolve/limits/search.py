@@ -1,8 +1,8 @@
-"""The search for limits over frequency and level, as tasks that any executor may run and any store may keep.
+"""The search for limits over frequency and level, as tasks for any executor and any store.
 
-Frequencies are cut into blocks. A task is one step for one level and one block; what it returns depends on its
-arguments alone, so that a search which finds some of its results in the store continues where it was interrupted, and
-comes out the same with any number of workers.
+Frequencies are divided into blocks. A task is one step for one level and one block; its result depends on its arguments
+only, so that an interrupted search continues from the stored results, and gives the same limits with any number of
+workers.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -31,7 +31,7 @@ from reduction.array_type import Real
 
 #: Rounds in which optima are continued across the edges of blocks.
 ROUNDS = 8
-#: Each fifth frequency is perturbed, in each round from another of a block's first: neighbours take over what gains.
+#: Every fifth frequency is perturbed, with another first one of the block in each round: neighbours adopt gains.
 STRIDE, FIRST_PERTURBED = 5, (2, 4, 0)
 PERTURBATIONS = len(FIRST_PERTURBED)
 #: Rounds in which optima are continued across gaps between branches.
@@ -40,12 +40,12 @@ GAP_ROUNDS = 4
 
 @dataclass(frozen=True, kw_only=True)
 class LimitSettings:
-    """How hard limits are searched for.
+    """Effort of a search for limits.
 
     Raises
     ------
     BalanceError
-        A number that is not whole, or too small.
+        A number that is not an integer, or too small.
     """
 
     population: int = 24
@@ -55,11 +55,11 @@ class LimitSettings:
     block: int = 15
     """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
     seed: int = 0
-    """Of random starts, perturbations and histories."""
+    """Seed of random starts, perturbations and histories."""
     perturbations: int = PERTURBATIONS
     """Rounds of perturbations after optima were continued from level to level, at most 3 [-]."""
     frequencies: int = 24
-    """Least number of frequencies of a search: where fewer are asked for it adds some, as far as the next resonance
+    """Least number of frequencies of a search: if fewer are requested it adds some, up to the next resonance
     (`hbsolve.limits.auxiliary_frequencies`); 1 adds none [-]."""
 
     def __post_init__(self) -> None:
@@ -89,7 +89,7 @@ class StagedSearch:
     starts: Sequence[Sequence[Real]]
     """The population's sliders at each level."""
     settings: LimitSettings
-    """How hard to search."""
+    """Effort of the search."""
 
     @property
     def blocks(self) -> list[range]:
@@ -119,7 +119,7 @@ class StagedSearch:
     def limits_from(
         self, chosen: Sequence[Mapping[LimitKey, Sequence[SearchStart]]]
     ) -> tuple[list[Optima], list[dict[LimitKey, Certificate]]]:
-        """Optima and certificates of each level, searched for from motions and sliders at each frequency and side."""
+        """Optima and certificates of each level, from start motions and sliders at each frequency and side."""
 
         def near(level: int, block: range) -> tuple[range, dict[LimitKey, Sequence[SearchStart]]]:
             return block, {key: value for key, value in chosen[level].items() if key[0] in block}
@@ -137,7 +137,7 @@ class StagedSearch:
         self._cross_gaps(best)
 
     def _certify(self, best: list[Optima]) -> list[dict[LimitKey, Certificate]]:
-        """What is known of each optimum, by level."""
+        """Certificate of each optimum, by level."""
         result = self._stage("certificates", certify, lambda level, block: (block, self._near(best[level], block)))
         return [{key: value for part in item for key, value in part.items()} for item in result]
 
@@ -159,9 +159,9 @@ class StagedSearch:
             )
 
     def _perturb(self, best: list[Optima], name: str, rounds: int) -> None:
-        """Perturb optima at some frequencies of each block; once more at others in levels where some gained.
+        """Perturb optima at some frequencies of each block, and at others again in levels with gains.
 
-        Where both limits are one and searches from all starts have ended alike there is nothing to gain.
+        If both limits are equal and the searches from all starts have ended alike, no gain is possible.
         """
         levels = list(range(len(best)))
         for number in range(rounds):
@@ -189,7 +189,7 @@ class StagedSearch:
             gained = self._improved(best, f"gaps, round {number}", "gaps", continue_across_gaps, [
                 (level, block, (self._near(best[level], block), keys)) for level, block, keys in jobs
             ])  # fmt: skip
-            # Where nothing has changed there is nothing new to try.
+            # Without a change there is nothing new to try.
             fresh = [
                 {key for key in find_gaps(item) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
                 for item, gain in zip(best, gained, strict=True)
@@ -199,7 +199,7 @@ class StagedSearch:
         self, best: list[Optima], name: str, stage: str, call: Callable[..., Any],
         jobs: Sequence[tuple[int, range, tuple[Any, ...]]],
     ) -> list[set[LimitKey]]:  # fmt: skip
-        """Run a call that returns optima and which of them improved, take them over and continue them to neighbours."""
+        """Run a call that returns optima and which of them improved; adopt them and continue them to neighbours."""
         tasks = [self._task(name, level, call, given, block) for level, block, given in jobs]
         gained: list[set[LimitKey]] = [set() for _ in best]
         for (level, block, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
@@ -236,7 +236,7 @@ class StagedSearch:
         return {key: value for key, value in best.items() if block.start - FURTHEST <= key[0] < block.stop + FURTHEST}
 
     def _take(self, best: list[Optima], level: int, parts: Iterable[Any]) -> set[LimitKey]:
-        """Take over what blocks of a level return, first their own optima, then those of them that improved."""
+        """Adopt the results of the blocks of a level: first their optima, then the set of those that improved."""
         gained: set[LimitKey] = set()
         for block, (result, better, *_) in zip(self.blocks, parts, strict=True):
             best[level].update({key: value for key, value in result.items() if key[0] in block})

@@ -20,18 +20,18 @@ from hbsolve.limits.shared_histories import SharedStates, share_histories
 from hbsolve.limits.task import Runner, SearchTask, StageProgress, frequency_blocks, task_key
 from reduction.array_type import Real
 
-#: Work of a shared history, in that of the local searches of one objective; as measured on a beam with six contacts.
+#: Work of a shared history relative to the local searches of one objective, measured on a beam with six contacts.
 WORK_PER_HISTORY = 0.012
 
 
 @dataclass(frozen=True, kw_only=True)
 class SeveralProgress:
-    """How far a search for several limits is."""
+    """Progress of a search for several limits."""
 
     stage: StageProgress
-    """The stage that runs."""
+    """Present stage."""
     before: float
-    """Work of the objectives and shared states that are done [-]."""
+    """Work of the finished objectives and shared states [-]."""
     shared: float
     total: float
     """Work of the shared states, and of all; that of one objective is 1 [-]."""
@@ -51,21 +51,21 @@ def several_limits(
 ) -> dict[str, ResponseLimits]:
     """Largest and smallest value of each objective over all slider states of the box, at each frequency and level.
 
-    As `response_limits` of each, but the population and the random histories are those of all; no sampled state lies
-    outside the limits, since the searches begin at the outermost ones.
+    As `response_limits` of each, but with a common population and common random histories; no sampled state is outside
+    the limits, since the searches begin at the outermost states.
 
     Parameters
     ----------
     problem
         System and box; its own objective does not count.
     objectives
-        What is bounded, by name.
+        Objectives by name.
     angular_frequency, levels
         Ascending, shape (f,) [rad/s] and (l,) [-].
     settings
-        How hard to search.
+        Effort of the search.
     store
-        Keeps the result of each task under a name; it belongs to these arguments alone, the executor excepted.
+        Keeps the result of each task by name; it is valid for these arguments only, except the executor.
     executor
         Runs the tasks; this process by default.
     progress
@@ -131,7 +131,7 @@ def _starts(parts: Sequence[SharedStates], number: int) -> dict[LimitKey, Sequen
 
 
 def _audits(parts: Sequence[SharedStates], number: int) -> dict[int, Audit]:
-    """What was sampled of one objective at one level, by frequency."""
+    """Sampled states of one objective at one level, by frequency."""
     result = {}
     for part in parts:
         for index, ends in part.sampled.items():

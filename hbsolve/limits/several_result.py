@@ -13,7 +13,7 @@ from hbsolve.netcdf import read_netcdf, write_netcdf
 if TYPE_CHECKING:
     import xarray
 
-#: Of the search, and so the same for all of its quantities.
+#: Fields of the search, common to all of its quantities.
 SHARED = ("angular_frequency", "level", "nominal", "reach")
 
 
@@ -30,7 +30,7 @@ def join_limits(limits: Mapping[str, ResponseLimits], units: Mapping[str, str]) 
     Raises
     ------
     BalanceError
-        There is none, or they are of different frequencies, levels or boxes.
+        No limits, or limits of different frequencies, levels or boxes.
     """
     import xarray
 
@@ -69,7 +69,7 @@ def load_several_limits(path: Path | str) -> dict[str, ResponseLimits]:
     Raises
     ------
     BalanceError
-        The file is missing or holds no such limits.
+        The file is missing or contains no such limits.
     """
 
     def read(data: "xarray.Dataset") -> dict[str, ResponseLimits]:

@@ -1,10 +1,10 @@
-"""Steady states of one population and of random histories, which serve the limits of several objectives.
+"""Steady states of one population and of random histories, shared by the limits of several objectives.
 
-Which states a system has does not depend on what is bounded. So they are computed once; each objective then takes those
-that are furthest out as the starts of local searches of its own.
+The states of a system do not depend on the objective. So they are computed once; each objective then starts its local
+searches from the outermost of them.
 
-A contact that lifts off has branches that no slider leads to: they are connected over the level, round folds. So at
-each frequency an arc over the level adds the states of all branches that it passes.
+A contact that lifts off has branches that no change of sliders reaches: they are connected over the level, round folds.
+So at each frequency an arc over the level adds the states of all branches that it passes.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,7 +30,7 @@ class SharedStates:
     """States at some frequencies of one level, evaluated by o objectives."""
 
     starts: tuple[Mapping[LimitKey, Sequence[SearchStart]], ...]
-    """States furthest out, by objective, frequency and side."""
+    """Outermost states by objective, frequency and side."""
     sampled: Mapping[int, Float[Real, "2 o"]]
     """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without any."""
     count: Mapping[int, int]
@@ -41,7 +41,7 @@ class SharedStates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _EvaluatedState:
-    """One state by the o objectives, and whether it belongs to a random history."""
+    """One state with its o objectives, and whether it belongs to a random history."""
 
     start: SearchStart
     value: Float[Real, " o"]
@@ -67,15 +67,15 @@ def share_histories(
     indices
         Indices of the frequencies.
     objectives
-        What is bounded.
+        Bounded objectives.
     population
-        Sliders that the population begins with.
+        Initial sliders of the population.
     count
         Random histories [-].
     seed
         Seed of the random histories.
     branches
-        Whether an arc over the level looks for branches that no slider leads to, which takes longer than all else.
+        Whether an arc over the level searches for branches that no change of sliders reaches, the most expensive part.
     """
     swept = range(max(indices[0] - RUN_IN, 0), min(indices[-1] + RUN_IN + 1, len(curve.angular_frequency)))
     evaluated: dict[int, list[_EvaluatedState]] = {index: [] for index in indices}
@@ -128,7 +128,7 @@ def _branches(point: LimitPoint) -> Iterator[TrialState]:
 
 
 def _furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, count: int) -> list[SearchStart]:
-    """The states furthest out for one objective whose values differ."""
+    """The outermost states for one objective with different values."""
     result: list[_EvaluatedState] = []
     for state in sorted(states, key=lambda item: -side * float(item.value[number])):
         value = state.value[number]

@@ -1,7 +1,7 @@
-"""How far the loading history may have dragged the sliders, random slider states, and those that a search starts from.
+"""Bounds of the sliders' displacements by the loading history, random slider states, and start states of a search.
 
-Without a bound the question has no answer: bodies that friction alone holds can be dragged anywhere, and their contacts
-jammed as hard as one likes. The box says how far they are from where the static load has left them.
+Without a bound there are no limits: bodies held by friction alone can be dragged anywhere, and their contacts jammed
+without limit. The box bounds the distance of the sliders from their positions under the static load.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,9 +22,9 @@ from reduction.array_type import Real
 
 Sliders = Float[Real, " s"]
 
-#: A slider this close to its bound is stopped by it, as a share of the reach.
+#: A slider at most this far from its bound counts as at the bound, as a share of the reach.
 ON_BOUND = 1e-6
-#: A slider without load at rest is moved as if it had this share of the mean radius.
+#: Radius assumed for a slider without load at rest, as a share of the mean radius.
 UNLOADED = 0.3
 #: Directions of normal forces that static friction moves by less than this share of the most are left out.
 WEAK = 0.1
@@ -45,9 +45,9 @@ class SliderBox:
     reach: Sliders
     """w_max of each slider, infinite for no box, shape (s,) [m]."""
     radius: Sliders
-    """mu N / k_t of each slider at rest: how far its spring stretches, shape (s,) [m]."""
+    """mu N / k_t of each slider at rest: largest stretch of its spring, shape (s,) [m]."""
     middle: Sliders
-    """Where its spring has no tension at rest: the middle of what Coulomb's cone allows, shape (s,) [m]."""
+    """Position with a force-free spring at rest: the middle of Coulomb's cone, shape (s,) [m]."""
 
     @property
     def bounded(self) -> bool:
@@ -56,14 +56,14 @@ class SliderBox:
 
     @property
     def span(self) -> Sliders:
-        """Lengths by which sliders may be moved at a time, bounded or not, shape (s,) [m]."""
+        """Length scales of slider moves, bounded or not, shape (s,) [m]."""
         return np.asarray(self.reach if self.bounded else np.full(len(self.radius), 4.0 * float(self.radius.mean())))
 
     @property
     def static(self) -> Sliders:
-        """How far from the middle static forces within Coulomb's cone at rest have left each slider, shape (s,) [m].
+        """Largest distance of each slider from the middle by static forces within Coulomb's cone, shape (s,) [m].
 
-        These are the radii, those of sliders without load at rest as if they had some.
+        These are the radii, with an assumed one for sliders without load at rest.
         """
         return np.asarray(np.maximum(self.radius, UNLOADED * self.radius.mean()))
 
@@ -76,7 +76,7 @@ class SliderBox:
         return float(np.abs(w - self.nominal).max())
 
     def active(self, w: Sliders) -> int:
-        """How many sliders are at the bound."""
+        """Number of sliders at the bound."""
         return int((np.abs(w - self.nominal) >= (1 - ON_BOUND) * self.reach).sum())
 
 
@@ -93,7 +93,7 @@ def slider_box(
     BalanceError
         A centre that does not fit, or a reach that is not positive.
     NoSteadyState
-        There is no rest under the static load.
+        No rest under the static load.
     """
     given = make_initial_sliders(balance, nominal)
     rest = solve_at(balance.at_level(0.0), condensed, None, given)
@@ -169,7 +169,7 @@ def _static_vertices(
     random: np.random.Generator,
     count: int,
 ) -> list[Sliders]:
-    """States that Coulomb's cone allows at rest, with normal forces furthest in some direction.
+    """States within Coulomb's cone at rest, with extreme normal forces in some direction.
 
     Normal and tangential forces are linear in w while contacts stay closed; the directions are the singular vectors of
     dN/dw, both ways, then random mixtures of them.
@@ -182,7 +182,7 @@ def _static_vertices(
     ]
     if not pressed or count < 1:
         return []
-    # Forces where every direction keeps its reference stiffness: g there is that of all contacts closed and stuck.
+    # Forces with all contacts closed and stuck, where every direction has its reference stiffness.
     rest = balance.linear(condensed, 0.0)[:, 0]
     A = condensed.receptance[0].real
     g = np.concatenate([joint.stuck_force for joint in balance.system.joints])

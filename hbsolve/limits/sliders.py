@@ -1,11 +1,11 @@
 r"""The sliders of a system as arrays, and the interval in which each of them sticks.
 
-A slider that starts at w stays there, in a given motion of period T, if Coulomb's cone holds it at every instant:
+A slider that starts at w stays there, in a given motion of period T, if Coulomb's cone permits it at every instant:
 
 .. math:: \max_t\, (u - \mu N / k_t) = w_\mathrm{low} \le w \le w_\mathrm{high} = \min_t\, (u + \mu N / k_t) .
 
-Outside the interval it is dragged to the nearer end and stays there; an empty interval makes it slip in every period,
-and its start is forgotten.
+Outside the interval it is dragged to the nearer end and stays there; with an empty interval it slips in every period,
+and its start has no influence.
 
 References
 ----------
@@ -49,7 +49,7 @@ class StickIntervals(NamedTuple):
     """w_low and w_high [m]."""
     at_low: Whole
     at_high: Whole
-    """Instants that set them."""
+    """Instants that determine them."""
     limit_slope_low: Real
     limit_slope_high: Real
     """d(mu N / k_t)/dv at these instants: 0 where the contact is open [-]."""

@@ -1,4 +1,4 @@
-"""Tasks of a search for limits, which any executor may run and any store may keep."""
+"""Tasks of a search for limits, for any executor and any store."""
 
 from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from concurrent.futures import Executor, as_completed
@@ -12,17 +12,17 @@ from hbsolve.limits.problem import Frequencies, LimitCurve, LimitProblem
 
 @dataclass(frozen=True, kw_only=True)
 class StageProgress:
-    """How far a search is."""
+    """Progress of a search."""
 
     stage: str
-    """What is being done, in words."""
+    """Present stage, in words."""
     done: int
     total: int
     """Tasks of this stage."""
 
 
 class SearchTask(NamedTuple):
-    """One call at one level, whose result a store may already hold."""
+    """One call at one level, whose result may already be stored."""
 
     key: str
     call: Callable[..., Any]
@@ -40,7 +40,7 @@ def task_key(name: str, level: int, block: range) -> str:
     return f"{name}; level {level}, frequencies {block.start} to {block.stop - 1}"
 
 
-#: The problem of the tasks that this process has run: its condensed structures serve all of them.
+#: The problem of the tasks of this process: all of them share its condensed structures.
 _stored: dict[str, LimitProblem] = {}
 
 
@@ -55,7 +55,7 @@ def run_task(token: str, problem: LimitProblem, angular_frequency: Frequencies, 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Runner:
-    """Runs tasks: those whose results the store holds are not run again."""
+    """Runs tasks whose results are not stored yet."""
 
     problem: LimitProblem
     angular_frequency: Frequencies
@@ -69,7 +69,7 @@ class Runner:
     progress: Callable[[StageProgress], None]
     """Called after each task."""
     prefix: str = ""
-    """Of the names of its tasks in the store."""
+    """Prefix of the names of its tasks in the store."""
 
     @classmethod
     def from_problem(

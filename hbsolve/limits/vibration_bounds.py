@@ -1,16 +1,16 @@
 r"""Bounds of slider positions under the vibration of a test.
 
-The static load bounds the friction forces at rest, and so where each slider may be when a vibration begins. Vibration
-raises normal forces, and a slider that it has dragged stays there while the vibration goes on, at other frequencies
-too. Slider i is then beyond its distance at rest by an excess, which the tests of some histories show; contacts of one
-line are those of two bodies that move together, and have the largest excess of the line,
+The static load bounds the friction forces at rest, and so the slider positions at the start of a vibration. Vibration
+raises normal forces, and a slider that it has dragged stays there while the vibration continues, at other frequencies
+too. Slider i then exceeds its distance at rest by an amount that simulated tests of some histories show; contacts of
+one line belong to two bodies that move together, and get the largest excess of the line,
 
 .. math:: w_{\mathrm{max}, i} = w_{\mathrm{rest}, i} + 1.25 \max_{j \in \mathrm{line}(i)}
           \max_t\, (|w_j - w_{\mathrm{nominal}, j}| - w_{\mathrm{rest}, j})^+ .
 
-These tests go from one steady state to the next. Those of a laboratory have transients between them: a load that
-begins at once makes a lightly damped mode swing up to twice as far as its steady state, on the way through all smaller
-amplitudes. The maximum is therefore that of tests at the level and at twice the level.
+These tests go from one steady state to the next. Laboratory tests have transients in between: a suddenly applied load
+makes a lightly damped mode overshoot its steady state by a factor of up to two, through all smaller amplitudes. The
+maximum is therefore over tests at the level and at twice the level.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,13 +23,13 @@ from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.slider_bounds import ON_BOUND, random_sliders
 from reduction.array_type import Real
 
-#: Of the excess in few tests with few harmonics [-].
+#: Safety factor on the excess of few tests with few harmonics [-].
 MARGIN = 1.25
-#: A transient overshoots the steady state by no more than this factor [-].
+#: Largest ratio of a transient to its steady state [-].
 OVERSHOOT = 2.0
 #: Steps of slow sweeps from one frequency to the next.
 SWEEP_STEPS = 4
-#: Tests on each way, each from its own sliders.
+#: Number of tests in each direction, each from its own sliders.
 N_TEST = 2
 #: Seed of their first sliders.
 SEED = 0
@@ -43,27 +43,27 @@ def compute_vibration_bounds(
     stops: Sequence[Sequence[int]] = (),
     report: Callable[[float, float], None] | None = None,
 ) -> Float[Real, "l s"]:
-    """Distance from the centre of the box that sliders reach in some tests at each level, at least that of the box [m].
+    """Distance of the sliders from the centre of the box in some tests at each level, at least that of the box [m].
 
     A test is at one load, which is a level or its overshoot. It begins at rest with sliders in the box, is swept from
-    one end of the frequencies to the other, and back. The box holds no slider back on the way. Tests go straight from
-    one frequency to the next, in `SWEEP_STEPS` steps, and as the laboratory's do: how far a slider is left depends on
-    the last motion in which it slips, and so on how long a step is. Where a motion grows slowly sliders are dragged
-    along with it, while a long step may end on another branch, with sliders that are dragged less on the one and
-    further on the other.
+    one end of the frequencies to the other, and back. The box does not bound the sliders on the way. Tests go directly
+    from one frequency to the next, in `SWEEP_STEPS` steps, and with the stops of the laboratory tests: the final
+    position of a slider depends on the last motion in which it slips, and so on the length of a step. A slowly growing
+    motion drags its sliders along, while a long step may end on another branch, which drags some sliders less and
+    others further.
 
     Parameters
     ----------
     problem
         System, and the box of the states at rest.
     angular_frequency
-        Rising, shape (f,) [rad/s].
+        Ascending, shape (f,) [rad/s].
     levels
         Levels of the tests, shape (l,) [-].
     stops
-        Frequencies at which tests of the laboratory stop on their way, each as rising places in `angular_frequency`.
+        Frequencies at which laboratory tests stop on their way, each as ascending indices into `angular_frequency`.
     report
-        Called with the number of frequencies that are done, and of all on the way of all tests.
+        Called with the number of finished frequencies, and of all frequencies of all tests.
     """
     box, line = problem.box, problem.sliders.line
     number = np.arange(len(angular_frequency))
@@ -86,7 +86,7 @@ def compute_vibration_bounds(
                     states[test] = state = _next(point, before, sliders[test], last)
                     if state is not None:
                         last, sliders[test] = state, state.periodic_slider
-                        # The place of a slider that slips is no memory.
+                        # The position of a slipping slider carries no memory.
                         beyond = np.abs(state.periodic_slider - box.nominal) - box.reach
                         excess[row] = np.maximum(excess[row], np.where(state.sticking, beyond, 0.0))
                 done += 1
@@ -104,7 +104,7 @@ def compute_vibration_bounds(
 def _next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None) -> TrialState | None:
     """The state of a test at its next frequency; `last` is that of another test there.
 
-    One that is not found is missed by one test at one of its frequencies, where each of very many would take seconds.
+    A state that is not found is skipped: a full search for each of very many would take seconds.
     """
     near = None if before is None else point.solve(before.motion, w)
     if near is None and last is not None:

@@ -26,7 +26,7 @@ from reduction.array_type import Array, Real, Whole
 #: Share of the way between two points to which a bifurcation is located.
 LOCATED = 1e-6
 #: Imaginary part of a multiplier, in shares of its size, below which it counts as real; distance from the unit circle
-#: beyond which it has jumped; and angle of one that a fold may have beside it in a structure with hardly any damping.
+#: beyond which it has jumped; and angle of a further one near a fold in a structure with hardly any damping.
 REAL, ON_CIRCLE, NEAR_ONE = 1e-6, 1e-3, 0.5
 
 

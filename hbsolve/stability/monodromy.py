@@ -1,4 +1,4 @@
-r"""Monodromy matrix: what a small disturbance of a periodic motion has become one period later.
+r"""Monodromy matrix: maps a small disturbance of a periodic motion to that one period later.
 
 The disturbance is integrated along the periodic motion of the balance, instant by instant. The structure moves exactly
 between instants (`hbsolve.stability.linear_step`), and the joint forces change by the slopes of their laws, which are
@@ -36,7 +36,7 @@ from reduction.array_type import Real, Whole
 
 
 class Active(NamedTuple):
-    """What a disturbance changes beyond the linear reference."""
+    """Effect of a disturbance beyond the linear reference."""
 
     joint: Whole
     """Joints whose forces change."""
@@ -172,7 +172,7 @@ def _add_forces(
 
 @compiled
 def _add_sliders(block: Any, p: int, number: Any, now: Any, past: Any, W: Any, moved: Any) -> None:
-    """Add the sliders of one joint after the step; `now` holds displacements and velocities."""
+    """Add the sliders of one joint after the step; `now` contains displacements and velocities."""
     d, r = (block.shape[1] - block.shape[0]) // 2, len(past)
     for s in range(len(number)):
         if number[s] < 0:
@@ -191,7 +191,7 @@ def _add_sliders(block: Any, p: int, number: Any, now: Any, past: Any, W: Any, m
 
 @compiled
 def _integrate_disturbances(step: Any, rows: Any, table: Any, slopes: Any, u: Any, velocity: Any, slider: Any) -> Any:
-    """Matrix of what each disturbance of the start has become after one period, and its number of forces."""
+    """Matrix of the disturbances after one period by those of the start, and its number of forces."""
     n, r = u.shape[1], rows.shape[1]
     active = _find_active(table, slopes, u, velocity, slider)
     n_active = len(active.direction)
