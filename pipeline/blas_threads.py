@@ -2,17 +2,17 @@
 
 import os
 
-#: What NumPy's and SciPy's library reads when it is loaded; their matrices are small everywhere.
+#: Variables that NumPy's and SciPy's library reads when it is loaded; their matrices are small everywhere.
 ONE_OPENBLAS_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
-#: What the libraries under NumPy, SciPy and PARDISO read when they are loaded.
+#: Variables that the libraries under NumPy, SciPy and PARDISO read when they are loaded.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", **ONE_OPENBLAS_THREAD}
 
 
 def one_thread_by_default() -> None:
     """One thread, unless the user has asked for others.
 
-    Reduced models have some hundred coordinates: a second thread gains nothing there, and beside other work on the
-    machine threads that wait for each other took fifteen times as long.
+    Reduced models have some hundred coordinates: a second thread gains nothing there, and on a busy machine waiting
+    threads took fifteen times as long.
     """
     _by_default(ONE_THREAD)
 

@@ -1,4 +1,4 @@
-"""Checkpoints of an unfinished computation, from which the same command goes on."""
+"""Checkpoints of an unfinished computation, from which the same command continues."""
 
 import hashlib
 import shutil
@@ -10,23 +10,23 @@ from typing import Any
 
 from pipeline.record import DamagedRecord, Record, read_record, write_record
 
-#: Saving may take this share of the time at most, however much there is to save.
+#: Largest share of the time for saving, whatever the amount of data.
 MAX_SAVING_SHARE = 0.05
 
 
 class Checkpoint:
-    """One record (`pipeline.record`) that is replaced as the work goes on.
+    """One record (`pipeline.record`) that is replaced as the work proceeds.
 
     Parameters
     ----------
     file
         Path of the record, in an existing folder.
     key
-        Hash of the inputs and the code; a value that was saved under another key counts as none.
+        Hash of the inputs and the code; a value saved under another key is ignored.
     warn
         Receives one sentence about a damaged record.
     every
-        `save_if_due` saves when so much time has passed, or more where saving itself takes long [s].
+        Interval of `save_if_due`, longer if saving itself takes long [s].
     clock
         Seconds; another one in tests.
     """
@@ -45,7 +45,7 @@ class Checkpoint:
         self._last, self._cost = clock(), 0.0
 
     def load(self) -> Any:
-        """The value; None if there is none, it belongs to something else, or the record is damaged."""
+        """The value; None if it is absent, has another key, or its record is damaged."""
         try:
             record = read_record(self.file)
         except DamagedRecord:
@@ -54,7 +54,7 @@ class Checkpoint:
         return record.value if record is not None and record.key == self.key else None
 
     def save(self, value: Any) -> None:
-        """Save a value in place of the one before."""
+        """Save a value; it replaces the previous one."""
         begin = self._clock()
         write_record(self.file, Record(value=value, key=self.key))
         self._last = self._clock()
@@ -73,15 +73,15 @@ class Checkpoint:
 class StoredTasks(MutableMapping[str, Any]):
     """Results of the tasks of one long computation: a folder with one checkpoint per task.
 
-    A result is the one that was read back from its file, at once or after a restart: both go on with the same bits. It
-    stays known where the file goes.
+    A result is always read back from its file, at once or after a restart, so that both continue with the same bits. It
+    remains known if the file is removed.
 
     Parameters
     ----------
     folder
         Created if need be; it belongs to this computation alone.
     key
-        Results that were stored under another key count as none.
+        Results stored under another key are ignored.
     warn
         Receives one sentence about each damaged record.
     """
@@ -118,16 +118,16 @@ class StoredTasks(MutableMapping[str, Any]):
         self._checkpoint(task).remove()
 
     def __iter__(self) -> Iterator[str]:
-        """Tasks whose results were asked for in this process."""
+        """Tasks whose results were requested in this process."""
         return iter(self._known)
 
     def __len__(self) -> int:
-        """Number of stored results."""
+        """Number of results known to this process."""
         return len(self._known)
 
     @property
     def n_left(self) -> int:
-        """Results under the key that are there, whoever stored them [-]."""
+        """Number of existing results under the key, from any process [-]."""
         files = (Checkpoint(file, self.key, warn=lambda _: None) for file in self.folder.iterdir())
         return sum(file.load() is not None for file in files)
 

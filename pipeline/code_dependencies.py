@@ -1,8 +1,8 @@
-"""Files that the result of a module's code depends on: those that it imports, those that these import, and so on.
+"""Files that the result of a module's code depends on: its imports, their imports, and so on.
 
-Imports are read from the source, within functions too: nothing is run, and no list of modules is written by hand.
+Imports are read from the source, also within functions: nothing is run, and no list of modules is kept by hand.
 A module that makes a registry, or imports from a package itself and not from a module of it, may find members of the
-package while it runs: it depends on all modules of that package.
+package at run time: it depends on all modules of that package.
 """
 
 import importlib.util
@@ -22,12 +22,12 @@ PRODUCT = (
 
 @cache
 def dependencies(module: str) -> dict[str, Path]:
-    """Files that a module's code depends on, its own among them.
+    """Files that a module's code depends on, including its own.
 
     Parameters
     ----------
     module
-        Import name; ``"__main__"`` is the script that runs.
+        Import name; ``"__main__"`` is the running script.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def dependencies(module: str) -> dict[str, Path]:
 
 @cache
 def _imports(file: Path) -> frozenset[str]:
-    """Import names that the code of a file may stand for; some of them may be no modules."""
+    """Possible import names in the code of a file; some of them may not be modules."""
     facts = source_facts(file)
     names = set(facts.modules)
     for module, imported in facts.names:
@@ -71,7 +71,7 @@ def _imports(file: Path) -> frozenset[str]:
 
 @cache
 def _below(package: str) -> frozenset[str]:
-    """Import names of all modules below a package; none of a module."""
+    """Import names of all modules below a package; empty for a module."""
     file = _file(package)
     if file is None or file.name != "__init__.py":
         return frozenset()
@@ -81,7 +81,7 @@ def _below(package: str) -> frozenset[str]:
 
 @cache
 def _file(module: str) -> Path | None:
-    """Source file of a module whose code counts; None of a name that is no module, or that is somebody else's."""
+    """Source file of a module whose code counts; None for a name that is no module, or belongs to another package."""
     package, _, name = module.rpartition(".")
     if not package:
         place = _top_level(module)
@@ -89,7 +89,7 @@ def _file(module: str) -> Path | None:
     folder = _folder(package)
     if folder is None:
         return None
-    # One look into a folder is quicker than one at each of its files, and at each name that is none.
+    # Listing a folder once is faster than testing each of its files and each name that is no file.
     if name in _content(folder) and "__init__.py" in _content(folder / name):
         return folder / name / "__init__.py"
     return folder / f"{name}.py" if f"{name}.py" in _content(folder) else None
@@ -97,7 +97,7 @@ def _file(module: str) -> Path | None:
 
 @cache
 def _folder(package: str) -> Path | None:
-    """Folder of a package whose code counts; None if there is none."""
+    """Folder of a package whose code counts, or None."""
     above, _, name = package.rpartition(".")
     if not above:
         return _top_level(package)
@@ -107,7 +107,7 @@ def _folder(package: str) -> Path | None:
 
 @cache
 def _content(folder: Path) -> frozenset[str]:
-    """Names of what is in a folder; none of what is no folder."""
+    """Names of the content of a folder; empty if it is no folder."""
     try:
         return frozenset(entry.name for entry in folder.iterdir())
     except OSError:

@@ -1,12 +1,12 @@
-"""A value as a tree that JSON can write, beside numpy arrays, and back again.
+"""Conversion of a value to a JSON tree plus numpy arrays, and back.
 
-Known are text, numbers, None, lists, tuples, sets, mappings, paths, numpy arrays and scalars, SciPy sparse matrices,
-dataclasses, named tuples and enums of the product, and objects of classes from outside: those of a file of effects or
-joint laws that this process has read, or of an installed package with members. What stands in a value several times is
-written once, and is one object again when it is read.
+Supported are text, numbers, None, lists, tuples, sets, mappings, paths, numpy arrays and scalars, SciPy sparse
+matrices, dataclasses, named tuples and enums of the product, and objects of external classes: those of a file of
+effects or joint laws that this process has read, or of an installed package with members. An object that a value
+contains several times is written once, and is one object again after reading.
 
-Nothing is pickled. A dataclass is rebuilt by its constructor, so that its own checks run again; no file is run and no
-package is imported that this process does not use anyway.
+Nothing is pickled. A dataclass is rebuilt by its constructor, so that its checks run again; no file is run and no
+package is imported that this process does not use already.
 """
 
 import copyreg
@@ -23,7 +23,7 @@ from typing import Any
 from geometry.registry import REGISTRIES, installed_points
 from pipeline.code_dependencies import PRODUCT
 
-#: What is not JSON by itself is a list that begins with a mark: one of these, or a name of `_CONTAINERS` or `_PARTS`.
+#: Marks at the start of a list that encodes a value beyond JSON: one of these, or a name of `_CONTAINERS` or `_PARTS`.
 _SAME, _CLASS, _ENUM, _OBJECT, _ARRAY, _NUMBER, _SPARSE = (
     "same", "dataclass", "enum", "object", "array", "number", "sparse"
 )  # fmt: skip
@@ -31,14 +31,14 @@ _SAME, _CLASS, _ENUM, _OBJECT, _ARRAY, _NUMBER, _SPARSE = (
 _CONTAINERS: dict[str, Any] = {
     "list": list, "tuple": tuple, "set": set, "frozenset": frozenset, "dict": dict, "frozen dict": MappingProxyType
 }  # fmt: skip
-#: Other plain values: their class, and the arguments that make them again.
+#: Other plain values: their class, and the arguments to rebuild them.
 _PARTS: dict[str, tuple[type, Callable[[Any], tuple[Any, ...]]]] = {
     "complex": (complex, lambda value: (value.real, value.imag)),
     "path": (Path, lambda value: (str(value),)),
     "range": (range, lambda value: (value.start, value.stop, value.step)),
     "slice": (slice, lambda value: (value.start, value.stop, value.step)),
 }
-#: Modules of users' files are called so, by `geometry.registry` and `diagnosis.candidate.user_effect`.
+#: Prefixes of modules of users' files, from `geometry.registry` and `diagnosis.candidate.user_effect`.
 _USER_FILE = "stickslip_"
 
 
@@ -62,12 +62,12 @@ def encode(value: Any) -> tuple[Any, dict[str, Any]]:
 
     Returns
     -------
-    What `json.dumps` takes, and the numpy arrays by the names that stand for them there.
+    A tree for `json.dumps`, and the numpy arrays by their names in the tree.
 
     Raises
     ------
     TypeError
-        A value of a kind that is not known; the message names its class.
+        A value of an unsupported kind; the message names its class.
     """
     encoder = _Encoder()
     return encoder.tree(value), encoder.arrays
@@ -86,7 +86,7 @@ def decode(tree: Any, array: Callable[[str], Any]) -> Any:
     Raises
     ------
     ValueError, LookupError, TypeError, AttributeError, ImportError
-        A tree that was not written by this version of the code, or names a class that has no place in one.
+        A tree that was not written by this version of the code, or with a class that is not permitted.
     """
     return _Decoder(array).value(tree)
 
@@ -94,7 +94,7 @@ def decode(tree: Any, array: Callable[[str], Any]) -> Any:
 class _Encoder:
     def __init__(self) -> None:
         self.arrays: dict[str, Any] = {}
-        # Numbers of what was written, by identity, which is unique as long as all of it is alive.
+        # Numbers of written objects by identity, which is unique while all of them are alive.
         self._numbers: dict[int, int] = {}
         self._alive: list[Any] = []
 
@@ -202,12 +202,12 @@ class _Decoder:
 
 
 def _is_special(value: object) -> bool:
-    """Whether a number or text is of a class that must not be forgotten."""
+    """Whether a number or text is of a class that must be kept."""
     return isinstance(value, Enum) or is_numpy_scalar(value)
 
 
 def _with_state(made: Any, state: Any) -> Any:
-    """An object of a class from outside with its attributes, as `copy.copy` sets them."""
+    """An object of an external class with its attributes, as `copy.copy` sets them."""
     if hasattr(made, "__setstate__"):
         made.__setstate__(state)
         return made
@@ -222,7 +222,7 @@ def _is_own(module: str) -> bool:
 
 
 def _is_outside(module: str) -> bool:
-    """Whether a module that this process has loaded is a user's file with members, or an installed package's."""
+    """Whether a loaded module is a user's file with members, or belongs to an installed package with members."""
     return module in sys.modules and (module.startswith(_USER_FILE) or module.partition(".")[0] in _packages())
 
 
@@ -235,7 +235,7 @@ def _packages() -> frozenset[str]:
 
 
 def _class(module: str, name: str, mark: str) -> Any:
-    """A class of the product or from outside that has what all of its kind have."""
+    """A class of the product or an external one that has the attributes of its kind."""
     if not (_is_own(module) or _is_outside(module)):
         raise ValueError(f"a stored value names the foreign module {module}")
     kind: Any = import_module(module)

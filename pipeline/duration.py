@@ -7,12 +7,12 @@ from pathlib import Path
 
 from pipeline.checkpoint import Checkpoint
 
-#: Time left is not told from less than this share of a step in less than this time [-, s], and never from less than the
-#: second share: the first parts of a step compile, read, and are unlike the rest.
+#: Time left is not estimated from less than this share of a step in less than this time [-, s], and never from less
+#: than the second share: the first parts of a step compile, read, and differ from the rest.
 EARLY, SOON, FIRST = 0.02, 60.0, 0.002
-#: Steps that are remembered.
+#: Largest number of remembered steps.
 MAX_STEPS = 1000
-#: A step shorter than this is not worth a line [s].
+#: A shorter step is not shown [s].
 WORTH_SHOWING = 1.0
 
 
@@ -22,11 +22,11 @@ class Durations:
     Parameters
     ----------
     file
-        Its place; None remembers nothing beyond this process.
+        Path of the record; None keeps the durations in this process only.
     warn
         Receives one sentence about a damaged record.
     place
-        Of the run, such as its output: steps of one name take another time in another case.
+        Place of the run, such as its output: the duration of a step depends on the case.
     """
 
     def __init__(self, file: Path | None = None, warn: Callable[[str], None] = warnings.warn, place: str = "") -> None:
@@ -35,11 +35,11 @@ class Durations:
         self._seconds: dict[str, float] = (self._checkpoint.load() if self._checkpoint else None) or {}
 
     def expected(self, name: str) -> float | None:
-        """Seconds of the last time, None for a step not seen before."""
+        """Last duration [s]; None for an unknown step."""
         return self._seconds.get(f"{self._place}:{name}")
 
     def remember(self, name: str, seconds: float) -> None:
-        """Store for the next run, if the step was worth showing."""
+        """Store for the next run, if the step was long enough to show."""
         if seconds < WORTH_SHOWING:
             return
         key = f"{self._place}:{name}"
@@ -51,7 +51,7 @@ class Durations:
 
 
 def extrapolate(done: float, total: float, seconds: float) -> float | None:
-    """Time left of a step of which so much was done in so many seconds; None while it cannot be told [s]."""
+    """Time left of a step from its finished share and elapsed time [s]; None while it cannot be estimated."""
     if not FIRST * total <= done < total or (done < EARLY * total and seconds < SOON):
         return None
     return seconds * (total - done) / done

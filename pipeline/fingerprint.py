@@ -1,4 +1,4 @@
-"""Hash of all that a stage's result depends on: its inputs, its code and the numerical libraries below it."""
+"""Hash of everything that determines a stage's result: its inputs, its code and the numerical libraries."""
 
 import dataclasses
 import hashlib
@@ -36,7 +36,7 @@ def canonical(value: Any) -> Any:
     Raises
     ------
     TypeError
-        A value whose content cannot be seen, such as a function or an open file.
+        A value whose content is not accessible, such as a function or an open file.
     """
     if is_numpy_scalar(value):
         value = value.item()
@@ -84,7 +84,7 @@ def _canonical_object(value: Any) -> Any:
 
 
 def _array_hash(array: Any) -> str:
-    """Hash of the bytes of an array in C order, whatever its layout in memory, of which no copy is made at once."""
+    """Hash of the bytes of an array in C order, whatever its layout in memory, without a copy of the whole array."""
     digest = hashlib.sha256()
     rows = array if array.ndim else array.reshape(1)
     step = max(1, AT_ONCE * len(rows) // max(rows.nbytes, 1))

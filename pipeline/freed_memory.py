@@ -1,7 +1,7 @@
-"""Memory that a process has freed, given back to the system.
+"""Return of freed memory of a process to the system.
 
-The C library keeps it for later where small objects that live on lie between large ones that do not: a diagnosis of a
-rig with 264 coordinates grew to 20 GB so, of which 2 GB were in use.
+The C library keeps freed memory if small live objects lie between large freed ones: a diagnosis of a rig with 264
+coordinates thus grew to 20 GB, of which 2 GB were in use.
 """
 
 import ctypes
@@ -9,7 +9,7 @@ from functools import cache
 
 
 def return_freed_memory() -> None:
-    """Give freed memory back to the system, where the C library can (glibc)."""
+    """Return freed memory to the system, if the C library supports it (glibc)."""
     trim = getattr(_load_process(), "malloc_trim", None)
     if trim is not None:
         trim(0)

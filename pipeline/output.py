@@ -26,7 +26,7 @@ def prepare_output(path: str | Path) -> Path:
     Parameters
     ----------
     path
-        The folder; it may exist and hold files.
+        The folder; it may exist and contain files.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def prepare_output(path: str | Path) -> Path:
 
 @contextmanager
 def removed_if_empty() -> Iterator[None]:
-    """Remove the folders that `prepare_output` made within and that are empty, if what runs within fails."""
+    """Remove the empty folders that `prepare_output` made within this context, if it fails."""
     made: list[Path] = []
     token = _MADE.set(made)
     try:
@@ -73,7 +73,7 @@ def removed_if_empty() -> Iterator[None]:
 
 @contextmanager
 def open_draft(path: Path, drafts: Path | None = None) -> Iterator[BinaryIO]:
-    """A file open for writing and reading that takes the place of `path` in the end, or none if writing it fails.
+    """A file open for writing and reading that replaces `path` at the end, or is removed if writing fails.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def open_draft(path: Path, drafts: Path | None = None) -> Iterator[BinaryIO]:
     try:
         with os.fdopen(handle, "w+b") as stream:
             yield stream
-        # mkstemp makes private files; results are as readable as the user's other files.
+        # mkstemp makes private files; results get the permissions of the user's other files.
         umask = os.umask(0)
         os.umask(umask)
         draft.chmod(0o666 & ~umask)
@@ -114,9 +114,9 @@ def replace_file(path: Path, content: str | bytes) -> None:
 
 
 def system_failure(error: BaseException) -> str | None:
-    """Message for a write that the disk refused, or for too many open files, with the remedy; None for other errors.
+    """Message for a failed disk write, or for too many open files, with the remedy; None for other errors.
 
-    HDF5 gives the number of the failure and the file in its text alone.
+    HDF5 gives the error number and the file only in its text.
     """
     number = getattr(error, "errno", None)
     text = str(error)

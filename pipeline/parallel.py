@@ -1,7 +1,7 @@
-"""Work side by side in processes of their own, which end with the one that started them.
+"""Parallel work in separate processes, which end with the process that started them.
 
-Stages (`run_parallel`) have a process each: its peak memory is its own, and Ctrl-C loses only what runs. Tasks of one
-kind share the processes of a pool (`process_pool`).
+Stages (`run_parallel`) have a process each, so that their peak memory is separate, and Ctrl-C loses only running ones.
+Tasks of one kind share the processes of a pool (`process_pool`).
 """
 
 import contextlib
@@ -38,7 +38,7 @@ CONTEXT: ForkServerContext | SpawnContext = (
     if "forkserver" in multiprocessing.get_all_start_methods()
     else multiprocessing.get_context("spawn")
 )
-#: How often progress is shown while nothing ends [s].
+#: Interval at which progress is shown while no task ends [s].
 LOOK_EVERY = 1.0
 #: Why a process ends before it begins: it imports the script anew, which starts processes of its own.
 NO_GUARD = 'did not begin: a script that computes in several processes does its work below `if __name__ == "__main__":`'
@@ -57,9 +57,9 @@ class Task:
     label
         Shown to the user.
     weight
-        How much work it is, compared with the other tasks [-]; the heaviest start first.
+        Amount of work relative to the other tasks [-]; the largest start first.
     memory
-        Memory of its process [byte], roughly.
+        Approximate memory of its process [byte].
     """
 
     stage: Stage[Any, Any]
@@ -77,20 +77,20 @@ def run_parallel(
     workers: int | None = None,
     memory: float = float("inf"),
 ) -> list[Outcome[Any]]:
-    """Results of all tasks, in their order; what is in the store is not computed again.
+    """Results of all tasks, in their order; stored results are not computed again.
 
     Parameters
     ----------
     tasks
         Stages with their inputs.
     store
-        Store of the results; each is there as soon as it is computed.
+        Store of the results; each is stored as soon as it is computed.
     progress, title
-        Shows the share of the weight that is done.
+        Shows the finished share of the weight.
     workers
         Processes [-]; by default one for each core.
     memory
-        Tasks run side by side only as far as their memory together stays below this [byte].
+        Largest total memory of simultaneous tasks [byte].
 
     Raises
     ------
@@ -126,7 +126,7 @@ def run_parallel(
 def _admitted(
     tasks: Sequence[Task], missing: Sequence[int], running: Sequence[int], n_worker: int, memory: float
 ) -> list[int]:
-    """Tasks to start now: the heaviest first, as far as processes and memory go; one runs in any case."""
+    """Tasks to start now: the largest first, within the limits of processes and memory; at least one runs."""
     taken = sum(tasks[number].memory for number in running)
     admitted: list[int] = []
     for number in missing:
@@ -140,7 +140,7 @@ def _admitted(
 
 @contextmanager
 def _with_folder(store: Store) -> Iterator[Store]:
-    """A store that has a folder: results come back from the processes through it."""
+    """A store with a folder, through which the processes return their results."""
     if store.folder is not None:
         yield store
     else:
@@ -150,7 +150,7 @@ def _with_folder(store: Store) -> Iterator[Store]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Worker:
-    """A process that runs one task, and where it says why it failed."""
+    """A process that runs one task, and the connection for its errors."""
 
     process: BaseProcess
     failure: Connection
@@ -158,7 +158,7 @@ class _Worker:
 
 @contextmanager
 def _workers(modules: list[str]) -> Iterator[dict[int, _Worker]]:
-    """No workers yet, by number of task; at an early end those that run are killed, with the programs that they run."""
+    """Workers by number of task, initially none; at an early end running ones are killed, with their programs."""
     CONTEXT.set_forkserver_preload(modules)
     # It would unblock Ctrl-C if it were started within `_start`.
     resource_tracker.ensure_running()
@@ -205,7 +205,7 @@ def single_threaded() -> Iterator[None]:
 
 
 def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
-    """Module and name of a stage: it cannot be pickled itself, as its name means the stage and not the function."""
+    """Module and name of a stage: it cannot be pickled itself, as its name refers to the stage, not to the function."""
     return stage.compute.__module__, stage.compute.__name__
 
 
@@ -223,7 +223,7 @@ def _compute(
 
 
 def portable_error(error: Exception) -> Exception:
-    """An error as another process can have it; call it where the error was caught."""
+    """An error that can be sent to another process; call it where the error was caught."""
     if not isinstance(error, InputError):
         error.add_note(traceback.format_exc())  # where it was, which does not travel by itself
     try:
@@ -258,13 +258,13 @@ def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
 
 
 def default_workers() -> int:
-    """One process for each core that this process may use, as taskset or a batch system allots them [-]."""
+    """Number of cores that this process may use, as assigned by taskset or a batch system [-]."""
     return len(os.sched_getaffinity(0))
 
 
 @contextmanager
 def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator[Executor]:
-    """Processes for tasks of one kind; at an early end, Ctrl-C included, what they do is thrown away at once.
+    """Processes for tasks of one kind; at an early end, including Ctrl-C, running tasks are discarded at once.
 
     Parameters
     ----------
@@ -301,7 +301,7 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
 
 
 def _nothing() -> None:
-    """What a process does to have begun."""
+    """Do nothing: a first task that starts a process."""
 
 
 def _begin(alive: Connection) -> None:

@@ -1,6 +1,6 @@
-"""Many short stages side by side in a pool of processes, each result stored as soon as it is there.
+"""Many short stages in parallel in a pool of processes, each result stored as soon as it is available.
 
-`pipeline.parallel.run_parallel` gives each stage a process of its own. A pool spares short stages its start, and tasks
+`pipeline.parallel.run_parallel` starts a process for each stage. A pool saves this start for short stages, and tasks
 are made one after the other, so that those of a large grid need not be in memory together.
 """
 
@@ -20,30 +20,30 @@ from pipeline.progress import Progress, Report
 from pipeline.store import Outcome, Store
 from pipeline.worker_pool import Workers, count_workers, worker_pool
 
-#: How often the time left is shown while nothing ends [s].
+#: Interval at which the time left is shown while no task ends [s].
 LOOK_EVERY = 1.0
-#: Tasks that wait for a process, per process: it begins the next one at once.
+#: Waiting tasks per process, so that a process begins the next one at once.
 WAITING = 2
 
-#: Number and task of each call that has begun, or waits.
+#: Number and task of each running or waiting call.
 Running = dict[Future[Outcome[Any]], tuple[int, Task]]
 
 
 def run_pooled(
     tasks: Iterable[Task], count: int, store: Store, progress: Progress, title: str, workers: Workers = None
 ) -> list[Any]:
-    """Results of all tasks, in their order; what is in the store is not computed again.
+    """Results of all tasks, in their order; stored results are not computed again.
 
     Parameters
     ----------
     tasks
-        Tasks; each is asked for when a process is nearly free.
+        Tasks; the next one is taken when a process is nearly free.
     count
         Their number [-].
     store
         Store of the results.
     progress, title
-        Shows the share of the tasks that is computed, and the time left of those that were not stored.
+        Shows the share of computed tasks, and the time left for those not stored.
     workers
         Processes [-]; one for each core by default. With 1 the tasks run in this process. Or the address of a dask
         scheduler.
@@ -53,7 +53,7 @@ def run_pooled(
     ComputationFailed
         A process was killed, most often for lack of memory.
     InputError
-        Errors of the stages, or no scheduler that can be used answers at the address.
+        Errors of the stages, or no usable scheduler at the address.
     """
     with progress.step(title) as report:
         try:
@@ -100,7 +100,7 @@ def _report(report: Report, done: int, total: int) -> None:
 
 
 def _collect(running: Running, results: dict[int, Any], store: Store) -> None:
-    """Wait until something ends, or for a moment."""
+    """Wait until a call ends, or for a short time."""
     done, _ = wait(running, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
     for future in done:
         outcome = future.result()
@@ -110,7 +110,7 @@ def _collect(running: Running, results: dict[int, Any], store: Store) -> None:
 
 
 def _keep_finished(running: Running, store: Store) -> None:
-    """At an early end, store what ended beside the task that failed."""
+    """At an early end, store the results that finished besides the failed task."""
     for future, (_, task) in running.items():
         if future.done() and not future.cancelled() and future.exception() is None:
             store.keep(future.result(), task.stage, **task.inputs)
@@ -123,7 +123,7 @@ def _submit(executor: Executor, task: Task) -> "Future[Outcome[Any]]":
 
 
 def _compute(module: str, name: str, plugins: list[Path], **inputs: Any) -> Outcome[Any]:
-    """In a process of the pool: a stage is known by its name, since it cannot be pickled itself."""
+    """In a process of the pool: a stage is given by its name, since it cannot be pickled itself."""
     for plugin in set(plugins) - set(loaded_files()):
         load_file(plugin)
     stage = getattr(importlib.import_module(module), name)

@@ -4,19 +4,19 @@ from collections.abc import Mapping, Sequence
 from math import prod
 from typing import Any
 
-#: Arrays of more bytes are stored by themselves: they are not copied.
+#: Larger arrays are stored separately, without a copy [bytes].
 MAX_COPIED = 8192
-#: Name of the array that holds the small ones of a type, before the type.
+#: Prefix of the name of the array with the small ones of a type, followed by the type.
 POOL = "pooled_"
 
-#: Where each array is: the name of the one that holds it, its first element there, and its shape.
+#: Place of each array: name of the pooled array, first element there, and shape.
 ArrayPlaces = Mapping[str, tuple[str, int, Sequence[int]]]
 
 
 def pool_arrays(arrays: Mapping[str, Any]) -> tuple[dict[str, Any], ArrayPlaces]:
-    """Arrays by name with the small ones behind each other, and where these are.
+    """Arrays by name with the small ones concatenated, and their places.
 
-    Small arrays whose elements have several fields, or do not stand row by row, are left as they are.
+    Small arrays whose elements have several fields, or are not in row order, are kept.
     """
     small: dict[str, list[str]] = {}
     for name, array in arrays.items():
@@ -37,6 +37,6 @@ def pool_arrays(arrays: Mapping[str, Any]) -> tuple[dict[str, Any], ArrayPlaces]
 
 
 def unpool_array(pool: Any, place: tuple[str, int, Sequence[int]]) -> Any:
-    """An array of its own, from the one that holds it and its place there."""
+    """A separate array, from the pooled array and its place there."""
     _, start, shape = place
     return pool[start : start + prod(shape)].reshape(shape).copy()

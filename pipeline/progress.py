@@ -1,7 +1,7 @@
-"""Progress with time left: bars on a terminal, lines now and then elsewhere, nothing at all when asked to be quiet.
+"""Progress with time left: bars on a terminal, occasional lines elsewhere, nothing in quiet mode.
 
-The numerical packages know none of this: a long function takes a callback ``report(done, total)`` and calls it now and
-then. Here such a callback belongs to a named step::
+The numerical packages do not depend on this: a long function takes a callback ``report(done, total)`` and calls it
+repeatedly. Here the callback belongs to a named step::
 
     with progress.step("hex20, 3 elements: modes", expected=6.0) as report:
         modes(system, 10, report=report)
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-#: Where nobody watches a bar, such as in a log file, a step shows its share after this time [s].
+#: Without a bar, such as in a log file, a step shows its share after this time [s].
 LINE_EVERY = 10.0
 
 
@@ -31,14 +31,14 @@ class Report(Protocol):
     """Callback of a long function; it may raise KeyboardInterrupt, never anything else."""
 
     def __call__(self, done: float, total: float) -> None:
-        """So much is done, of so much in all, in any unit."""
+        """Report the finished and the total amount of work, in any unit."""
 
 
 class Progress(Protocol):
     """Shows steps, which may lie within each other."""
 
     def step(self, name: str, *, expected: float | None = None) -> AbstractContextManager[Report]:
-        """A named step; with no reports, time left is what it took last time, or `expected` [s]."""
+        """A named step; without reports, the time left is from its last duration, or `expected` [s]."""
 
     def stored(self, name: str) -> None:
         """A step whose result was stored in an earlier run."""
@@ -58,7 +58,7 @@ class SilentProgress:
 
 
 class LineProgress:
-    """Plain lines: one when a step has become long, one every ten seconds, one at its end.
+    """Plain lines: one when a step takes long, one every ten seconds, one at its end.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class LineProgress:
 
 
 class BarProgress:
-    """Bars on a terminal; finished steps stay as one line each, with the time that they took.
+    """Bars on a terminal; each finished step remains as one line with its duration.
 
     Parameters
     ----------
@@ -180,16 +180,16 @@ class BarProgress:
 
 
 class ShownStep:
-    """Progress of a step that is one stage: shown while it is computed, or reported as stored.
+    """Progress of a step that consists of one stage: shown while it is computed, or reported as stored.
 
     Parameters
     ----------
     name
-        Shown.
+        Shown name.
     store, progress
         Store and progress of the command's run.
     expected
-        Time that it takes, until a run knows better [s].
+        Expected duration before the first run [s].
     """
 
     def __init__(self, name: str, store: Store, progress: Progress, expected: float | None = None) -> None:
@@ -200,7 +200,7 @@ class ShownStep:
         self._shown: Report | None = None
 
     def report(self, done: float, total: float) -> None:
-        """For a stage that reports how far it is."""
+        """Callback for a stage that reports its progress."""
         if self._shown is not None:
             self._shown(done, total)
 

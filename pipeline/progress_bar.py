@@ -11,7 +11,7 @@ NEARLY_DONE = 0.97
 
 
 class TimeLeft(ProgressColumn):
-    """Time left by what is done so far, or by what the step took last time."""
+    """Time left from the finished share, or from the last duration of the step."""
 
     def render(self, task: Task) -> Text:
         """Time left, or the time so far if nothing is known."""
@@ -29,7 +29,7 @@ class TimeLeft(ProgressColumn):
 
 
 class ClockedBar(BarColumn):
-    """A bar that follows the clock as long as its step has reported nothing."""
+    """A bar that follows the clock until its step reports progress."""
 
     def render(self, task: Task):  # type: ignore[no-untyped-def]  # rich hides its type
         """Draw the bar."""
@@ -40,7 +40,7 @@ class ClockedBar(BarColumn):
 
 
 def bars() -> Progress:
-    """Bars on standard error, so that standard output holds results alone."""
+    """Bars on standard error, so that standard output contains results only."""
     return Progress(
         TextColumn("{task.description}", markup=False),
         ClockedBar(bar_width=30),

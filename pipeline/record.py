@@ -1,16 +1,16 @@
-"""A stored record: one value in one file, with what it is called, what it belongs to, and what it cost.
+"""A stored record: one value in one file, with its name, key and computing time.
 
 The file is a ZIP container, which NumPy reads as it reads ``.npz``::
 
     0.npy, 1.npy, ...   the large arrays of the value
     pooled_<f8.npy, ... its small ones, by type, one behind the other
-    tree.json           the value, with names in place of the arrays (`pipeline.codec`)
+    tree.json           the value, with names for the arrays (`pipeline.codec`)
     places.json         where each small array is (`pipeline.pooled_arrays`)
     header.json         name, key, seconds
 
 Its comment, the last 64 bytes of the file, is the SHA-256 of all bytes before. The file is written under another name
-and then renamed: at any moment, after any crash and with any number of processes, a record is complete or absent. One
-that was damaged later is noticed by its checksum.
+and then renamed: at any moment, after any crash and with any number of processes, a record is complete or absent. The
+checksum reveals later damage.
 """
 
 import hashlib
@@ -31,7 +31,7 @@ CHECKSUM = 64
 
 
 class DamagedRecord(Exception):
-    """A record that is there and cannot be read."""
+    """An existing record that cannot be read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,9 +45,9 @@ class Record:
     name
         Name for messages.
     key
-        Hexadecimal number of the inputs and the code that it belongs to.
+        Hexadecimal hash of its inputs and code.
     seconds
-        Wall-clock time that it took [s].
+        Wall-clock time of its computation [s].
     """
 
     value: Any
@@ -57,23 +57,23 @@ class Record:
 
 
 def write_record(file: Path, record: Record, drafts: Path | None = None) -> None:
-    """Write a record, in place of another one if there is one.
+    """Write a record; an existing one is replaced.
 
     Parameters
     ----------
     file
         Path in an existing folder.
     record
-        To be written.
+        Record to write.
     drafts
         Folder of unfinished files on the same disk; that of the file by default.
 
     Raises
     ------
     TypeError
-        A value of a kind that is not known.
+        A value of an unsupported kind.
     OSError
-        The disk does not take it; nothing is left behind then.
+        The disk refuses it; no partial file remains.
     """
     tree, arrays = encode(record.value)
     stored, places = pool_arrays(arrays)
@@ -94,7 +94,7 @@ def write_record(file: Path, record: Record, drafts: Path | None = None) -> None
 
 
 def read_record(file: Path) -> Record | None:
-    """A record; None if there is none.
+    """A record; None if it does not exist.
 
     Raises
     ------
@@ -112,12 +112,12 @@ def read_record(file: Path) -> Record | None:
                 return Record(value=value, **header)
     except FileNotFoundError:
         return None
-    except Exception as error:  # a dozen kinds, depending on which byte is damaged or which other code wrote it
+    except Exception as error:  # of many kinds, depending on the damaged byte or the code that wrote it
         raise DamagedRecord(f"{file}: {error}") from error
 
 
 def is_intact(file: Path) -> bool:
-    """Whether a record is there with all bytes as they were written."""
+    """Whether a record exists with all bytes as written."""
     try:
         with file.open("rb") as stream:
             return _is_intact(stream)
@@ -131,7 +131,7 @@ def _is_intact(stream: BinaryIO) -> bool:
 
 
 def _checksum(stream: BinaryIO, length: int) -> bytes:
-    """SHA-256 of the first bytes of a file; the stream is behind them then."""
+    """SHA-256 of the first bytes of a file; the stream is positioned after them."""
     digest = hashlib.sha256()
     stream.seek(0)
     while length and (block := stream.read(min(length, 1 << 20))):
@@ -141,7 +141,7 @@ def _checksum(stream: BinaryIO, length: int) -> bytes:
 
 
 class _ArrayReader:
-    """Gives the arrays of a record by their names; those that hold many are read once."""
+    """Gives the arrays of a record by their names; pooled arrays are read once."""
 
     def __init__(self, archive: zipfile.ZipFile, places: ArrayPlaces) -> None:
         self._archive, self._places = archive, places

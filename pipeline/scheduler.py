@@ -1,7 +1,7 @@
-"""Tasks on the workers of a dask scheduler, on this machine or others, behind the same door as processes of this one.
+"""Tasks on the workers of a dask scheduler, on this machine or others, with the interface of local processes.
 
-The results are those of this machine: a worker with other code is refused. Values that many tasks need travel once. A
-worker that is lost costs what it had in hand, which another one does again.
+The results equal those of this machine: a worker with other code is refused. Values that many tasks need are sent once.
+The tasks of a lost worker are repeated by another one.
 """
 
 import pickle
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: A scheduler that does not answer within this time is not there [s].
+#: A scheduler that does not answer within this time counts as absent [s].
 PATIENCE = 10.0
-#: Smaller values travel with each call: a thing that the scheduler knows of costs about as much [bytes].
+#: Smaller values are sent with each call: registering them with the scheduler costs about as much [bytes].
 WORTH_SHARING = 10_000
 
 
 @contextmanager
 def scheduler_pool(address: str, modules: Sequence[str]) -> Iterator["SchedulerExecutor"]:
-    """Workers of a dask scheduler; at an early end, Ctrl-C included, they stop what they do for this command.
+    """Workers of a dask scheduler; at an early end, including Ctrl-C, they stop their tasks for this command.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def scheduler_pool(address: str, modules: Sequence[str]) -> Iterator["SchedulerE
     MissingSoftware
         dask.distributed is not installed.
     InputError
-        No scheduler answers at the address, or one of another version.
+        No scheduler at the address, or one of another version.
     """
     client = _connect(address)
     executor = SchedulerExecutor(client, {module: code_version(module) for module in modules})
@@ -71,7 +71,7 @@ def _connect(address: str) -> "distributed.Client":
             f"--scheduler {address} needs dask.distributed, which is not installed: sh install.sh, or in a "
             'checkout pip install -e ".[dask]"'
         ) from error
-    # A call holds its data; beyond 10 MB dask would advise other ways of writing it.
+    # A call contains its data; beyond 10 MB dask would advise other ways of writing it.
     dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GB"})
     start = f"give the address that `dask scheduler` prints when it starts, such as tcp://{socket.gethostname()}:8786"
     try:
@@ -119,12 +119,12 @@ class SchedulerExecutor(Executor):
 
     @property
     def n_worker(self) -> int:
-        """Calls that can be done at once at the moment, at least 1 [-]."""
+        """Number of calls that can run at present, at least 1 [-]."""
         threads: dict[str, int] = self._client.nthreads()
         return max(sum(threads.values()), 1)
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> "Future[T]":
-        """Do a call as soon as a worker is free; data classes among its arguments are sent once for all calls."""
+        """Run a call as soon as a worker is free; data classes among its arguments are sent once for all calls."""
         shared = {}
         for value in filter(_can_be_shared, (*args, *kwargs.values())):
             if (known := self._share(value)) is not None:
@@ -148,7 +148,7 @@ class SchedulerExecutor(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Take back what is not done, if asked to."""
+        """Cancel unfinished calls, if requested."""
         del wait
         pending, self._pending = self._pending, set()
         if cancel_futures and pending:
@@ -156,7 +156,7 @@ class SchedulerExecutor(Executor):
         self._shared.clear()
 
     def _share(self, value: Any) -> "tuple[str, distributed.Future] | None":
-        """Key and place of a value on the cluster, which gets it again if it is lost; None if it is small."""
+        """Key and place of a value on the cluster, to which it is sent again if lost; None if it is small."""
         number = id(value)
         if number not in self._shared:
             pickled = pickle.dumps(value)
@@ -170,7 +170,7 @@ class SchedulerExecutor(Executor):
         return key, future
 
     def _pass_on(self, future: "Future[T]", remote: "distributed.Future") -> None:
-        """Give the end of a call to whoever waits for it."""
+        """Pass the result or error of a call to its future."""
         from distributed import KilledWorker
 
         if remote not in self._pending:
@@ -207,12 +207,12 @@ def _identity(value: SharedValue) -> SharedValue:
 
 
 def _can_be_shared(value: object) -> bool:
-    """Whether an object may persist between calls, so that it is sent to each worker once."""
+    """Whether an object may be kept between calls, so that it is sent to each worker once."""
     return is_dataclass(value) and not isinstance(value, type) and type(value).__weakrefoffset__ > 0
 
 
 class _Pickler(pickle.Pickler):
-    """Writes a call with keys in place of its shared values."""
+    """Writes a call with its shared values replaced by keys."""
 
     def __init__(self, stream: BytesIO, keys: Mapping[int, str]) -> None:
         super().__init__(stream, protocol=pickle.HIGHEST_PROTOCOL)

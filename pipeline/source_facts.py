@@ -1,7 +1,7 @@
 """Facts of a source file for the cache: a hash of its code, and its imports.
 
-Parsing hundreds of files takes a second. What is found is therefore stored by the file's content, beside the results
-of stages: a file that was edited is parsed again, and a store that is damaged, or cannot be written, only costs time.
+Parsing hundreds of files takes a second. The facts are therefore stored by the file's content, next to the results of
+stages: an edited file is parsed again, and a store that is damaged or cannot be written only costs time.
 """
 
 import ast
@@ -20,9 +20,9 @@ from pipeline.cache_folder import default_folder
 from pipeline.output import replace_file
 
 FILE = "source_facts.json"
-#: Changes with what is stored, and with how Python prints a tree.
+#: Version of the stored content and of Python's format of a tree.
 FORMAT = f"2, python {sys.version_info[:3]}"
-#: Files that are remembered at most.
+#: Largest number of remembered files.
 MAX_FILES = 4000
 
 
@@ -30,13 +30,13 @@ class SourceFacts(NamedTuple):
     """Facts of one source file."""
 
     code: str
-    """Hash of the code, blind to comments, docstrings and layout."""
+    """Hash of the code without comments, docstrings and layout."""
     modules: tuple[str, ...]
     """Of ``import module``."""
     names: tuple[tuple[str, tuple[str, ...]], ...]
     """Of ``from module import names``."""
     packages: tuple[str, ...]
-    """Packages in which a registry that is made here looks for its members."""
+    """Packages in which a registry made here looks for its members."""
 
 
 @cache
@@ -89,7 +89,7 @@ def _without_docstrings(tree: ast.Module) -> ast.Module:
 
 @cache
 def _stored() -> dict[str, SourceFacts]:
-    """Facts that earlier runs found, by the hash of the content."""
+    """Facts from earlier runs by the hash of the content."""
     try:
         stored = json.loads((default_folder() / FILE).read_text(encoding="utf-8"))
         # A changed byte in them may leave out a file that a result depends on.
@@ -111,7 +111,7 @@ def _checksum(facts: Mapping[str, Any]) -> str:
 
 @cache
 def _save_at_exit() -> None:
-    """Once a run, however many files were parsed."""
+    """Save once per run, whatever the number of parsed files."""
     owner = os.getpid()
 
     def save() -> None:

@@ -1,6 +1,6 @@
-"""Results of stages, stored by what they depend on: a second run is instant, and an interrupted one goes on.
+"""Results of stages, stored by a hash of their inputs: a second run is instant, and an interrupted one continues.
 
-A stage is a function with a name; its result depends on the code of its module and of all that this imports::
+A stage is a function with a name; its result depends on the code of its module and of all its imports::
 
     @stage("blade mesh")
     def blade_mesh(blade: Blade, n: int) -> Mesh: ...
@@ -8,9 +8,9 @@ A stage is a function with a name; its result depends on the code of its module 
     mesh = store.run(blade_mesh, blade, n=3)
 
 Its result is looked up by a hash over the stage's name, its inputs and its code (`pipeline.fingerprint`): an edited
-comment recomputes nothing, an edited formula all that depends on it. Each result is a file of its own, a record
-(`pipeline.record`), which is complete or absent: ``objects/ab/abcdef....npz``. One that was damaged later is noticed:
-it is reported in a sentence, and computed again like any that was never there.
+comment recomputes nothing, an edited formula all results that depend on it. Each result is a separate file, a record
+(`pipeline.record`), which is complete or absent: ``objects/ab/abcdef....npz``. A result that was damaged later is
+detected, reported in a sentence, and computed again.
 """
 
 import contextlib
@@ -30,9 +30,9 @@ from pipeline.record import DamagedRecord, Record, is_intact, read_record, write
 P = ParamSpec("P")
 R = TypeVar("R")
 
-#: What a crash leaves behind is removed after this time; no stage writes its result for longer [s].
+#: Remains of a crash are removed after this time; no stage takes longer to write its result [s].
 LEFTOVER_AGE = 24 * 3600.0
-#: Backup programs pass over folders with this file (bford.info/cachedir).
+#: Backup programs skip folders with this file (bford.info/cachedir).
 CACHE_TAG = "Signature: 8a477f597d28d172789f06886806bc55\n# Results of stickslip, which can be computed again.\n"
 
 
@@ -55,7 +55,7 @@ class Stage(Generic[P, R]):
     ignore: frozenset[str]
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        """Compute without looking anything up."""
+        """Compute without using the store."""
         return self.compute(*args, **kwargs)
 
     def key(self, *args: P.args, **kwargs: P.kwargs) -> str:
@@ -80,14 +80,14 @@ def stage(name: str, *, ignore: tuple[str, ...] = ()) -> Callable[[Callable[P, R
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome(Generic[R]):
-    """A stage's result and what it cost.
+    """A stage's result and its computing time.
 
     Parameters
     ----------
     value
         The result.
     seconds
-        Wall-clock time that it took when it was computed, now or then [s].
+        Wall-clock time of its computation, now or in an earlier run [s].
     cached
         Whether it was stored.
     """
@@ -98,14 +98,14 @@ class Outcome(Generic[R]):
 
 
 class Store:
-    """A folder of results; with no folder nothing is stored and everything is computed.
+    """A folder of results; without a folder nothing is stored and everything is computed.
 
     Parameters
     ----------
     folder
-        Created if need be. One that cannot be written is given up with one warning.
+        Created if necessary. If it cannot be written, it is not used, with one warning.
     warn
-        Receives that warning, and one for each damaged result; one sentence each.
+        Receives this warning, and one for each damaged result; one sentence each.
     """
 
     def __init__(self, folder: Path | None, warn: Callable[[str], None] = warnings.warn) -> None:
@@ -123,7 +123,7 @@ class Store:
         return self.outcome(stage, *args, **kwargs).value
 
     def outcome(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R]:
-        """Result of a stage with the time that it took, looked up or computed."""
+        """Result of a stage with its computing time, looked up or computed."""
         return self.outcome_in_context(contextlib.nullcontext, stage, *args, **kwargs)
 
     def outcome_in_context(
@@ -133,7 +133,7 @@ class Store:
         *args: P.args,
         **kwargs: P.kwargs,
     ) -> Outcome[R]:
-        """`outcome` that computes within a context, which is not entered for a stored result."""
+        """`outcome` with a context for the computation, which is not entered for a stored result."""
         file = self._file(stage, *args, **kwargs)
         known = self._read(stage, file)
         if known is not None:
@@ -147,7 +147,7 @@ class Store:
         return outcome
 
     def look_up(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
-        """Stored result of a stage, None without an intact one; nothing is computed."""
+        """Stored result of a stage; None without an intact one. Nothing is computed."""
         return self._read(stage, self._file(stage, *args, **kwargs))
 
     def keep(self, outcome: Outcome[R], stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> None:
@@ -157,7 +157,7 @@ class Store:
             self._write(stage, file, outcome)
 
     def has(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
-        """Whether a result is there with all its bytes as they were written."""
+        """Whether a result exists with all its bytes as written."""
         file = self._file(stage, *args, **kwargs)
         there = file is not None and file.exists()  # asked first: another process may put it there meanwhile
         intact = file is not None and is_intact(file)
@@ -166,7 +166,7 @@ class Store:
         return intact
 
     def size(self) -> tuple[int, int]:
-        """Number of results, and what they take together [bytes]."""
+        """Number of results, and their total size [bytes]."""
         if self.folder is None:
             return 0, 0
         count = size = 0
@@ -177,7 +177,7 @@ class Store:
         return count, size
 
     def clear(self) -> None:
-        """Remove all results, and nothing else that may be in the folder."""
+        """Remove all results, but no other content of the folder."""
         if self.folder is not None:
             shutil.rmtree(self.folder / "objects", ignore_errors=True)
             shutil.rmtree(self.folder / "unfinished", ignore_errors=True)

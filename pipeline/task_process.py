@@ -1,8 +1,8 @@
-"""A process beside a dask worker that does its tasks, one after the other.
+"""A process next to a dask worker that runs its tasks in sequence.
 
 A task does not run in the worker itself: here it has the main thread and one BLAS thread, as in the processes of this
-machine; it can be killed when nobody wants its result any more; and the worker answers its scheduler meanwhile. Each
-thread of a worker has such a process. It ends with the worker, and when it has had nothing to do for a while.
+machine; it can be killed when its result is no longer needed; and the worker answers its scheduler meanwhile. Each
+thread of a worker has one such process. It ends with the worker, or after some idle time.
 """
 
 import importlib
@@ -28,22 +28,22 @@ from pipeline.fingerprint import code_version
 from pipeline.parallel import end_with, portable_error
 from pipeline.source_facts import source_facts
 
-#: How often a worker asks whether its task is still wanted [s].
+#: Interval at which a worker asks whether its task is still wanted [s].
 LOOK_EVERY = 0.2
-#: A process that has nothing to do ends after so long [s].
+#: Idle time after which a process ends [s].
 IDLE = 60.0
-#: A task is given up when its process was killed so often: it most probably needs more memory than there is.
+#: Number of kills of its process after which a task is given up: it most probably needs more memory than available.
 MOST_DEATHS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class SharedValue:
-    """A value that many tasks need, and that travels once.
+    """A value that many tasks need, and that is sent once.
 
     Parameters
     ----------
     key
-        Name that no other value has.
+        Unique name.
     pickled
         The value.
     """
@@ -59,7 +59,7 @@ class RemoteCall:
     Parameters
     ----------
     pickled
-        Function, arguments and named arguments, shared values as their keys.
+        Function, arguments and named arguments; shared values are replaced by their keys.
     versions
         Code version of the modules that the result depends on.
     plugins
@@ -72,7 +72,7 @@ class RemoteCall:
 
 
 class _Unpickler(pickle.Unpickler):
-    """Reads a call whose shared values are known by key."""
+    """Reads a call with shared values given by key."""
 
     def __init__(self, content: bytes, shared: Mapping[str, Any]) -> None:
         super().__init__(BytesIO(content))
@@ -84,7 +84,7 @@ class _Unpickler(pickle.Unpickler):
 
 
 class TaskProcess:
-    """The process of one thread of a worker, as the thread sees it."""
+    """Handle of the process of one thread of a worker."""
 
     def __init__(self) -> None:
         self._connection, theirs = Pipe()
@@ -107,7 +107,7 @@ class TaskProcess:
         return self._process.poll() is not None
 
     def run(self, call: RemoteCall, shared: Sequence[SharedValue], is_wanted: Callable[[], bool]) -> bytes | None:
-        """Pickled result of a call; None if it is not wanted any more.
+        """Pickled result of a call; None if it is no longer wanted.
 
         Raises
         ------
@@ -135,7 +135,7 @@ _own = threading.local()
 
 
 def run_in_task_process(call: RemoteCall, *shared: SharedValue) -> bytes:
-    """Run a call in the process beside this thread of a dask worker.
+    """Run a call in the process of this thread of a dask worker.
 
     Returns
     -------
@@ -165,7 +165,7 @@ def run_in_task_process(call: RemoteCall, *shared: SharedValue) -> bytes:
 
 
 def _is_wanted() -> bool:
-    """Whether the task of this thread is still to be done by this worker."""
+    """Whether the task of this thread is still assigned to this worker."""
     from distributed import get_worker
     from distributed.core import Status
     from distributed.worker import thread_state
@@ -176,7 +176,7 @@ def _is_wanted() -> bool:
 
 
 def serve(connection_handle: int, alive_handle: int) -> None:
-    """Do tasks as they come, until the worker ends or has had none for a while."""
+    """Run tasks as they arrive, until the worker ends or sends none for a while."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=end_with, args=(Connection(alive_handle),), daemon=True).start()
     connection = Connection(connection_handle)

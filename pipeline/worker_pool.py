@@ -1,4 +1,4 @@
-"""The one door to workers for many tasks of one kind: processes of this machine, or those of a dask scheduler."""
+"""Common interface to workers for many tasks of one kind: processes of this machine, or those of a dask scheduler."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -12,7 +12,7 @@ Workers = int | str | None
 
 @contextmanager
 def worker_pool(modules: Sequence[str], workers: Workers = None) -> Iterator[Executor]:
-    """Workers that do what they are given; at an early end, Ctrl-C included, what they do is thrown away at once.
+    """Workers for tasks; at an early end, including Ctrl-C, running tasks are discarded at once.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def worker_pool(modules: Sequence[str], workers: Workers = None) -> Iterator[Exe
     ComputationFailed
         A process could not begin.
     InputError
-        No scheduler that can be used answers at the address.
+        No usable scheduler at the address.
     """
     if isinstance(workers, str):
         from pipeline.scheduler import scheduler_pool
@@ -39,7 +39,7 @@ def worker_pool(modules: Sequence[str], workers: Workers = None) -> Iterator[Exe
 
 
 def count_workers(executor: Executor, workers: Workers) -> int:
-    """Tasks that an executor of `worker_pool` does at once [-]."""
+    """Number of tasks that an executor of `worker_pool` runs at once [-]."""
     if isinstance(workers, str):
         from pipeline.scheduler import SchedulerExecutor
 
