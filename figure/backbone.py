@@ -36,11 +36,11 @@ class BackboneCurve:
     amplitude
         Shape (k,) [unit of the figure].
     frequency, frequency_deviation
-        Shape (k,) [Hz]; deviations are zeros of a prediction.
+        Shape (k,) [Hz]; deviations are zero for a prediction.
     damping, damping_deviation
         Damping ratios, shape (k,) [-].
     reference
-        Frequency whose change is drawn [Hz]: that of a measured mode, also for its model.
+        Frequency relative to which the change is drawn [Hz]: that of the measured mode, also for its model.
     kind
         "decay" for a band, "levels" for points, "model" for a line.
     """
@@ -64,14 +64,14 @@ class Backbones(TitledFigure):
     curves
         Curves, in their order.
     amplitude_label
-        Of the amplitude, with its unit.
+        Label of the amplitude, with its unit.
     """
 
     curves: Sequence[BackboneCurve]
     amplitude_label: str
 
 
-#: Width of a line [points]; lines of the model nearer than two widths, in a panel so many widths high, are one.
+#: Width of a line [points], and height of a panel in widths: lines of the model within two widths count as one.
 LINE, WIDTHS = 1.6, 140
 
 
@@ -117,7 +117,7 @@ def _values(curve: BackboneCurve) -> tuple[tuple[Values, Values], tuple[Values, 
 
 
 def _draw_models(axes: Axes, curves: Sequence[BackboneCurve], number: int) -> None:
-    """Dashed lines of the model, each only where it lies on no other: dashes on dashes look like a full line."""
+    """Dashed lines of the model, each only where it covers no other: dashes on dashes look like a solid line."""
     values = [_values(curve)[number] for curve in curves]
     if not any(curve.kind == "model" for curve in curves):
         return

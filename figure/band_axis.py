@@ -1,4 +1,4 @@
-"""A frequency axis that leaves out what lies between bands that were measured apart, with a grey strip in its place."""
+"""A frequency axis that replaces the gap between separately measured bands by a grey strip."""
 
 from collections.abc import Sequence
 
@@ -11,20 +11,20 @@ from figure.style import GRID, Axes
 
 Frequency = Float[NDArray[np.float64], " f"]
 
-#: Room beside the points of a band, of its width, and at most of the gap beside it; width of a strip, and the least one
-#: of a band, of the axis [-].
+#: Margin beside the points of a band, relative to its width, and at most relative to the gap beside it; width of a
+#: strip and least width of a band, relative to the axis [-].
 MARGIN, MOST_OF_GAP, STRIP, LEAST = 0.05, 0.3, 0.03, 0.2
-#: Steps between ticks of an axis; a band has its share of them, and two at least.
+#: Number of steps between ticks of an axis; a band has its share of them, at least two.
 TICK_STEPS, LEAST_TICK_STEPS = 7, 2
 
 
 def use_band_axis(axes: Axes, curves: Sequence[Frequency]) -> None:
-    """Put bands of frequencies side by side, each as wide as it has points; of one band the axis stays as it is.
+    """Put bands of frequencies side by side, with widths by their numbers of points; a single band changes nothing.
 
     Parameters
     ----------
     axes
-        Axes, with those that share theirs.
+        Axes, including those that share the frequency axis.
     curves
         Measured frequencies of each curve [Hz].
     """
@@ -50,7 +50,7 @@ def use_band_axis(axes: Axes, curves: Sequence[Frequency]) -> None:
 
 
 def join_bands(curves: Sequence[Frequency]) -> list[Frequency]:
-    """Frequencies of all curves by bands, ascending: those between which no curve goes on.
+    """Frequencies of all curves by bands, ascending: no curve continues between two bands.
 
     Curves of several levels may have been read at slightly different frequencies: gaps are those of single curves.
     """

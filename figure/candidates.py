@@ -1,4 +1,4 @@
-"""Candidate effects: by how much each lowers chi-squared, and the held-out error with it."""
+"""Candidate effects: decrease of chi-squared by each, and the held-out error with it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 from figure.registry import draws
 from figure.style import INK, PALE, Figure, TitledFigure, add_heading, add_legend, new_figure, open_box
 
-#: Named by the verdict, fitted, and to first order alone.
+#: Colours of candidates named by the verdict, fitted, and to first order only.
 NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
 
 
@@ -23,11 +23,11 @@ class CandidateBar:
     gain
         Fall of chi-squared [-].
     is_fitted
-        Whether it was fitted in earnest.
+        Whether it was fitted, not only scored to first order.
     is_named
         Whether the verdict names it.
     held_out
-        Held-out error with it [-]; none if it was not fitted, NaN if it is unknown.
+        Held-out error with it [-]; None if it was not fitted, NaN if it is unknown.
     strength
         Strength in words.
     """
@@ -49,7 +49,7 @@ class Candidates(TitledFigure):
     candidates
         Best first.
     threshold
-        99 % null quantile of that fall [-].
+        99 % null quantile of the decrease [-].
     before
         Held-out error without any of them [-]; NaN if it is unknown.
     """
@@ -69,7 +69,7 @@ def candidates_figure(result: Candidates) -> Figure:
     figure = new_figure(11.5, 1.9 + 0.32 * n)
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.5, 1.0])
     place = np.arange(n)[::-1]
-    # A gain of nothing has no logarithm.
+    # A zero gain has no logarithm.
     least = min(1.0, result.threshold / 10)
     for at, item in zip(place, result.candidates, strict=True):
         colour = _colour(item)

@@ -1,4 +1,4 @@
-"""Confusion matrix: counts of what was planted by what was named, shaded by the share of their row."""
+"""Confusion matrix: counts by planted and by named effect, shaded by the share of their row."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from figure.registry import draws
 from figure.style import INK, PALE, Axes, Figure, TitledFigure, add_heading, new_figure
 
-#: From no campaign to all of a row: what is right in blue, what is not in red.
+#: Shades from no campaign to all of a row: correct cells in blue, wrong ones in red.
 RIGHT = ("#eef2f6", "#0b5394")
 WRONG = ("#eef2f6", "#a11a14")
 #: Share from which on a shade is dark enough for white ink.
@@ -21,18 +21,18 @@ WIDTH, HEIGHT = 0.72, 0.42
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConfusionMatrix(TitledFigure):
-    """Counts of what was planted by what was named.
+    """Counts by planted and by named effect.
 
     Parameters
     ----------
     count
         Cases, shape (r, c).
     right
-        Cells that are as they should be, shape (r, c).
+        Cells with a correct verdict, shape (r, c).
     rows, columns
         Planted and named effects, in words.
     gaps
-        Rows and columns before which a line parts the matrix.
+        Rows and columns before which a line divides the matrix.
     """
 
     count: Int[NDArray[np.int64], "r c"]
@@ -83,7 +83,7 @@ def _shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.
 
 
 def _part(axes: Axes, shape: tuple[int, ...], gaps: tuple[Sequence[int], Sequence[int]]) -> None:
-    """White lines between the cells, dark ones where the matrix is parted."""
+    """White lines between the cells, dark ones where the matrix is divided."""
     axes.set_xticks(np.arange(shape[1] + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(shape[0] + 1) - 0.5, minor=True)
     axes.grid(which="minor", color="white", linewidth=1.5)

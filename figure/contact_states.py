@@ -21,7 +21,7 @@ class StatePanel:
     Parameters
     ----------
     label
-        Above it.
+        Text above the panel.
     parameter
         Frequency [Hz] or level [-], shape (p,).
     states

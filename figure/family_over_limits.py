@@ -1,4 +1,4 @@
-"""Measured families over predicted limits: a panel per level, every repeat and sweep, what lies outside marked."""
+"""Measured families over predicted limits: a panel per level, every repeat and sweep, with outside points marked."""
 
 import itertools
 from collections.abc import Sequence
@@ -29,26 +29,26 @@ Real = NDArray[np.float64]
 
 #: Width and height of a panel [inches].
 PANEL = (3.9, 2.75)
-#: The same where there are more than two columns.
+#: The same for more than two columns.
 SMALL_PANEL = (2.9, 2.3)
 #: Space below for the legend [inches].
 LEGEND = 0.75
-#: Line and marker of a sweep up, down, and of none.
+#: Line and marker of a sweep up, a sweep down, and without a sweep.
 SWEEP: dict[int, dict[str, Any]] = {
     1: {"linestyle": "-", "marker": "^"},
     -1: {"linestyle": "--", "marker": "v"},
     0: {"linestyle": "-", "marker": "o"},
 }
 WAYS = SWEEPS | {0: "no sweep"}
-#: Points of a curve that have a marker; more would hide each other.
+#: Number of points of a curve with a marker; more would hide each other.
 MOST_MARKED = 25
-#: Width of the line of a limit [points]; a panel is at least so many of them high.
+#: Width of the line of a limit [points], and least height of a panel in widths.
 LINE, WIDTHS = 1.6, 90
-#: Dashes of an upper limit over the lower one where no width is seen between: both colours are.
+#: Dashes of an upper limit over the lower one where both coincide, so that both colours are visible.
 DASHES: Any = (0, (2.5, 2.5))
-#: Limits are drawn over curves, and their markers over limits, so that all are seen where histories make no width.
+#: Limits are drawn over curves, and markers over limits, so that all are visible where the band has no width.
 OVER, MARKED = 3.0, 4.0
-#: Repeats that a legend names one by one; more are named by the first and the last.
+#: Number of repeats that a legend lists individually; of more, only the first and the last.
 MOST_NAMED = 6
 
 
@@ -65,7 +65,7 @@ class MeasuredCurve:
     frequency, value
         Shape (n,) [Hz, unit of the row].
     outside
-        Whether a point lies outside of the limits by more than its uncertainty, shape (n,).
+        Whether a point is outside the limits by more than its uncertainty, shape (n,).
     """
 
     repeat: int
@@ -84,7 +84,7 @@ class FamilyPanel:
     label
         Above the panel.
     frequency
-        Of the limits, rising, shape (f,) [Hz].
+        Ascending frequencies of the limits, shape (f,) [Hz].
     limit
         Lower and upper limit, shape (2, f) [unit of the row]; NaN where none was found.
     jump
@@ -107,11 +107,11 @@ class FamilyRow:
     Parameters
     ----------
     label
-        Of the vertical axis, with its unit.
+        Label of the vertical axis, with its unit.
     panels
         One per level.
     share
-        Whether they have one vertical axis, as static forces want it: amplitudes grow with the level.
+        Whether the panels share the vertical axis: suits static forces, while amplitudes grow with the level.
     """
 
     label: str
@@ -128,7 +128,7 @@ class FamiliesOverLimits(TitledFigure):
 
 @draws(FamiliesOverLimits, "family_over_limits")
 def family_over_limits_figure(result: FamiliesOverLimits) -> Figure:
-    """Draw the panels; next to a jump a limit is dotted, since nothing says where it lies between."""
+    """Draw the panels; next to a jump a limit is dotted, since its course between the points is unknown."""
     columns = max(len(row.panels) for row in result.rows)
     width, height = PANEL if columns <= 2 else SMALL_PANEL
     figure = new_figure(max(6.5, 0.6 + width * columns), 0.8 + LEGEND + height * len(result.rows))
@@ -159,7 +159,7 @@ def family_over_limits_figure(result: FamiliesOverLimits) -> Figure:
 def _draw(axes: Axes, panel: FamilyPanel, colours: dict[int, str]) -> None:
     f = panel.frequency
     if len(f) == 1:
-        # One frequency has no width: limits are short bars.
+        # A single frequency has no width: draw limits as short bars.
         for limit, colour in zip(panel.limit[:, 0], LIMITS, strict=True):
             axes.plot(f, [limit], marker="_", markersize=26, color=colour, markeredgewidth=1.8, zorder=OVER)
     else:
@@ -178,7 +178,7 @@ def _draw(axes: Axes, panel: FamilyPanel, colours: dict[int, str]) -> None:
         way = SWEEP[curve.sweep]
         ink: dict[str, Any] = {"color": colours[curve.repeat], "alpha": 0.85}
         axes.plot(curve.frequency, curve.value, linestyle=way["linestyle"], linewidth=0.8, **ink)
-        # Curves are marked at different points, since repeats lie on each other.
+        # Mark curves at different points, since repeats coincide.
         every = -(-len(curve.frequency) // MOST_MARKED)
         marked = slice(number % every, None, every)
         ink |= {"marker": way["marker"], "markersize": 2.6, "linestyle": "", "zorder": MARKED}

@@ -1,4 +1,4 @@
-"""At which frequency of the model its deflection shape is that measured at another: FDAC over both frequencies."""
+"""Correlation of measured and predicted deflection shapes: FDAC over both frequencies."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ class FdacMap(TitledFigure):
     assurance
         FDAC in [0, 1], shape (n_measured, n_model) [-].
     measured, model
-        Frequencies, rising, shape (n_measured,) and (n_model,) [Hz].
+        Frequencies, ascending, shape (n_measured,) and (n_model,) [Hz].
     """
 
     assurance: Float[NDArray[np.float64], "n m"]
@@ -29,7 +29,7 @@ class FdacMap(TitledFigure):
 
 @draws(FdacMap, "fdac_map")
 def fdac_figure(result: FdacMap) -> Figure:
-    """Draw the map; where both agree, its ridge lies on the line of equal frequencies."""
+    """Draw the map; if both agree, its ridge is on the line of equal frequencies."""
     figure = new_figure(7.5, 6.2)
     axes = figure.subplots()
     image = axes.pcolormesh(

@@ -13,7 +13,7 @@ from figure.style import INK, LIMITS, PALE, Figure, TitledFigure, add_legend, ad
 
 Real = NDArray[np.float64]
 
-#: Width of a bar, in distances of two levels, and how far points are scattered within it.
+#: Width of a bar, in distances of two levels, and scatter of points within it.
 BAR, SCATTER = 0.5, 0.15
 
 
@@ -30,7 +30,7 @@ class ForceLimits:
     value
         Lower and upper limit, shape (2, l) [N].
     sampled
-        Forces that histories or tests left, shape (n, l) [N]; NaN where one has none.
+        Forces after histories or tests, shape (n, l) [N]; NaN where one has none.
     """
 
     line: str

@@ -1,4 +1,4 @@
-"""The force that a vibration needs over frequency and amplitude, and the response curves of constant force on it."""
+"""The force of a vibration over frequency and amplitude, and the response curves of constant force on it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.colors import LogNorm
 
 Numbers = Float[NDArray[np.float64], " p"]
-#: Shades of the surface: paper and hatches are what has no steady state, and dark curves stand out.
+#: Shades of the surface, on which dark curves stand out; points without a steady state are paper with hatches.
 PALEST, DARKEST = 0.06, 0.55
-#: The scale begins this far below the largest force: the force falls to nearly nothing in a narrow valley.
+#: The scale begins this many decades below the largest force: the force falls to nearly zero in a narrow valley.
 DECADES = 4.0
 #: Columns of the legend at most.
 MOST_COLUMNS = 5
@@ -108,7 +108,7 @@ def _scale(force: Float[NDArray[np.float64], "a p"]) -> "LogNorm":
 
 def _draw_curves(axes: Axes, curves: Sequence[ForceCurve]) -> None:
     for curve, colour in zip(curves, choose_family_colours(len(curves)), strict=True):
-        # The pieces are one line with gaps, and one entry of the legend.
+        # Draw the pieces as one line with gaps and one entry of the legend.
         gap = np.array([np.nan])
         x = [part for frequency, _ in curve.pieces for part in (frequency, gap)]
         y = [part for _, amplitude in curve.pieces for part in (amplitude, gap)]

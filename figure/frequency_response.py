@@ -38,7 +38,7 @@ def frequency_response_figure(result: ReceptanceCurve) -> Figure:
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
     amplitude.semilogy(result.frequency, np.abs(result.receptance) * 1e6, color=LINE, linewidth=1.4)
     amplitude.set_ylabel("amplitude [µm/N]")
-    # Each resonance takes 180 degrees off the phase; unwrapped, it says how many were passed.
+    # Each resonance lowers the phase by 180 degrees; unwrapped, it shows the number of resonances passed.
     phase.plot(result.frequency, np.degrees(np.unwrap(np.angle(result.receptance))), color=LINE, linewidth=1.4)
     phase.set_ylabel("phase [deg]")
     phase.yaxis.set_major_locator(MultipleLocator(90))

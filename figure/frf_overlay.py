@@ -1,7 +1,7 @@
 """Measured and predicted responses over frequency, one colour per level: points with error bars, lines, and residuals.
 
-At the scale of the response two good models lie on each other: the strip below each amplitude shows by how much the
-prediction departs from each point.
+At the scale of the response two good models coincide: the strip below each amplitude shows the error of the prediction
+at each point.
 """
 
 from collections.abc import Sequence
@@ -90,7 +90,7 @@ class FrfOverlay(TitledFigure):
     levels
         Levels in words, ascending.
     columns
-        Panels beside each other [-].
+        Number of panels side by side [-].
     with_phase
         Whether the phase is drawn below each amplitude.
     """
@@ -108,7 +108,7 @@ LEGEND_ROW = 0.22
 TITLE_ROOM, BETWEEN, SIDE, END, FOOT = 0.3, 0.17, 0.92, 0.22, 0.55
 #: Where the labels end, left of the axes [inches]: numbers of seven characters fit between.
 LABEL_PLACE = 0.72
-#: Room above and below the points of a flat panel, of its height: a point there is clear of the frame.
+#: Room above and below the points of a flat panel, as a share of its height, to keep them off the frame.
 CLEARANCE = 0.15
 #: Room for numbers between the axes and the label below them [points].
 LABEL_PAD = 21
@@ -217,7 +217,7 @@ def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
         line[there] = np.unwrap(line[there])
         if panel.has_phase:
             measured = np.unwrap(np.angle(curve.measured))
-            # All levels begin on the turn from -90 to 270 deg.
+            # The phases of all levels begin between -90 and 270 deg.
             measured -= 2 * np.pi * np.ceil((measured[0] - 1.5 * np.pi) / (2 * np.pi))
             line += 2 * np.pi * np.round((measured[0] - line[there][0]) / (2 * np.pi)) if there.any() else 0.0
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -243,12 +243,12 @@ def _points(
     deviation: Float[NDArray[np.float64], " f"],
     colour: str,
 ) -> None:
-    # All bars are one line with gaps: an artist per bar takes ten times as long.
+    # Draw all bars as one line with gaps: an artist per bar takes ten times as long.
     bars = np.nan_to_num(deviation) * np.array([[-1.0], [1.0], [np.nan]]) + value
     axes.plot(
         np.repeat(frequency, 3), bars.T.ravel(), color=colour, linewidth=0.7, solid_capstyle="butt", zorder=3
     )  # fmt: skip
-    # Hollow points: a line that runs through one is seen within it.
+    # Hollow points, so that a line through them remains visible.
     axes.plot(
         frequency, value, "o", markersize=3.2, markerfacecolor="white", markeredgewidth=0.9, color=colour, zorder=3
     )  # fmt: skip

@@ -24,7 +24,7 @@ class HysteresisLoop:
     Parameters
     ----------
     label
-        Of the curve that the motion belongs to.
+        Label of the curve of the motion.
     time
         Share of the period, shape (n,) [-].
     displacement
@@ -32,7 +32,7 @@ class HysteresisLoop:
     force
         Along it, shape (n,) [N].
     normal
-        Normal force beside it, shape (n,) [N]; None for a joint without one.
+        Normal force, shape (n,) [N]; None for a joint without one.
     is_stop
         Whether the force itself is a normal force.
     """

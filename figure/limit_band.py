@@ -16,7 +16,7 @@ Flags = Bool[NDArray[np.bool_], "2 f"]
 
 #: Panels in a row.
 COLUMNS = 2
-#: Between the lowest and the highest sampled state, and each of them.
+#: Styles of the range of the sampled states, and of each state.
 REACH: dict[str, Any] = {"color": PALE, "linewidth": 2.5, "alpha": 0.45}
 STATE: dict[str, Any] = {"color": INK, "linestyle": "", "marker": ".", "markersize": 1.5}
 
@@ -28,7 +28,7 @@ class Band:
     Parameters
     ----------
     label
-        Above it.
+        Text above the panel.
     frequency
         Ascending, shape (f,) [Hz].
     value
@@ -51,7 +51,7 @@ class Band:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitBands(TitledFigure):
-    """Bands of response limits over frequency; next to a jump a limit is dotted, since nothing says where it lies.
+    """Bands of response limits over frequency; next to a jump a limit is dotted, since its course is unknown.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class LimitBands(TitledFigure):
     amplitude_label
         Label of the vertical axes, with its unit.
     sampled_label
-        What `Band.sampled` shows.
+        Label of `Band.sampled`.
     """
 
     bands: Sequence[Band]
@@ -70,7 +70,7 @@ class LimitBands(TitledFigure):
 
 @draws(LimitBands, "limit_band")
 def limit_band_figure(result: LimitBands) -> Figure:
-    """Draw the bands; next to a jump a limit is dotted, since nothing says where between two points it lies."""
+    """Draw the bands; next to a jump a limit is dotted, since its course between the points is unknown."""
     columns = min(COLUMNS, len(result.bands))
     rows = -(-len(result.bands) // columns)
     figure = new_figure(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows)
@@ -90,7 +90,7 @@ def limit_band_figure(result: LimitBands) -> Figure:
 
 
 def add_band_legend(figure: Figure, bands: Sequence[Band], sampled_label: str) -> None:
-    """A legend of what there is in some bands."""
+    """A legend of the items in some bands."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -1,4 +1,4 @@
-"""Limits against the level of the load: their peaks, and the frequencies of those."""
+"""Limits against the level of the load: their peaks and peak frequencies."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -26,7 +26,7 @@ class LimitsByLevel(TitledFigure):
     frequency
         Frequencies of these values, shape (2, l) [Hz].
     doubtful
-        Points at a jump, or at an end of the frequencies, beyond which there may be more, shape (2, l).
+        Points at a jump, or at an end of the frequencies, beyond which values may be larger, shape (2, l).
     amplitude_label, level_label
         Labels of the axes, with their units.
     """

@@ -19,7 +19,7 @@ class LineForceBands(TitledFigure):
     bands
         One for each level, all of the same levels, by the name of the force, such as "T0".
     sampled_label
-        What `Band.sampled` shows.
+        Label of `Band.sampled`.
     """
 
     bands: Mapping[str, Sequence[Band]]
@@ -36,7 +36,7 @@ def line_force_bands_figure(result: LineForceBands) -> Figure:
         for panel, band in zip(axes, bands, strict=True):
             draw_band(panel, band)
         axes[0].set_ylabel(f"{force} [N]")
-        # Each panel has set the axis that they share by its own values.
+        # Each panel has scaled the shared axis by its own values.
         axes[0].set_ylim(auto=True)
         axes[0].autoscale_view(scalex=False)
         if not min(np.nanmin(band.value) for band in bands) < 0:

@@ -1,4 +1,4 @@
-"""Forces of whole contact lines over one period: T(t), N(t), and how near |T| / N comes to the friction coefficient."""
+"""Forces of whole contact lines over one period: T(t), N(t), and |T| / N compared with the friction coefficient."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ from figure.style import (
 )
 from geometry.errors import InputError
 
-#: Rows that still can be read on one page.
+#: Largest number of legible rows on one page.
 MOST_ROWS = 4
-#: A line whose normal force is below this share of its largest one is separated: there T / N means nothing.
+#: A line whose normal force is below this share of its largest one is separated: T / N is then meaningless.
 SEPARATED = 1e-6
 LINE = 1.4
 
@@ -39,7 +39,7 @@ class LineForce:
     label
         Label of the curve that the motion belongs to, such as a level.
     time
-        Share of the period, rising from 0, its end left out, shape (n,) [-].
+        Share of the period, ascending from 0, without its end, shape (n,) [-].
     tangential, normal
         T(t) and N(t), shape (n,) [N].
 
@@ -114,7 +114,7 @@ def line_forces_figure(result: LineForces) -> Figure:
             open_box(axes)
         for axes, what in zip(row, ("T(t) [N]", "N(t) [N]", "|T| / N [-]"), strict=True):
             axes.set_ylabel(what, color=INK, labelpad=6)
-    # From zero, where a line opens, and so far below it that a line on it is seen.
+    # The axis includes zero, where a line opens, with a margin below so that a line at zero is visible.
     _from_zero(grid[0, 1], max(float(force.normal.max()) for force in result.forces), 1.08)
     ratios = np.concatenate(
         [force.utilisation for force in result.forces] + [[result.friction_coefficient[n]] for n in names]

@@ -12,9 +12,9 @@ from figure.registry import draws
 from figure.style import CONTACT_STATES, INK, Axes, Figure, TitledFigure, add_heading, add_legend, new_figure
 from geometry.errors import InputError
 
-#: Colours of the states 0, 1 and 2 by what the legend calls them, in their order.
+#: Colours of the states 0, 1 and 2 by their names in the legend, in this order.
 STATES = {name: CONTACT_STATES[name] for name in ("stuck", "slipping", "separated")}
-#: Beyond so many stations not each one has a number at the axis, and lines between them would hide the cells.
+#: Number of stations up to which each has a number at the axis and lines between the cells.
 MOST_NUMBERS, MOST_GAPS = 12, 24
 #: Height of a station, and the least and largest height of a panel [inches].
 STATION, LOWEST, HIGHEST = 0.24, 1.2, 3.2
@@ -29,8 +29,8 @@ class LineStates:
     name
         Above its panel.
     states
-        0 stuck, 1 slipping, 2 separated, of each station at instants evenly spaced from the start of the period, its
-        end left out, shape (station, sample) [-].
+        0 stuck, 1 slipping, 2 separated, of each station at instants evenly spaced from the start of the period,
+        without its end, shape (station, sample) [-].
 
     Raises
     ------
@@ -72,7 +72,7 @@ class StateHistories(TitledFigure):
     ----------
     panels
         Rows (such as blade and de-coupler) of columns (such as sides or levels); a row may be shorter than the others,
-        and a line may have as many stations and instants as it likes.
+        and lines may have different numbers of stations and instants.
     station_label
         Label of the vertical axes; it may say where station 1 is.
     """
@@ -114,7 +114,7 @@ def line_states_figure(result: StateHistories) -> Figure:
                 axes.tick_params(labelbottom=False)
             if column == 0:
                 axes.set_ylabel(result.station_label, color=INK)
-    # All three, even if there are fewer: what is nowhere in the figure did not happen.
+    # List all three states, even if fewer occur: a state absent from the figure did not occur.
     patches = [
         Patch(facecolor=colour, edgecolor="#9aa3ad", linewidth=0.5, label=name) for name, colour in STATES.items()
     ]
@@ -128,7 +128,7 @@ def _draw(axes: Axes, line: LineStates) -> None:
     from matplotlib.ticker import MaxNLocator
 
     n_station, n_sample = line.states.shape
-    # A cell lies around its instant; the first one is drawn at both ends, as a period ends where it began.
+    # A cell is centred at its instant; the first one is drawn at both ends, as the motion is periodic.
     closed = np.hstack([line.states, line.states[:, :1]])
     edge = 0.5 / n_sample
     axes.imshow(

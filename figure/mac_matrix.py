@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from figure.registry import draws
 from figure.style import INK, Figure, TitledFigure, add_heading, new_figure
 
-#: Numbers are written into at most so many modes of either kind.
+#: Largest number of modes of either kind for which numbers are written into the cells.
 MOST_NUMBERS = 14
 
 
@@ -25,7 +25,7 @@ class MacMatrix(TitledFigure):
     measured, model
         Frequencies, shape (n_measured,) and (n_model,) [Hz].
     pairs
-        Numbers of measured mode and mode of the model that belong together.
+        Numbers of paired measured and predicted modes.
     """
 
     assurance: Float[NDArray[np.float64], "n m"]

@@ -1,4 +1,4 @@
-"""Measured data of any type beside a model: loops, ring-downs, frequency responses, a panel each."""
+"""Measured and predicted data of any type: loops, ring-downs, frequency responses, a panel each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from figure.style import (
 )
 
 COLUMNS = 2
-#: A title needs so much [inches].
+#: Height of a title [inches].
 LEAST_WIDTH = 7.5
 #: Predictions at fewer points are drawn with a marker at each.
 MARKED_POINTS = 20
@@ -52,7 +52,7 @@ def measured_data_figure(result: MeasuredData) -> Figure:
 
 def _draw(axes: Axes, panel: Panel) -> None:
     for number, (x, y) in enumerate(panel.measured):
-        # Above the model, and thin, so that both are seen where they agree.
+        # Above the model, and thin, so that both are visible where they agree.
         curve, points = {"linewidth": 0.7, "zorder": 3}, {"marker": "o", "markersize": 4, "linestyle": "none"}
         style = curve if panel.is_curve else points
         axes.plot(x, y, color=INK, label=None if number else "measured", **style)

@@ -1,4 +1,4 @@
-"""The mesh study as a figure: how far each row is from the published one, and how both element types converge."""
+"""The mesh study as a figure: difference of each row from the published one, and convergence of both element types."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ GREY = "#6b7280"
 #: Of linear and quadratic elements.
 COLOUR = {"hex8": LIMITS[1], "hex20": LIMITS[0]}
 NAME = {"hex8": "8-node", "hex20": "20-node"}
-#: Rows should be this near the published ones [Hz].
+#: Tolerance of the difference of rows from the published ones [Hz].
 AIM = 0.3
 
 
@@ -52,7 +52,7 @@ class MeshConvergence(TitledFigure):
     rows
         Models of the table.
     untuned
-        Models that nothing was tuned to, fully clamped.
+        Untuned models, fully clamped.
     measured
         First natural frequency [Hz].
     """
@@ -65,7 +65,7 @@ class MeshConvergence(TitledFigure):
 
 @draws(MeshConvergence, "mesh_study")
 def mesh_study_figure(result: MeshConvergence) -> Figure:
-    """Draw the errors of the table beside the convergence."""
+    """Draw the errors of the table next to the convergence."""
     figure = new_figure(11.5, 4.8)
     errors, convergence = figure.subplots(1, 2, width_ratios=(1.15, 1))
     _draw_errors(errors, result.rows)

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.colors import BoundaryNorm, Colormap
 
 NOTHING = "#bcc3cc"
-#: Ends of the steps of the scale [standard deviations]; below the second, noise explains it.
+#: Ends of the steps of the scale [standard deviations]; a misfit below the second is within noise.
 COLOUR_STEPS = (0, 2, 3, 5, 10, 20, 50)
-#: The first step is as pale as paper, so that what noise explains does not catch the eye.
+#: The first step is as pale as paper, so that a misfit within noise is inconspicuous.
 COLOURS = ("#f4f6f8", "#fee5b8", "#fdbb6c", "#f68a3c", "#d94a1e", "#a11a14", "#5a0a1e")
-#: Frequencies named along an axis, at most.
+#: Largest number of labelled frequencies along an axis.
 MOST_TICKS = 7
 #: Least width of a panel, and height of a level in it; room for its title, for frequencies below it, and between
 #: panels; width of a character of a level [inches].
@@ -65,7 +65,7 @@ class MisfitMap(TitledFigure):
     levels
         Levels in words, ascending, l of them.
     frequency
-        Ascending, of all panels, shape (f,) [Hz]; drawn evenly, as points crowd at a resonance.
+        Ascending frequencies of all panels, shape (f,) [Hz]; drawn evenly, as points are dense at a resonance.
     """
 
     panels: Sequence[MapPanel]
@@ -151,7 +151,7 @@ def _draw_panel(
 
 
 def _name_nothing(axes: Axes, left: float, top: float) -> None:
-    """Draw a cell without data, and say what it is."""
+    """Draw a cell without data, and label it."""
     from matplotlib.patches import Rectangle
 
     axes.add_patch(Rectangle((left, top), BAR, BAR, facecolor=NOTHING, label="no data"))
@@ -173,7 +173,7 @@ def _name_levels(axes: Axes, levels: Sequence[str], left: float, top: float) -> 
 def _name_frequencies(
     axes: Axes, frequency: Float[NDArray[np.float64], " f"], left: float, bottom: float, across: float
 ) -> None:
-    """Write some of the frequencies below a panel, and what they are."""
+    """Write some of the frequencies below a panel, and the label of the axis."""
     y = bottom + NUMBER_GAP / POINTS_PER_INCH
     for place in choose_evenly(len(frequency), MOST_TICKS):
         x = left + across * (place + 0.5) / len(frequency)

@@ -1,4 +1,4 @@
-"""A recovered force law: loops of each level, work and stiffness against the amplitude, known laws beside it."""
+"""A recovered force law: loops of each level, work and stiffness against the amplitude, and known laws."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,10 +28,10 @@ Samples = Float[NDArray[np.float64], " n"]
 LINES = (":", "--", "-.")
 #: Opacity of a band.
 BAND = 0.22
-#: Of units in what is drawn: micrometres, newtons per micrometre and microjoules; millimetres per second; of angles
-#: alike.
+#: Factors to drawn units: micrometres, newtons per micrometre and microjoules; millimetres per second; likewise for
+#: angles.
 MICRO, MILLI = 1e6, 1e3
-#: Largest stiffness from which on it is shown in N/µm [N/m].
+#: Largest stiffness above which stiffness is shown in N/µm [N/m].
 MIN_STIFF = 1e4
 
 
@@ -65,7 +65,7 @@ class LevelLoop:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class KnownLaw:
-    """A known law that comes near to the spring force, shape (n,) [N]."""
+    """A known law close to the spring force, shape (n,) [N]."""
 
     label: str
     force: Samples
@@ -88,9 +88,9 @@ class LawDrawing(TitledFigure):
     known
         Known laws at the displacements of the spring force.
     motion_unit, force_unit
-        Units of displacements and of forces, where an angle and moments take their place.
+        Units of displacements and of forces, or of angles and moments.
     is_hatched
-        Whether the band of the spring force is that of the prior alone, where the data cannot tell both sides apart.
+        Whether the band of the spring force is that of the prior alone, as the data cannot distinguish both sides.
     """
 
     title: str

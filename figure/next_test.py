@@ -1,4 +1,4 @@
-"""Tests that may be made next: how surely each decides, and what the candidates predict in the best of them."""
+"""Possible next tests: their probabilities to decide, and the predictions of the candidates in the best of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from figure.style import (
     open_box,
 )
 
-#: Lines of candidates, told apart without colours too.
+#: Lines of candidates, distinguishable without colours too.
 LINES = ("-", "--", "-.", ":")
 #: Standard deviations of the band of a reading, and its opacity [-].
 WIDE, BAND = 2.0, 0.2
@@ -30,7 +30,7 @@ WIDE, BAND = 2.0, 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class TestBar:
-    """A test with the probability that it decides, and what it takes [min]."""
+    """A test with the probability that it decides, and its duration [min]."""
 
     __test__ = False  # no test of pytest's
 
@@ -41,7 +41,7 @@ class TestBar:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PredictedCurve:
-    """Size of a reading by one candidate, with its standard deviation by noise, shape (f,)."""
+    """Predicted size of a reading by one candidate, with its standard deviation due to noise, shape (f,)."""
 
     label: str
     size: Float[NDArray[np.float64], " f"]
@@ -57,7 +57,7 @@ class NextTests(TitledFigure):
     tests
         Tests.
     frequency
-        Of the curves, shape (f,) [Hz].
+        Frequencies of the curves, shape (f,) [Hz].
     curves
         Predictions of each candidate in the advised test.
     reading

@@ -37,7 +37,7 @@ class ParameterCurve:
     Parameters
     ----------
     value
-        Value of the parameter that colours stand for.
+        Value of the parameter that colours represent.
     line
         Number of the line in `ParameterCurves.lines`.
     along, amplitude
@@ -59,9 +59,9 @@ class ParameterCurves(TitledFigure):
     panels
         Label and curves of each panel.
     colour_label
-        Parameter that colours stand for, with its unit.
+        Parameter that colours represent, with its unit.
     lines
-        What the kinds of lines stand for: values of the other parameters; one without a name if there are none.
+        Meaning of the kinds of lines: values of the other parameters; one without a name if there are none.
     along_label, amplitude_label
         Labels of the axes, with units.
     """

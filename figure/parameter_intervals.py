@@ -1,4 +1,4 @@
-"""Values of parameters with their intervals, found in several ways, beside the truth: a panel for each parameter."""
+"""Values of parameters with their intervals by several methods, and the truth: a panel for each parameter."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ class IntervalPanel:
     label
         Name with its unit.
     truth
-        True value; None if it is not known.
+        True value; None if unknown.
     ways
-        Value, lower and upper end by the name of the way; both ends are the value where there is no interval.
+        Value, lower and upper end by the name of the method; both ends equal the value without an interval.
     """
 
     label: str
@@ -31,14 +31,14 @@ class IntervalPanel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ParameterIntervals(TitledFigure):
-    """Panels of all parameters, all with the same ways."""
+    """Panels of all parameters, all with the same methods."""
 
     panels: Sequence[IntervalPanel]
 
 
 @draws(ParameterIntervals, "parameter_intervals")
 def parameter_intervals_figure(result: ParameterIntervals) -> Figure:
-    """Draw a bar from end to end and a point for each way, and a line at the truth."""
+    """Draw a bar from end to end and a point for each method, and a line at the truth."""
     from matplotlib.lines import Line2D
 
     count = len(result.panels)

@@ -24,7 +24,7 @@ from figure.style import (
 
 Real = NDArray[np.float64]
 
-#: Values that lie so many times apart have a logarithmic axis.
+#: Ratio of extreme values above which the axis is logarithmic [-].
 LOGARITHMIC_RATIO = 10.0
 
 
@@ -41,7 +41,7 @@ class TrendLine:
     quantity
         Shape (k, n); NaN where there is none.
     doubtful
-        Values at an end of the sweep, beyond which there may be more, shape (n,).
+        Values at an end of the sweep, beyond which they may be larger, shape (n,).
     """
 
     group: int
@@ -60,7 +60,7 @@ class ParameterTrends(TitledFigure):
     trends
         Lines in their order.
     groups, lines
-        What colours and kinds of lines stand for; one line without a name if there is one kind.
+        Meaning of colours and kinds of lines; one line without a name if there is one kind.
     quantity_labels
         Labels of the k axes, with units.
     parameter_label
@@ -76,7 +76,7 @@ class ParameterTrends(TitledFigure):
 
 @draws(ParameterTrends, "parameter_trends")
 def parameter_trends_figure(result: ParameterTrends) -> Figure:
-    """Draw one panel per quantity; a hollow point lies at an end of its sweep."""
+    """Draw one panel per quantity; a hollow point is at an end of its sweep."""
     count = len(result.quantity_labels)
     figure = new_figure(4.1 * count, 4.9)
     panels = figure.subplots(1, count, squeeze=False)[0]

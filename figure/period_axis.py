@@ -17,7 +17,7 @@ def refuse_unequal(whose: str, time: Samples, **values: Samples) -> None:
     Raises
     ------
     InputError
-        With the name and the shape.
+        Unequal shapes; the message has the name and the shape.
     """
     if time.ndim != 1 or time.size == 0:
         raise InputError(f"time of {whose} has the shape {time.shape}: give (n,) with at least one instant")
@@ -29,7 +29,7 @@ def refuse_unequal(whose: str, time: Samples, **values: Samples) -> None:
 
 
 def closed(time: Samples, values: Samples) -> tuple[Samples, Samples]:
-    """A history with its first value once more, a period later: a period ends where it began."""
+    """A history with its first value repeated one period later, to close it."""
     return np.r_[time, time[0] + 1.0], np.r_[values, values[0]]
 
 

@@ -19,7 +19,7 @@ from figure.style import (
 )
 from geometry.errors import InputError
 
-#: Lines of the two cells, apart without colour.
+#: Lines of the two cells, distinguishable without colour.
 STYLES: dict[str, Literal["-", "--"]] = {"upper": "-", "lower": "--"}
 LINE = 1.5
 
@@ -35,7 +35,7 @@ class Reaction:
     label
         Label of the curve that the motion belongs to, such as a level.
     time
-        Share of the period, rising from 0, its end left out, shape (n,) [-].
+        Share of the period, ascending from 0, without its end, shape (n,) [-].
     upper, lower
         Forces of the two cells, shape (n,) [N].
 

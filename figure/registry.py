@@ -1,12 +1,12 @@
-"""Figures, found rather than listed: each says which result it draws, so that commands need not know it.
+"""Figures, found rather than listed: each declares the result that it draws, so that commands need no list of them.
 
 A figure is a file with a function from a result to a Matplotlib figure, registered by `draws`::
 
     @draws(ResponseCurves, "spectrum")
     def spectrum_figure(result: ResponseCurves) -> Figure: ...
 
-Results are dataclasses of arrays, and of labels with units; each stands in the file of the product's own figure of it.
-A figure from outside appears in the output folder of every command that has a result of its kind.
+Results are dataclasses of arrays, and of labels with units; each is in the file of its built-in figure. An external
+figure appears in the output folder of every command with a result of its kind.
 """
 
 import warnings
@@ -39,11 +39,11 @@ class FigureKind:
 
     @property
     def is_own(self) -> bool:
-        """Whether it is the figure that its result comes with."""
+        """Whether it is the built-in figure of its result."""
         return self.draws.__module__ == self.draw.__module__
 
     def file_name(self, result: str) -> str:
-        """Name of its file of a result that has a name: its own is added, if the result came with another figure."""
+        """File name for a named result, followed by the name of the figure unless that is the built-in one."""
         return result if self.is_own else f"{result}_{self.name}"
 
 
@@ -90,7 +90,7 @@ def pictures(results: Mapping[str, object]) -> dict[str, bytes]:
     Warns
     -----
     InputWarning
-        A figure from outside fails: the others are drawn.
+        An external figure fails: the others are drawn.
     """
     drawn: dict[str, bytes] = {}
     for name, result in results.items():

@@ -1,4 +1,4 @@
-"""Response curves of one output for several levels or frequencies: amplitude and phase, folds and all."""
+"""Response curves of one output for several levels or frequencies: amplitude and phase, including folds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ MARKERS = ("o", "s", "D", "^", "v", "P")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CurveMark:
-    """A point of a curve that has a name.
+    """A named point of a curve.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ class DrawnCurve:
     group
         Curves of one group have one colour and differ by their lines; by default each is a group.
     unstable
-        Which points no motion stays at, shape (p,); None where that is not known.
+        Whether points are unstable, shape (p,); None if unknown.
     marks
-        Points with names, such as bifurcations.
+        Named points, such as bifurcations.
     top
-        Point that is marked; by default that of the largest amplitude.
+        Marked point; by default that of the largest amplitude.
     """
 
     label: str
@@ -112,7 +112,7 @@ def response_curves_figure(result: ResponseCurves) -> Figure:
     for curve, (colour, line) in zip(result.curves, _choose_line_styles(result.curves), strict=True):
         for axes, values in ((amplitude, np.abs(curve.response)), (phase, _phase(curve.response))):
             _draw_line(axes, curve, values, colour, line)
-        # A dot shows where the solver stood: the curve between two is drawn straight.
+        # A dot shows a computed point: the curve between two is drawn straight.
         stable = slice(None) if curve.unstable is None else ~curve.unstable
         amplitude.plot(curve.parameter[stable], np.abs(curve.response[stable]), ".", color=colour, markersize=3)
         top = int(np.argmax(np.abs(curve.response))) if curve.top is None else curve.top
@@ -148,7 +148,7 @@ def _draw_line(axes: Axes, curve: DrawnCurve, values: Values, colour: str, line:
 
 
 def _draw_marks(axes: Axes, curves: Sequence[DrawnCurve]) -> None:
-    """Points with names, one marker for each name, and what a pale line means."""
+    """Named points, one marker for each name, and the meaning of a pale line."""
     marks = [mark for curve in curves for mark in curve.marks]
     for label, marker in zip(sorted({mark.label for mark in marks}), MARKERS, strict=False):
         own = [mark for mark in marks if mark.label == label]

@@ -15,7 +15,7 @@ Values = Float[NDArray[np.float64], " p"]
 
 #: Panels in a row.
 COLUMNS = 2
-#: First order is drawn up to so many times the highest other value: at corners of a curve it means nothing.
+#: First order is drawn up to this multiple of the highest other value: at corners of a curve it is meaningless.
 HIGHEST = 1.15
 
 
@@ -26,7 +26,7 @@ class SpreadBand:
     Parameters
     ----------
     label
-        Curve whose band it is, such as "upper limit"; empty for the only one.
+        Curve of the band, such as "upper limit"; empty for the only one.
     colour
         Its colour.
     along
@@ -36,7 +36,7 @@ class SpreadBand:
     nominal_along, nominal
         Curve at the means of all parameters.
     first_order
-        Ends of its 90 % interval to first order, at the points of `nominal`, shape (2, p); None where it is not known.
+        Ends of its 90 % interval to first order, at the points of `nominal`, shape (2, p); None if unknown.
     """
 
     label: str

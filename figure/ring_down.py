@@ -21,7 +21,7 @@ from figure.style import (
 )
 
 Values = Float[NDArray[np.float64], " n"]
-#: Points of the signal that are drawn at most; more would only fill the ink.
+#: Largest number of drawn points of the signal; more would only fill the area.
 MOST_POINTS = 20000
 
 
@@ -36,7 +36,7 @@ class DecayDrawing(TitledFigure):
     modes
         Label, time and amplitude of each mode, shape (k,) each.
     floor
-        Amplitude down to which modes stand out of the noise and are read [unit of the label].
+        Amplitude above which modes exceed the noise and are read [unit of the label].
     signal_label
         Of the signal, with its unit.
     """

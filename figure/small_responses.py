@@ -1,4 +1,4 @@
-"""Measured responses of small vibrations beside those of several models: a panel for each configuration."""
+"""Measured and predicted responses of small vibrations for several models: a panel for each configuration."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

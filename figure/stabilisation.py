@@ -21,11 +21,11 @@ class StabilisationDrawing(TitledFigure):
     line, response
         Root mean square of all responses, shape (f,) [Hz, any unit].
     fitted
-        The same of the modes, shape (f,).
+        The same for the fitted modes, shape (f,).
     chosen
-        Frequencies of the modes that were taken, shape (m,) [Hz].
+        Frequencies of the selected modes, shape (m,) [Hz].
     response_label
-        Of the response, with its unit.
+        Label of the response, with its unit.
     """
 
     order: Int[NDArray[np.int64], " p"]
@@ -40,7 +40,7 @@ class StabilisationDrawing(TitledFigure):
 
 @draws(StabilisationDrawing, "stabilisation")
 def stabilisation_figure(result: StabilisationDrawing) -> Figure:
-    """Draw responses above, poles below; lines mark the modes that were taken."""
+    """Draw responses above, poles below; lines mark the selected modes."""
     figure = new_figure(9.0, 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1, 1.2))
     above.semilogy(result.line, result.response, color=INK, linewidth=0.7, zorder=3, label="measured")

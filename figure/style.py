@@ -12,18 +12,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
     from matplotlib.figure import Figure as Figure
 else:
-    # Of annotations alone: matplotlib is imported when something is drawn.
+    # For annotations only: matplotlib is imported when something is drawn.
     Axes = Figure = Any
 
 #: Dots per inch of all figures.
 DPI = 160
-#: Effort of the compression, of 9: half the time of zlib's usual one, for files larger by a tenth to a quarter.
+#: Compression level, up to 9: half the time of zlib's default, for files larger by a tenth to a quarter.
 COMPRESSION = 3
-#: Of words, of words that matter less, and of the lines behind the curves.
+#: Colours of text, of secondary text, and of the grid lines behind the curves.
 INK, PALE, GRID = "#101820", "#5d6772", "#e5e7eb"
-#: Of a lower and an upper limit; colours here stay apart for colour-blind readers (Okabe and Ito, 2008).
+#: Colours of a lower and an upper limit, distinguishable for colour-blind readers (Okabe and Ito, 2008).
 LIMITS = ("#0072b2", "#d55e00")
-#: Of what contacts do; "closed" is a contact without friction, which can neither stick nor slip.
+#: Colours of contact states; "closed" is a contact without friction, which can neither stick nor slip.
 CONTACT_STATES = {"stuck": "#0072b2", "slipping": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
 #: The same three inks, paper and a quiet ground on light and on dark pages, and words for what is good or bad: all
 #: words have a contrast of 4.5 to their ground (WCAG 2.2, AA).
@@ -35,10 +35,10 @@ DARK_PAGE = {
     "ink": "#e8edf2", "pale": "#a3b1bf", "grid": "#33404c", "paper": "#18212a", "ground": "#0f161d", "line": "#445464",
     "blue": "#8ec5f4", "accent": "#ff9d66", "good": "#6fd0a0", "bad": "#ff8f8f", "marked": "#2f2620",
 }  # fmt: skip
-#: Colours of an ordered family: the light end of the map would vanish on white, the dark end on a dark page.
+#: Colours of an ordered family: the light end of the map would be invisible on white, the dark end on a dark page.
 FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
 FIRST_ON_DARK, LAST_ON_DARK = 0.38, 1.0
-#: A legend longer than this stands beside the curves, or in several rows.
+#: A legend longer than this is placed beside the curves, or in several rows.
 LONGEST_LEGEND = 6
 #: Widths of a letter of a legend, and of its sign with the gaps around it [inches].
 LETTER, SIGN = 0.085, 0.75
@@ -82,7 +82,7 @@ def add_axes(figure: Figure, left: float, top: float, width: float, height: floa
 
 
 def open_box(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
-    """Leave only the two lines that have numbers, and draw a pale grid behind all else."""
+    """Keep only the two axis lines with numbers, and draw a pale grid in the background."""
     axes.grid(axis=grid, color=GRID, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_axisbelow(True)
@@ -150,7 +150,7 @@ def _draw_ticks(axes: Axes, along: Literal["x", "y"], named: bool) -> None:
 
 
 def choose_family_colours(count: int, *, dark: bool = False) -> list[str]:
-    """Colours of an ordered family of curves, apart for colour-blind readers too; for white or a dark page."""
+    """Colours of an ordered family of curves, also for colour-blind readers; for white or a dark page."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
@@ -159,7 +159,7 @@ def choose_family_colours(count: int, *, dark: bool = False) -> list[str]:
 
 
 def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
-    """Columns of a legend below the axes: at most so many, and as many as the figure is wide enough for."""
+    """Number of columns of a legend below the axes: as many as fit into the width, up to a maximum."""
     for columns in range(min(len(labels), most), 1, -1):
         # A column is as wide as its own longest label; matplotlib fills one after the other.
         longest = [max(map(len, part)) for part in np.array_split(np.array(labels, dtype=object), columns)]
@@ -177,7 +177,7 @@ def add_legend(
     loc: Literal["outside lower center", "outside lower left", "outside lower right"] = "outside lower center",
     **style: Any,
 ) -> None:
-    """A legend below all panels, in as many columns as the figure is wide enough for.
+    """A legend below all panels, in as many columns as fit into the width.
 
     Parameters
     ----------
@@ -186,11 +186,11 @@ def add_legend(
     handles, labels
         Its entries; by default each handle's own label.
     most
-        Columns at most.
+        Largest number of columns.
     loc
-        Where it stands.
+        Its location.
     style
-        Further words of matplotlib's legend.
+        Further arguments of matplotlib's legend.
     """
     labels = [str(handle.get_label()) for handle in handles] if labels is None else labels
     ncols = legend_columns(figure, labels, most)
@@ -228,7 +228,7 @@ def choose_evenly(count: int, most: int) -> list[int]:
 
 
 def typeset_figure(figure: Figure) -> None:
-    """`typeset` for all words of a figure: files and tables for computers have what any keyboard has."""
+    """`typeset` for all text of a figure: files and tables for computers have plain ASCII."""
     from matplotlib.text import Text
     from matplotlib.ticker import FixedFormatter, FuncFormatter
 
@@ -247,7 +247,7 @@ def typeset_figure(figure: Figure) -> None:
 
 
 def typeset(text: str) -> str:
-    """Words as they are printed: ± for +-, χ² for chi^2, µm for um, raised exponents."""
+    """Text in print: ± for +-, χ² for chi^2, µm for um, raised exponents."""
     text = text.replace("+-", "±").replace("chi^2", "χ²").replace("^2", "²").replace("^3", "³")
     return re.sub(r"\bum\b", "µm", text)
 
@@ -263,12 +263,12 @@ def png(figure: Figure) -> bytes:
     canvas, stream = FigureCanvasAgg(figure), BytesIO()
     # Letters as they were designed: moved onto pixels they look no better at this size, and take a third longer.
     with rc_context({"text.hinting": "none"}):
-        # `savefig` would draw the figure once more to lay it out.
+        # `savefig` would draw the figure a second time for the layout.
         if (engine := figure.get_layout_engine()) is not None:
             engine.execute(figure)
             figure.set_layout_engine("none")
         canvas.draw()
-    # Nothing is transparent: without that channel a file takes a quarter less time, and is smaller.
+    # Nothing is transparent: without the alpha channel a file takes a quarter less time, and is smaller.
     opaque = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
     opaque.save(stream, "PNG", compress_level=COMPRESSION, dpi=(DPI, DPI))
     return stream.getvalue()

@@ -1,4 +1,4 @@
-"""A plan of tests: the smallest strength that each effect must have to be seen, and which effects look alike."""
+"""A plan of tests: the smallest detectable strength of each effect, and effects that are not distinguishable."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ class PlanDrawing(TitledFigure):
     Parameters
     ----------
     names
-        Effects, those that are seen best first, n of them.
+        Effects, the most detectable first, n of them.
     smallest
         Smallest detectable strength over the typical one, shape (n,) [-].
     cosines
         |cos| of the changes by each pair, shape (n, n) [-].
     confused
-        |cos| from which on tests confuse two effects [-].
+        |cos| above which tests cannot distinguish two effects [-].
     """
 
     names: Sequence[str]

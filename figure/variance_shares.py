@@ -1,4 +1,4 @@
-"""Shares of the variance of quantities that each uncertain parameter causes: by itself, and with all interactions."""
+"""Shares of the variance of quantities by each uncertain parameter: first-order, and with all interactions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,14 +29,14 @@ GROUP = 0.8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SharePanel:
-    """Panel of one quantity, of g curves and d parameters; NaN where a share is not known.
+    """Panel of one quantity, of g curves and d parameters; NaN where a share is unknown.
 
     Parameters
     ----------
     label
         Name of the quantity.
     first, total
-        Shares by itself and with all interactions, shape (g, d) [-].
+        First-order shares and those with all interactions, shape (g, d) [-].
     interval
         95 % interval of the total share, shape (2, g, d) [-].
     linear
@@ -59,7 +59,7 @@ class VarianceShares(TitledFigure):
     panels
         Quantities.
     groups
-        Curves that colours stand for.
+        Curves, one colour each.
     parameters
         Names of the parameters.
     """
@@ -100,7 +100,7 @@ def _draw(axes: Axes, panel: SharePanel, colours: Sequence[str], parameters: Seq
     bar = GROUP / n_group
     for group, colour in enumerate(colours):
         place = np.arange(d) - GROUP / 2 + (group + 0.5) * bar
-        # An estimate of nothing scatters around zero.
+        # The estimate of a zero share scatters around zero.
         first, total = (np.nan_to_num(np.maximum(values[group], 0.0)) for values in (panel.first, panel.total))
         axes.barh(place, total, 0.86 * bar, color=colour, alpha=0.3)
         axes.barh(place, first, 0.86 * bar, color=colour)

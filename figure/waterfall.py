@@ -1,4 +1,4 @@
-"""The fall of the error: one group of bars per step, training and held-out data, and reduced chi-squared beside it."""
+"""The decrease of the error: one group of bars per step, for training and held-out data, and reduced chi-squared."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from figure.style import (
 
 #: Training and held-out data.
 TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
-#: Words of a step are folded beyond so many characters.
+#: Number of characters after which the name of a step is wrapped.
 FOLD = 16
 WIDTH = 0.38
 #: Height of a number over its bar, as a share of the axes.
@@ -33,7 +33,7 @@ NOISE_CHI2 = 1.0
 
 @dataclass(frozen=True, kw_only=True)
 class WaterfallStep:
-    """A step towards the measurements.
+    """A step of the model updating.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class WaterfallStep:
     training_chi2, held_out_chi2
         Reduced chi-squared [-].
     proposed
-        Whether it is only proposed, not yet taken.
+        Whether it is only proposed, not yet applied.
     """
 
     name: str
@@ -57,7 +57,7 @@ class WaterfallStep:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Waterfall(TitledFigure):
-    """Errors of a model on its way to the measurements, step by step.
+    """Errors of a model over the steps of its updating.
 
     Parameters
     ----------
