@@ -1,1 +1,1 @@
-"""Metrics: differences between responses, and location of the errors of a model."""
+"""Metrics: how far a response is from another, and where a model fails."""
