@@ -47,15 +47,15 @@ from correlation.family.verdict import FamilyVerdict
 from correlation.model import LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget
 from fe.dense_modes import compute_dense_modes
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.compare.families import compare_with_limits, family_search, select_families
+from study.compare.families import compare_with_limits, make_family_search, select_families
 from study.compare.family_limits import find_family_limits
 from study.limits.table import LimitsTable
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
-from transient.state_transition import modal_structure
+from transient.state_transition import make_modal_structure
 from transient.virtual_bench.sweep import VirtualSweepTest
 
 MOST_MASSES, MOST_CONTACTS = 6, 3
@@ -112,10 +112,10 @@ def damping_ratio(system: JointedSystem) -> float:
 
 def closed_at_rest(system: JointedSystem) -> bool:
     """Whether the static load leaves all contacts closed."""
-    rest = equilibrium(modal_structure(system)).displacement
+    rest = equilibrium(make_modal_structure(system)).displacement
     return all(
         item.preload + item.normal_stiffness * (float(item.normal @ rest) - item.gap) > 0
-        for item in friction_contacts(system.joints)
+        for item in list_friction_contacts(system.joints)
     )
 
 
@@ -204,7 +204,7 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     """What the command says of the campaign."""
     families = measured_families(measured)
     chosen, _ = select_families(model, measured, families)
-    search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
+    search = make_family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
     search = search.with_numeric_box()
     limits = find_family_limits.compute(search)
     return compare_with_limits(measured, families, chosen, limits, budget).verdicts

@@ -25,7 +25,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import UnknownForcePlace
 from diagnosis.threshold.detection_threshold import Thresholds
-from study.diagnose.thresholds import shipped_thresholds
+from study.diagnose.thresholds import find_shipped_thresholds
 from transient.virtual_bench.hidden_effect import HiddenEffectRecord, make_campaign
 
 #: Packages whose code a result depends on.
@@ -44,7 +44,7 @@ def limits(campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
     without
         Kinds that are left out.
     """
-    return shipped_thresholds(setup(), campaign, without) or shipped_thresholds(setup(), campaign, ())
+    return find_shipped_thresholds(setup(), campaign, without) or find_shipped_thresholds(setup(), campaign, ())
 
 
 @cache

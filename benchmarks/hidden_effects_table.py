@@ -5,7 +5,7 @@ import math
 from benchmarks.hidden_effects_confusion import ELSEWHERE, Confusion
 from benchmarks.hidden_effects_plan import EXCLUDED, KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_score import POOLED, Score, Share
-from figure.confusion import ConfusionMatrix, confusion_figure
+from figure.confusion import ConfusionMatrix, draw_confusion_matrix
 from figure.style import png
 from transient.virtual_bench.effect import NOTHING
 
@@ -39,7 +39,7 @@ def picture(confusion: Confusion) -> bytes:
         title="Hidden effects: planted and named",
         subtitle=f"{total} campaigns of the virtual test bench; the verdict is as it should be in {right} (blue)",
     )
-    return png(confusion_figure(matrix))
+    return png(draw_confusion_matrix(matrix))
 
 
 def told(share: Share) -> str:

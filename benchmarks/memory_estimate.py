@@ -28,7 +28,7 @@ from geometry.blade import Blade
 from geometry.face_selector import FaceSelector
 from geometry.step_part import step_part
 from reduction.craig_bampton import craig_bampton
-from reduction.memory_estimate import FACTOR, mesh_memory, reduction_memory
+from reduction.memory_estimate import FACTOR, estimate_mesh_memory, estimate_reduction_memory
 
 SCREW = Path(__file__).parents[1] / "examples" / "parts" / "screw.step"
 N_NODE, N_MODE = 34, 150
@@ -69,12 +69,12 @@ def measure(body: str) -> None:
     mesh = BODIES[body]()
     return_freed_memory()  # what the mesher freed would hide some of what is taken
     before_matrices = held("VmRSS")
-    early = mesh_memory(mesh, 3 * N_NODE, N_MODE)
+    early = estimate_mesh_memory(mesh, 3 * N_NODE, N_MODE)
     clamp = mesh.nodes("clamp")
     system = supported_system(mesh, *assemble_compact(mesh, STEEL), [Support(nodes=clamp)])
     free = np.setdiff1d(mesh.corner_nodes(), clamp)
     kept = np.random.default_rng(0).permutation(free)[:N_NODE]
-    estimate = reduction_memory(system.stiffness, 3 * N_NODE, N_MODE)
+    estimate = estimate_reduction_memory(system.stiffness, 3 * N_NODE, N_MODE)
     return_freed_memory()
     before = held("VmRSS")
     Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew

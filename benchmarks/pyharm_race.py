@@ -169,7 +169,7 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
     from hbsolve.state import SteadyState
     from hbsolve.steady_state import steady_state
     from reduction.jointed_system import JenkinsElement, JointedSystem, between
-    from reduction.pyharm import pyharm_input
+    from reduction.pyharm import make_pyharm_input
 
     imported = time.process_time() - start
     n_mass = len(problem["mass"])
@@ -223,7 +223,7 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
         "iterations": float(np.mean([state.iterations for state in states])),
         "amplitude": [state.amplitude(n_mass - 1) for state in states],
         "answers": np.array([state.coefficients for state in states]),
-        "pyharm": pyharm_input(system, omegas[0], omegas[-1], n_harmonic=N_HARMONIC, n_sample=N_SAMPLE),
+        "pyharm": make_pyharm_input(system, omegas[0], omegas[-1], n_harmonic=N_HARMONIC, n_sample=N_SAMPLE),
     }
 
 

@@ -147,10 +147,10 @@ def judge(sample: Sample, path: Path, sound: str, *, done: str) -> tuple[str, st
 
 def digest(value: Any) -> str:
     """Hash of what was read."""
-    from pipeline.fingerprint import canonical
+    from pipeline.fingerprint import make_canonical
 
     try:
-        content = json.dumps(canonical(value), sort_keys=True)
+        content = json.dumps(make_canonical(value), sort_keys=True)
     except TypeError:
         content = repr(value)
     return hashlib.sha256(content.encode()).hexdigest()

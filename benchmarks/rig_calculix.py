@@ -21,7 +21,7 @@ from geometry.rig import Rig, mating_pairs
 from pipeline.cache_folder import default_folder
 from pipeline.progress import LineProgress
 from pipeline.store import Store
-from reduction.line_contact import station_stiffness
+from reduction.line_contact import compute_station_stiffness
 from study.case.tables import Case
 from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
@@ -43,7 +43,7 @@ def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpr
         line, other = pairs[pair.name].damper_line, pairs[pair.name].other_line
         nodes = whole.node_sets[f"{pair.body}.{line.name}"]
         others = whole.node_sets[f"{pair.other}.{other.name}"]
-        for station, (k_n, k_t) in enumerate(station_stiffness(line, pair.stiffness)):
+        for station, (k_n, k_t) in enumerate(compute_station_stiffness(line, pair.stiffness)):
             frame = zip((line.normal[station], *line.tangents[station]), (k_n, k_t, k_t), strict=True)
             result += [
                 NodeSpring(

@@ -18,7 +18,7 @@ from reduction.stuck import stuck_stiffness
 from study.case.tables import Case
 from study.kind.registry import open_case
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.structure import Row, excitation, make_preloaded_rig, measured_places, suspension
+from study.kind.rig.structure import Row, excitation, list_measured_places, make_preloaded_rig, make_suspension
 from study.kind.rig.table import RigTable, make_rig_model
 from transient.virtual_bench.campaign import (
     FREQUENCY_JITTER,
@@ -122,11 +122,11 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
     jointed = replace(system, stiffness=system.stiffness + young * bodies, joints=joints)
     free = replace(
         system,
-        stiffness=(1 + young) * bodies + suspension(of.reduction),
+        stiffness=(1 + young) * bodies + make_suspension(of.reduction),
         joints=[],
         static_load=np.zeros(len(bodies)),
     )
-    tip = np.flatnonzero(measured_places(of.reduction)["tip"])[0]
+    tip = np.flatnonzero(list_measured_places(of.reduction)["tip"])[0]
     if effect.kind == "mass":
         # Boundary nodes have their x, y and z one after the other.
         mass = np.array(system.mass)
@@ -134,7 +134,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
         return replace(jointed, mass=mass), replace(free, mass=mass)
     if effect.kind == "cubic":
         spring = CubicSpring(
-            name="hidden spring", direction=measured_places(of.reduction)["tip"], stiffness=effect.strength
+            name="hidden spring", direction=list_measured_places(of.reduction)["tip"], stiffness=effect.strength
         )
         return replace(jointed, joints=[*jointed.joints, spring]), replace(free, joints=[spring])
     return jointed, free
@@ -142,7 +142,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
 
 def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: np.random.Generator) -> Iterator[Sweep]:
     """All sweeps of a campaign, free of noise."""
-    sensors = {name: row for name, row in measured_places(of.reduction).items() if name in SENSORS}
+    sensors = {name: row for name, row in list_measured_places(of.reduction).items() if name in SENSORS}
     for repeat in range(1, points.n_repeat + 1):
         load, shift, shift_free = 1 + random.standard_normal(3) * [PRELOAD_JITTER, FREQUENCY_JITTER, FREQUENCY_JITTER]
         jointed, free = systems(of, effect, load)
@@ -187,7 +187,7 @@ def make_rig_campaign(folder: Path, case: Case[RigTable], *, seed: int, effect: 
 def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 3) -> CampaignPoints:
     """Where to measure: about the resonances of the specimen, which any bench finds before it measures."""
     jointed, free = systems(of, effect, 1.0)
-    tip, force = measured_places(of.reduction)["tip"], excitation(of.reduction)[1].real
+    tip, force = list_measured_places(of.reduction)["tip"], excitation(of.reduction)[1].real
     return CampaignPoints(
         levels=(1.0, 3.0, 5.0, 10.0),
         frequencies=_near(_resonance(jointed, tip, force), JOINTED_GRID),

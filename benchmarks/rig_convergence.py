@@ -35,7 +35,7 @@ from study.case.tables import Case
 from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.model import BODIES, RigModel
-from study.kind.rig.reduction import reduce_rig, supported_body
+from study.kind.rig.reduction import make_supported_body, reduce_rig
 from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped_cases import RIG
 from study.table1.stages import richardson
@@ -55,7 +55,7 @@ def free_blade(model: RigModel) -> None:
     for cut in CUTS:
         cells = choose_rig_mesh(model.rig, HEX20, COARSE, cut)
         mesh = mesh_blade(model.rig.blade, cells.blade, cells.pads)
-        system = supported_body(mesh, "blade", *assemble(mesh, model.material))
+        system = make_supported_body(mesh, "blade", *assemble(mesh, model.material))
         result.append(float(modes(system, 1).frequency[0]))
         print(f"| {cut} | {system.n_dof} | {result[-1]:.4f} |", flush=True)
     limit = richardson(result, 2.0, 2)
@@ -103,7 +103,8 @@ def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
     reduction = reduce_rig(model, Store(default_folder()), SilentProgress())
     assembly = reduction.assembly
     systems = {
-        body: supported_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()
+        body: make_supported_body(mesh, body, *assemble(mesh, model.material))
+        for body, mesh in reduction.meshes.items()
     }
     springs = join_bodies(assembly, make_line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
     result = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))

@@ -30,7 +30,7 @@ from hbsolve.limits.response_limits import response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.search import LimitSettings  # noqa: E402
 from study.kind.registry import open_case  # noqa: E402
-from study.kind.rig.structure import measured_places  # noqa: E402
+from study.kind.rig.structure import list_measured_places  # noqa: E402
 from study.limits.model import make_limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped_cases import RIG  # noqa: E402
@@ -94,7 +94,7 @@ def main() -> None:
     problem = search.problem()
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(item, name=item.name.replace(".", " ")) for item in rig.model.system.joints]
-    places = measured_places(rig.preloaded.reduction)
+    places = list_measured_places(rig.preloaded.reduction)
     began = time.process_time()
     tests = []
     for test in repeated_tests(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from correlation.data_type.backbone import predict_backbone
-from correlation.data_type.ring_down import LEAST_DAMPING, LEAST_FREQUENCY, chosen_rows
+from correlation.data_type.ring_down import LEAST_DAMPING, LEAST_FREQUENCY, choose_rows
 from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE, Model, Sensor
 from correlation.signal.ring_down import RingDown, analyse_ring_down
@@ -153,7 +153,7 @@ def score_readings(chain: SlippingChain, modes: Sequence[RingDown], last: float,
     """
     result = []
     for mode in modes:
-        rows = chosen_rows(mode)
+        rows = choose_rows(mode)
         number = int(np.argmin(np.abs(chain.frequency - mode.frequency[-1])))
         truth = np.tile([chain.frequency[number], chain.damping_ratio[number]], (len(rows), 1))
         slips = mode.time[rows] < last

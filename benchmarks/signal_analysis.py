@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from correlation.errors import CampaignError
-from correlation.modal.assurance import modal_assurance
+from correlation.modal.assurance import compute_modal_assurance
 from correlation.modal.fit_modes import fit_modes
 from correlation.signal.ring_down import analyse_ring_down
 from correlation.signal.stick_slip import estimate_stick_slip
@@ -105,7 +105,7 @@ def fit_close_modes(seed: int, share: float, grows: bool) -> tuple[int, tuple[fl
     return 3, (
         float(np.abs(result.frequency / own - 1).max()),
         float(np.abs(result.damping_ratio / damping - 1).max()),
-        float(np.diag(modal_assurance(shapes, result.shapes)).min()),
+        float(np.diag(compute_modal_assurance(shapes, result.shapes)).min()),
     )
 
 

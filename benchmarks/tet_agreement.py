@@ -36,7 +36,7 @@ from study.case.tables import Case
 from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.model import BODIES, FIXED_SETS, LINES, RigModel, find_mirror_image, with_excitation
-from study.kind.rig.reduction import mirrored, supported_body
+from study.kind.rig.reduction import make_supported_body, mirror_model
 from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped_cases import RIG
 
@@ -97,7 +97,7 @@ def reduced(model: RigModel, body: str, mesh: Mesh, place: StationCoordinates | 
     mass, stiffness = assemble(mesh, model.material)
     if place is not None:
         mass, stiffness = place.matrix(mass), place.matrix(stiffness)
-    system = supported_body(mesh, body, mass, stiffness)
+    system = make_supported_body(mesh, body, mass, stiffness)
     rom = craig_bampton(system, {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}, N_MODE)
     return rom if place is None else replace(rom, recovery=place.displacement(system, rom.recovery))
 
@@ -112,7 +112,7 @@ def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> 
     """Of the rig with all contacts stuck [Hz], and the place of the first one that a force on the blade drives."""
     roms = {body: reduced(model, body, *bodies[body]) for body in bodies}
     every = {
-        body: roms[body] if body in roms else mirrored(roms[find_mirror_image(body) or ""], body) for body in BODIES
+        body: roms[body] if body in roms else mirror_model(roms[find_mirror_image(body) or ""], body) for body in BODIES
     }
     assembly = ReducedAssembly(bodies=every)
     stuck = join_bodies(assembly, make_line_pairs(case, model.rig)).stuck

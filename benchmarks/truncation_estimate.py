@@ -24,7 +24,7 @@ from hbsolve.errors import NoSteadyState
 from hbsolve.refinement import refine_harmonics
 from hbsolve.solution import newton_from, solve_at
 from hbsolve.state import SteadyState, in_harmonics_of, make_initial_sliders
-from hbsolve.truncation import relative_change, truncation
+from hbsolve.truncation import compute_relative_change, truncation
 
 HIGHEST, N_SAMPLE = 7, 256
 MOST_DOF, MOST_CONTACT = 24, 6
@@ -72,8 +72,8 @@ def measure(problem: Problem, results: dict[str, list[Vector]]) -> None:
             results["no finer state"].append(np.zeros((1, 2)))
             continue
         q, exact = state.coefficients[1], truth.coefficients[1]
-        rows = [relative_change(balance, change, q, every) for change in (estimate.change, exact - q)]
-        together = [relative_change(balance, change, q) for change in (estimate.change, exact - q)]
+        rows = [compute_relative_change(balance, change, q, every) for change in (estimate.change, exact - q)]
+        together = [compute_relative_change(balance, change, q) for change in (estimate.change, exact - q)]
         by_directions = np.full(len(every), together[0][0])
         results["joint directions"].append(np.stack(together, axis=1))
         results["each degree of freedom"].append(np.stack(rows, axis=1))
@@ -83,7 +83,7 @@ def measure(problem: Problem, results: dict[str, list[Vector]]) -> None:
         for tolerance in TOLERANCES if finest is not None else ():
             refined = refine_harmonics(balance, state, tolerance, rows=drawn)
             result = refined.state.coefficients[1]
-            error = relative_change(balance, finest.coefficients[1] - result, result, drawn).max()
+            error = compute_relative_change(balance, finest.coefficients[1] - result, result, drawn).max()
             results[f"{tolerance:.1%}, {refined.stop.name}"].append(
                 np.array([[refined.error, error, refined.balance.n_harmonic - 1]])
             )

@@ -8,7 +8,7 @@ import numpy as np
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
-from study.case.added import case_catalogue
+from study.case.added import list_case_effects
 from study.case.setup import read_case
 
 #: The case.
@@ -77,7 +77,7 @@ def write_two_masses(
     setup = read_case(file).setup
     zeta = next(item for item in setup.calibration_parameters if item.name == "zeta")
     model = zeta.apply(setup.model, [1.1])
-    known = case_catalogue(model, setup.effect_files, level=max(LEVELS), configurations=["jointed"])
+    known = list_case_effects(model, setup.effect_files, level=max(LEVELS), configurations=["jointed"])
     for name, strength in effects.items():
         model = known.effect(name).apply(model, [strength])
     resonance = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).min()) / (2 * np.pi)

@@ -5,7 +5,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from casefile.quantity import NUMBER_AND_UNIT
-from correlation.campaign.measurement_unit import root_units
+from correlation.campaign.measurement_unit import find_root_units
 
 
 class NumberWithUnit(NamedTuple):
@@ -24,7 +24,7 @@ class NumberWithUnit(NamedTuple):
         """
         if unit == self.unit:
             return self.number
-        (factor, root), (wanted_factor, wanted) = root_units(self.unit), root_units(unit)
+        (factor, root), (wanted_factor, wanted) = find_root_units(self.unit), find_root_units(unit)
         if root != wanted:
             mine, other = (f'in "{item}"' if item else "a bare number" for item in (self.unit, unit))
             raise ValueError(f"{self.number:g} is {mine}, but the other values are {other}: give all in one unit")
@@ -51,5 +51,5 @@ def split_quantity(value: object) -> NumberWithUnit:
     if not math.isfinite(result.number):
         raise ValueError("is not a finite number")
     if result.unit:
-        root_units(result.unit)
+        find_root_units(result.unit)
     return result

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from correlation.campaign.measurement_unit import NUMBER_AND_UNIT, si_factor
+from correlation.campaign.measurement_unit import NUMBER_AND_UNIT, find_si_factor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class Plausibility:
         )
 
     def _number(self, value: float) -> str:
-        return f"{value / si_factor(self.unit, self.si):,.6g}"
+        return f"{value / find_si_factor(self.unit, self.si):,.6g}"
 
     def _range(self, ends: tuple[float, float]) -> str:
         return f"{self._number(ends[0])} to {self._number(ends[1])} {self.unit}"
@@ -70,7 +70,7 @@ class Plausibility:
             return ""
         one = value / float(written[1])
         for unit in self.confused:
-            if self.usual[0] <= value * si_factor(unit, self.si) / one <= self.usual[1]:
+            if self.usual[0] <= value * find_si_factor(unit, self.si) / one <= self.usual[1]:
                 return f'; did you mean "{written[1]} {unit}"?'
         return ""
 

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from casefile import plausibility
 from casefile.plausibility import Plausibility
-from correlation.campaign.measurement_unit import root_units, unit_registry
+from correlation.campaign.measurement_unit import find_root_units, get_unit_registry
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 #: "m3" and "mm2", as units are often written without a caret.
@@ -97,7 +97,7 @@ def read_quantity(value: object, dimension: Dimension) -> float:
     if isinstance(value, int | float):
         if dimension is not RATIO:
             raise ValueError(f'give a unit, e.g. "{dimension.example}"')
-        return _finite(float(value))
+        return _check_finite(float(value))
     match = NUMBER_AND_UNIT.fullmatch(value)
     if match is None:
         comma = "; write a decimal point, not a comma" if re.match(r"\s*[+-]?\d*,\d", value) else ""
@@ -109,8 +109,8 @@ def read_quantity(value: object, dimension: Dimension) -> float:
         raise ValueError(f'give a unit, e.g. "{dimension.example}"')
     unit = BARE_EXPONENT.sub(r"\1^\2", unit)
     # Refused before Decimal sees it: float() overflows to inf on numbers that no unit could correct.
-    _finite(float(number))
-    si = _finite(_si(Decimal(number), unit, dimension))
+    _check_finite(float(number))
+    si = _check_finite(_convert_to_si(Decimal(number), unit, dimension))
     refusal = dimension.plausibility.refusal(si, value) if dimension.plausibility else ""
     if refusal:
         raise ValueError(refusal)
@@ -142,37 +142,37 @@ def format_quantity(value: float, unit: str, digits: int = 4) -> str:
     """
     if not unit:
         return f"{value:.{digits}g}"
-    factor, _ = root_units(unit)
-    dimension_factor = Decimal(1000) ** _mass_exponent(unit)
+    factor, _ = find_root_units(unit)
+    dimension_factor = Decimal(1000) ** _find_mass_exponent(unit)
     # Root units count mass in grams, SI in kilograms; a Hz is a root unit already.
     return f"{value * float(dimension_factor / factor):.{digits}g} {unit}"
 
 
-def _finite(value: float) -> float:
+def _check_finite(value: float) -> float:
     if not math.isfinite(value):
         raise ValueError(f"{value} is not a finite number")
     return value
 
 
-def _si(number: Decimal, unit: str, dimension: Dimension) -> float:
+def _convert_to_si(number: Decimal, unit: str, dimension: Dimension) -> float:
     """Convert exactly in decimals, so that "0.1 mm" is the float 1e-4 and no neighbour of it."""
-    factor, root = root_units(unit)
-    wanted_factor, wanted = root_units(dimension.si)
+    factor, root = find_root_units(unit)
+    wanted_factor, wanted = find_root_units(dimension.si)
     if root == wanted:
         return float(number * factor / wanted_factor)
-    if dimension is FREQUENCY and root == root_units("rad/s")[1]:
+    if dimension is FREQUENCY and root == find_root_units("rad/s")[1]:
         return float(number * factor) / (2 * math.pi)
-    result = next((other for other in DIMENSIONS if root_units(other.si)[1] == root), None)
-    what = result.name if result else ("a bare number" if not root else f"of another kind [{_readable(unit)}]")
+    result = next((other for other in DIMENSIONS if find_root_units(other.si)[1] == root), None)
+    what = result.name if result else ("a bare number" if not root else f"of another kind [{_format_unit(unit)}]")
     raise ValueError(f'"{unit}" makes it {what}, but {dimension.name} is needed, e.g. "{dimension.example}"')
 
 
-def _mass_exponent(unit: str) -> int:
-    return int(dict(root_units(unit)[1]).get("gram", 0))
+def _find_mass_exponent(unit: str) -> int:
+    return int(dict(find_root_units(unit)[1]).get("gram", 0))
 
 
-def _readable(unit: str) -> str:
-    return f"{unit_registry().parse_units(unit):~P}"
+def _format_unit(unit: str) -> str:
+    return f"{get_unit_registry().parse_units(unit):~P}"
 
 
 Length = Annotated[float, BeforeValidator(LENGTH.read), Field(examples=[LENGTH.example])]

@@ -97,7 +97,7 @@ def load_case(path: str | Path, model: type[Case]) -> Case:
         With every problem of the file at once.
     """
     source = _read(path)
-    problems = _schema_problems(source)
+    problems = _find_schema_problems(source)
     if problems and "schema" in source.data:
         raise CaseError(problems)  # Another version: its other keys may be right in their own way.
     values = {key: value for key, value in source.data.items() if key != "schema"}
@@ -204,7 +204,7 @@ def _read(path: str | Path) -> CaseSource:
     return CaseSource(file=file, text=text, data=data, lines=lines)
 
 
-def _schema_problems(source: CaseSource) -> list[Problem]:
+def _find_schema_problems(source: CaseSource) -> list[Problem]:
     wanted = f"schema = {SCHEMA}"
     if "schema" not in source.data:
         return [source.problem((), f'schema is missing; write "{wanted}" as the first line')]

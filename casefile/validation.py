@@ -51,9 +51,9 @@ def problems(error: ValidationError, model: type[BaseModel], source: CaseSource)
     result = error.errors()
     places = [details["loc"] for details in result]
     # A list whose entries were refused is empty then, and pydantic calls it too short as well.
-    own = [item for item in result if item["type"] != "too_short" or not _refused_within(item["loc"], places)]
+    own = [item for item in result if item["type"] != "too_short" or not _is_refused_within(item["loc"], places)]
     # A union reports its problem once for every branch.
-    return list(dict.fromkeys(_problem(details, model, source) for details in own))
+    return list(dict.fromkeys(_make_problem(details, model, source) for details in own))
 
 
 def doubts(table: BaseModel, source: CaseSource, path: Path = ()) -> Iterator[Problem]:
@@ -105,27 +105,27 @@ def require_different(values: tuple[Item, ...]) -> tuple[Item, ...]:
     return values
 
 
-def _problem(details: ErrorDetails, model: type[BaseModel], source: CaseSource) -> Problem:
+def _make_problem(details: ErrorDetails, model: type[BaseModel], source: CaseSource) -> Problem:
     missing = details["type"] == "missing"
-    path = _path_in_file(details["loc"], source.data, keep_last=missing)
+    path = _find_path_in_file(details["loc"], source.data, keep_last=missing)
     if missing:
-        return _missing(path, model, source)
+        return _describe_missing(path, model, source)
     if details["type"] == "extra_forbidden":
-        return source.problem(path, _unknown_key(path, model, source), show_value=False)
+        return source.problem(path, _describe_unknown_key(path, model, source), show_value=False)
     if details["type"] == "union_tag_invalid":
-        return _unknown_kind(path, details, source)
+        return _describe_unknown_kind(path, details, source)
     value = find_value(source.data, path)
     if details["type"] in {"model_type", "model_attributes_type", "dict_type"}:
         if any(isinstance(key, int) for key in path):  # a table within a list has no header of its own
             return source.problem(path, "must be a table; write its keys in braces, { key = value }")
         return source.problem(path, f"must be a table; write [{dotted(path)}] and its keys below it")
-    if details["type"] in {"list_type", "tuple_type"} and _models_at(model, path):
+    if details["type"] in {"list_type", "tuple_type"} and _find_models(model, path):
         return source.problem(path, f"must be a list of tables; write [[{dotted(path)}]] above the keys of each")
     text = details["msg"]
     for pattern, plain in PLAIN_WORDS:
         text = re.sub(pattern, plain, text)
     if details["type"] in BOUND_ERRORS:
-        text += _si_unit(path, model, source.data)
+        text += _find_si_unit(path, model, source.data)
     if details["type"] in {"literal_error", "enum"}:
         text = text.replace("'", '"')
         choices = re.findall(r'"([^"]*)"', text)
@@ -134,11 +134,11 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: CaseSource) 
     return source.problem(path, text)
 
 
-def _refused_within(place: tuple[str | int, ...], places: Sequence[tuple[str | int, ...]]) -> bool:
+def _is_refused_within(place: tuple[str | int, ...], places: Sequence[tuple[str | int, ...]]) -> bool:
     return any(len(other) > len(place) and other[: len(place)] == place for other in places)
 
 
-def _unknown_kind(path: Path, details: ErrorDetails, source: CaseSource) -> Problem:
+def _describe_unknown_kind(path: Path, details: ErrorDetails, source: CaseSource) -> Problem:
     """The key that says of which kind a table is, and the kinds there are."""
     context = details["ctx"]
     choices = re.findall(r"'([^']*)'", context["expected_tags"])
@@ -150,7 +150,7 @@ def _unknown_kind(path: Path, details: ErrorDetails, source: CaseSource) -> Prob
     )
 
 
-def _path_in_file(location: Sequence[str | int], data: Any, *, keep_last: bool) -> Path:
+def _find_path_in_file(location: Sequence[str | int], data: Any, *, keep_last: bool) -> Path:
     """Pydantic's location without the names of validators and union branches, which no file contains."""
     path: Path = ()
     for position, part in enumerate(location):
@@ -171,42 +171,42 @@ def _is_branch(table: Any, part: str | int, rest: Sequence[str | int], *, keep_l
     return bool(rest) and (keep_last or any(item in table for item in rest))
 
 
-def _missing(path: Path, model: type[BaseModel], source: CaseSource) -> Problem:
+def _describe_missing(path: Path, model: type[BaseModel], source: CaseSource) -> Problem:
     key = str(path[-1])
-    if _models_at(model, path):
-        many = any(get_origin(field.annotation) in {list, tuple} for field in _fields_at(path, model, source.data))
+    if _find_models(model, path):
+        many = any(get_origin(field.annotation) in {list, tuple} for field in _find_fields(path, model, source.data))
         table = f"[[{dotted(path)}]]" if many else f"[{dotted(path)}]"
         what = f"table {table} is missing; add it"
     else:
-        example = _example(path, model, source.data)
+        example = _find_example(path, model, source.data)
         what = f"{dotted(path)} is missing; add {key} = {example}" if example else f"{dotted(path)} is missing; add it"
     return replace(source.problem(path, ""), text=what)
 
 
-def _example(path: Path, model: type[BaseModel], data: Any) -> str:
-    for field in _fields_at(path, model, data):
+def _find_example(path: Path, model: type[BaseModel], data: Any) -> str:
+    for field in _find_fields(path, model, data):
         if field.examples:
             return json.dumps(field.examples[0], ensure_ascii=False)
     return ""
 
 
-def _si_unit(path: Path, model: type[BaseModel], data: Any) -> str:
-    result = [dimension.si for field in _fields_at(path, model, data) for dimension in dimensions(field)]
+def _find_si_unit(path: Path, model: type[BaseModel], data: Any) -> str:
+    result = [dimension.si for field in _find_fields(path, model, data) for dimension in dimensions(field)]
     return f" {result[0]}" if result and result[0] else ""
 
 
-def _fields_at(path: Path, model: type[BaseModel], data: Any) -> list[FieldInfo]:
+def _find_fields(path: Path, model: type[BaseModel], data: Any) -> list[FieldInfo]:
     """Fields that may describe the key at a path; two kinds of tables may use one name for different quantities."""
     table = find_value(data, path[:-1])
-    parents = [parent for parent in _models_at(model, path[:-1]) if _is_of_kind(parent, table)] if path else []
-    fields = [_fields(parent).get(str(path[-1])) for parent in parents]
+    parents = [parent for parent in _find_models(model, path[:-1]) if _is_of_kind(parent, table)] if path else []
+    fields = [_list_fields(parent).get(str(path[-1])) for parent in parents]
     return [field for field in fields if field is not None]
 
 
-def _unknown_key(path: Path, model: type[BaseModel], source: CaseSource) -> str:
+def _describe_unknown_key(path: Path, model: type[BaseModel], source: CaseSource) -> str:
     table = find_value(source.data, path[:-1])
-    parents = [parent for parent in _models_at(model, path[:-1]) if _is_of_kind(parent, table)]
-    known = [name for parent in parents for name in _fields(parent)]
+    parents = [parent for parent in _find_models(model, path[:-1]) if _is_of_kind(parent, table)]
+    known = [name for parent in parents for name in _list_fields(parent)]
     key = str(path[-1])
     kind = "table" if isinstance(find_value(source.data, path), Mapping) else "key"
     hint = did_you_mean(key, known)
@@ -219,28 +219,28 @@ def _is_of_kind(model: type[BaseModel], table: Any) -> bool:
     """Whether a table, by the key that says of which kind it is, may be described by a model."""
     if not isinstance(table, Mapping):
         return True
-    kinds = {name: field for name, field in _fields(model).items() if get_origin(field.annotation) is Literal}
+    kinds = {name: field for name, field in _list_fields(model).items() if get_origin(field.annotation) is Literal}
     return all(table[name] in get_args(field.annotation) for name, field in kinds.items() if name in table)
 
 
-def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+def _list_fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
     """Fields by the name that a file uses."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
-def _models_at(model: type[BaseModel], path: Path) -> list[type[BaseModel]]:
+def _find_models(model: type[BaseModel], path: Path) -> list[type[BaseModel]]:
     """Models that may describe the table at a path: several where the case allows a choice."""
     here = [model]
     for part in path:
         if isinstance(part, int):
             continue  # The elements of a list are described where the list is.
-        fields = [_fields(parent).get(part) for parent in here]
-        here = [nested for field in fields if field is not None for nested in _nested_models(field.annotation)]
+        fields = [_list_fields(parent).get(part) for parent in here]
+        here = [nested for field in fields if field is not None for nested in _list_nested_models(field.annotation)]
     return here
 
 
-def _nested_models(annotation: object) -> Iterator[type[BaseModel]]:
+def _list_nested_models(annotation: object) -> Iterator[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for argument in get_args(annotation):
-        yield from _nested_models(argument)
+        yield from _list_nested_models(argument)

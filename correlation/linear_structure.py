@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from hbsolve.balance import HarmonicBalance, default_samples
+from hbsolve.balance import HarmonicBalance, choose_samples
 from hbsolve.condensed import Condensed, Recovery
 from reduction.array_input import is_symmetric
 from reduction.jointed_system import JointedSystem
@@ -114,7 +114,7 @@ class LinearStructure:
         if n_harmonic != balance.n_harmonic:
             return None
         same = balance if system is balance.system else balance.on_same_structure(system)
-        instants = n_sample or default_samples(n_harmonic)
+        instants = n_sample or choose_samples(n_harmonic)
         return same if same is None or instants == same.n_sample else same.with_samples(instants)
 
     def at(self, frequency: float) -> Condensed:

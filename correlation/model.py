@@ -18,7 +18,7 @@ from correlation.sensor import COMPONENTS, DERIVATIVE, AnySensor, Head, LineSens
 from geometry.read_only_array import freeze_fields, read_only
 from hbsolve.coupled_damping import split_proportional_plus_low_rank
 from reduction.elastic_support import ElasticBody
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
 
 __all__ = [
@@ -182,7 +182,7 @@ class Model:
         for name in names:
             if names.count(name) > 1:
                 raise ModelDefinitionError(f'two sensors are called "{name}": give each a name of its own')
-        contacts = {joint.name for joint in friction_contacts(self.system.joints)}
+        contacts = {joint.name for joint in list_friction_contacts(self.system.joints)}
         for line, members in self.lines.items():
             for member in members:
                 if member not in contacts:
@@ -370,7 +370,7 @@ class Model:
         ModelDefinitionError
             There is none.
         """
-        for contact in friction_contacts(self.system.joints):
+        for contact in list_friction_contacts(self.system.joints):
             if contact.name == name:
                 return contact
         raise ModelDefinitionError(f'there is no contact "{name}"')

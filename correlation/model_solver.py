@@ -22,7 +22,7 @@ from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import ReadingResponse, derivatives
 from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
-from hbsolve.state_sequence import StateSequence, Track, empty_track, follow, follow_one
+from hbsolve.state_sequence import StateSequence, Track, follow, follow_one, make_empty_track
 from hbsolve.steady_state import solve_from_other_starts
 
 #: Motions of two sweeps whose relative difference is larger are of two branches; Newton's method ends at 1e-9 [-].
@@ -230,7 +230,7 @@ class ModelSolver:
         index = np.array([indices[frequency] for frequency in frequencies], dtype=np.int64)
         stuck = real_from_complex(linear.static + self._forced_all(level, list(indices)) * linear.dynamic)
         sequence = StateSequence(index, earlier_state, linear.angular_frequency, stuck, linear.columns, guess)
-        track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
+        track, slider, number = make_empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
         while number < n:
             number = int(follow(
                 number, carried, from_guess, sequence, balance.arrays, slider, tolerance, MAX_ITERATION, track

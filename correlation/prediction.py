@@ -320,7 +320,7 @@ class Predictor:
                     names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
                     own = solver.slopes(state, frequency, names, harmonics, rates)
                     other = prediction.states_back.get((free, level, frequency))
-                    if other is not None and not _alike(state, other):
+                    if other is not None and not _is_alike(state, other):
                         back = solver.slopes(other, frequency, names, harmonics, rates)
                         direction = self.points.sweep[rows][:, None]
                         alone = np.where(direction == self.sweeps[0], own, back)
@@ -378,7 +378,7 @@ class _LevelStates(NamedTuple):
     track: Track
 
 
-def _alike(state: SteadyState, other: SteadyState) -> bool:
+def _is_alike(state: SteadyState, other: SteadyState) -> bool:
     """Whether both sweeps move alike, so that their derivatives do; static forces may differ."""
     apart = np.abs(state.displacement[1:] - other.displacement[1:]).max(initial=0.0)
     return bool(apart < SAME_SWEEP * np.abs(state.displacement[1:]).max(initial=0.0))

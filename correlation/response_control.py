@@ -33,7 +33,7 @@ from correlation.prediction import Points
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import MAX_ITERATION, TOLERANCE
-from hbsolve.state_sequence import StateSequence, Track, empty_track, follow
+from hbsolve.state_sequence import StateSequence, Track, follow, make_empty_track
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 Motions = Float[NDArray[np.float64], "n d nh"]
@@ -216,7 +216,7 @@ def _solve(
         state, np.full(n, -1), linear.angular_frequency, real_from_complex(stuck), columns,
         guess if guess is not None and from_guess else np.full((n, d, nh), np.nan),
     )  # fmt: skip
-    track, number, slider = empty_track(n, d, nh, balance.n_slider), 0, solver.slider.astype(float)
+    track, number, slider = make_empty_track(n, d, nh, balance.n_slider), 0, solver.slider.astype(float)
     while number < n:
         number = 1 + int(follow(
             number, True, from_guess, sequence, balance.arrays, slider, TOLERANCE, MAX_ITERATION, track

@@ -43,7 +43,7 @@ def with_sensors(model: Model, campaign: Campaign) -> Model:
             _check_same(measured, own[measured.name], model)
             continue
         try:
-            added.append(_placed(measured, model))
+            added.append(_place_sensor(measured, model))
         except CampaignError as error:
             raise CampaignError(f"{error}{_offer_sensor(measured, others, model)}") from None
     _check_harmonics(model, campaign)
@@ -102,7 +102,7 @@ def _check_same_point(measured: MeasuredSensor, sensor: Sensor, model: Model) ->
         )
 
 
-def _placed(measured: MeasuredSensor, model: Model) -> AnySensor:
+def _place_sensor(measured: MeasuredSensor, model: Model) -> AnySensor:
     name = measured.name
     if measured.line is not None:
         if measured.line not in model.lines:
@@ -120,13 +120,13 @@ def _placed(measured: MeasuredSensor, model: Model) -> AnySensor:
                 f"its load cells: {listed}"
             )
         return replace(model.load_cells[str(measured.cell)], name=name)
-    row = _place_row(measured, model, measured.place) if measured.place is not None else _nearest(measured, model)
+    row = _place_row(measured, model, measured.place) if measured.place is not None else _find_nearest(measured, model)
     if measured.inclination:
-        row = cos(measured.inclination) * row + sin(measured.inclination) * _turned(measured, model, row)
+        row = cos(measured.inclination) * row + sin(measured.inclination) * _turn_row(measured, model, row)
     if measured.relative_to is not None:
         other = _place_row(measured, model, measured.relative_to)
         if measured.inclination:
-            other = cos(measured.inclination) * other + sin(measured.inclination) * _turned(measured, model, other)
+            other = cos(measured.inclination) * other + sin(measured.inclination) * _turn_row(measured, model, other)
         row = row - other
     return Sensor(name=name, row=row, quantity=measured.quantity)
 
@@ -146,7 +146,7 @@ def offer_places(model: Model, place: str) -> str:
     return f'its places: {listed}. Correct the name, or add a [[place]] with name = "{place}" to the case'
 
 
-def _turned(measured: MeasuredSensor, model: Model, row: Row) -> Row:
+def _turn_row(measured: MeasuredSensor, model: Model, row: Row) -> Row:
     """The row of the same points in the direction in which the sensor leans."""
     turned = np.zeros_like(row)
     number = {(dof.body, dof.node, dof.direction): place for place, dof in enumerate(model.dofs)}
@@ -164,7 +164,7 @@ def _turned(measured: MeasuredSensor, model: Model, row: Row) -> Row:
     return turned
 
 
-def _nearest(measured: MeasuredSensor, model: Model) -> Row:
+def _find_nearest(measured: MeasuredSensor, model: Model) -> Row:
     name, wanted = measured.name, measured.coordinates
     if wanted is None:
         raise CampaignError(

@@ -171,9 +171,11 @@ class SweepPath:
                 continue
             if following is None:
                 # The branch ends and no other is near: the sweep jumps to the state by one Newton solution.
-                return there, JumpPoint((ends[0] + ends[1]) / 2, _size(there.displacement) < _size(motion))
+                return there, JumpPoint(
+                    (ends[0] + ends[1]) / 2, _compute_size(there.displacement) < _compute_size(motion)
+                )
             if wide:
-                jump = JumpPoint((ends[0] + ends[1]) / 2, _size(following) < _size(motion))
+                jump = JumpPoint((ends[0] + ends[1]) / 2, _compute_size(following) < _compute_size(motion))
             step = 2 * (to - share if share or expected is None else LEAST_STEP)
             motion, share = following, to
             if share == 1:
@@ -230,6 +232,6 @@ def is_same(first: SteadyState | None, state: SteadyState | None) -> bool:
     return bool(apart <= SAME_MOTION * np.abs(first.displacement).max(initial=0.0))
 
 
-def _size(motion: Motion) -> float:
+def _compute_size(motion: Motion) -> float:
     """Largest amplitude of a joint direction in any harmonic [m]."""
     return float(np.abs(motion[1:]).max(initial=0.0))

@@ -32,11 +32,11 @@ from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import UNEXPLAINED_CHI2, FitProblem, Refit
 from diagnosis.fit.refit import (
-    baseline_fit,
     choose_finalists,
     fit_from_starts,
+    fit_quickly,
     is_poor_fit,
-    quick_fit,
+    make_baseline_refit,
     refit,
     shortlist,
 )
@@ -195,14 +195,14 @@ def screen_and_refit(
     """
     choice = choice or EffectChoice()
     scores = screen_effects(problem, effects, run_step, report, progress)
-    baseline = run_step("held-out error", lambda: baseline_fit(problem))
+    baseline = run_step("held-out error", lambda: make_baseline_refit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
     listed = shortlist(ranked, problem.selection, is_poor=is_poor_fit(problem))
     fits, chosen = [], [by_name[item.effect.name] for item in listed]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
-        fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
+        fits.append((score, run_step(f"fit of {score.effect.name}", partial(fit_quickly, problem, score))))
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
     best = fits[costs.index(min(costs))][1] if fits else problem.fit
     report("fits from other starts", progress.tests)
@@ -326,7 +326,7 @@ def diagnose(
     linear = compute_linear_thresholds(scores)
     thresholds = thresholds or linear
     report("own covariances", progress.covariances)
-    baseline = baseline if screening is arrangement else baseline_fit(arrangement)
+    baseline = baseline if screening is arrangement else make_baseline_refit(arrangement)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
     # An effect below the threshold is not named regardless of its other gain, unless the model is far off without it.

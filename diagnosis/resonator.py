@@ -102,13 +102,13 @@ def find_resonators(arrangement: Arrangement, weights: Sequence[ProjectedCovaria
     """
     train, fit = arrangement.train, arrangement.fit
     points, places, result = train.features.points, list(fit.model.places.items()), list[Resonator]()
-    tangents = [item for _, row in places for item in _tangents(row)]
+    tangents = [item for _, row in places for item in _make_tangents(row)]
     slopes = train.predictor.derivatives(fit.model, fit.prediction, tangents).reshape(len(points), len(places), 2, 2)
     for configuration, there in (("jointed", ~points.free), ("free", points.free)):
         tunings = list_tunings(points.frequency[there]) if there.any() else []
         for number, (name, row) in enumerate(places if tunings else ()):
             own = np.where(there[:, None], slopes[:, number, int(configuration == "free")], 0.0)
-            changes = _changes(arrangement, own, tunings)
+            changes = _compute_changes(arrangement, own, tunings)
             fits = [_fit(item, changes) for item in weights]
             gain, mass, deviation, tuning = max(fits)
             if gain > 0:
@@ -140,7 +140,7 @@ def list_tunings(frequency: Float[NDArray[np.float64], " k"]) -> list[tuple[floa
     ]
 
 
-def _tangents(row: Float[NDArray[np.float64], " r"]) -> list[Tangent]:
+def _make_tangents(row: Float[NDArray[np.float64], " r"]) -> list[Tangent]:
     """A mass and a dashpot at a row, each in the jointed and in the free structure."""
     outer = np.outer(row, row)
     kinds = [MatrixParameter(mass=outer), MatrixParameter(damping=outer)]
@@ -151,7 +151,7 @@ def _tangents(row: Float[NDArray[np.float64], " r"]) -> list[Tangent]:
     ]
 
 
-def _changes(
+def _compute_changes(
     arrangement: Arrangement, slopes: Complex[NDArray[np.complex128], "k 2"], tunings: Sequence[tuple[float, float]]
 ) -> Matrix:
     """Change of the features by 1 kg of each tuning, shape (m, t)."""

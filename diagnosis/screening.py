@@ -146,7 +146,7 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     if 1 - absorbed < selection.least_unabsorbed_share or whole * abs(typical) < selection.least_change:
         slope, across = 0 * slope, 0 * across
     tried = minimise_along_change(effect, across, residual)
-    rates = _compensation_rates(problem, slope)
+    rates = _compute_compensation_rates(problem, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
     if abs(step) > MIN_STRENGTH * abs(typical) and 1 - absorbed >= selection.least_unabsorbed_share:
@@ -155,7 +155,7 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
-    start = _compensated_values(problem, effect, tried.step, rates)
+    start = _compensate_values(problem, effect, tried.step, rates)
     if not size or size * abs(typical) < selection.least_change:
         return Score(
             effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical),
@@ -192,7 +192,7 @@ def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Ve
     Without compensation, the curvature due to a mere shift of the resonance would dominate the change.
     """
     fit, train = problem.fit, problem.train
-    values = _compensated_values(problem, effect, step, rates)
+    values = _compensate_values(problem, effect, step, rates)
     try:
         unknowns = problem.unknowns([effect])
         prediction = train.predict(unknowns.compose(values), fit.prediction, values[: unknowns.n_start])
@@ -205,12 +205,12 @@ def _change(problem: Screened, effect: Effect, step: float, rates: Vector) -> Ve
     return np.concatenate([np.where(there, moved, 0.0), prior])
 
 
-def _compensation_rates(problem: Screened, slope: Vector) -> Vector:
+def _compute_compensation_rates(problem: Screened, slope: Vector) -> Vector:
     """Change of the fitted values that best compensates for an effect of unit strength, shape (p,)."""
     return np.asarray(-np.linalg.lstsq(problem.fit.jacobian, slope, rcond=1e-12)[0])
 
 
-def _compensated_values(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:
+def _compensate_values(problem: Screened, effect: Effect, step: float, rates: Vector) -> Vector:
     """Fitted values that best compensate for an effect, then the parameters of the effect, shape (p + e,)."""
     strength = effect.parameters[0].vanishes + step
     fitted = problem.fit.values + rates * step

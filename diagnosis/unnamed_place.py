@@ -21,7 +21,7 @@ from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.finalist import Finalist, refit_each_by_own_covariance
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import quick_fit, refit
+from diagnosis.fit.refit import fit_quickly, refit
 from diagnosis.localisation import localise
 from diagnosis.model_error_share import compute_gains_by_covariance, list_covariances
 from diagnosis.screening import Score, screen
@@ -107,7 +107,7 @@ def _refit_best(problem: Arrangement, effects: Sequence[Effect], threshold: floa
     gains = compute_gains_by_covariance(problem, effects).max(axis=0, initial=0.0)
     promising = [number for number in np.argsort(-gains).tolist() if gains[number] > threshold]
     scores = screen(problem, [effects[number] for number in promising[: problem.selection.n_finalist]])
-    fitted = [(score, refit(problem, score, quick_fit(problem, score))) for score in scores]
+    fitted = [(score, refit(problem, score, fit_quickly(problem, score))) for score in scores]
     return sorted(fitted, key=lambda pair: problem.cost_with_error_left(pair[1].fit))
 
 

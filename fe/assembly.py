@@ -12,7 +12,7 @@ from fe.element import Element
 from fe.errors import MeshError
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.solid import DIRECTIONS, element_blocks
+from fe.solid import DIRECTIONS, compute_element_blocks
 from fe.sparse.node_matrix import NodeMatrix
 from fe.sparse.upper_blocks import UpperBlocks
 
@@ -61,11 +61,13 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
     """
     if not mesh.n_cell:
         raise MeshError("the mesh has no cells: nothing to assemble")
-    lame, shear, density = cell_elasticity(mesh, materials)
+    lame, shear, density = list_cell_elasticity(mesh, materials)
     keys, sums = [], []
-    for element, nodes, number in _batches(mesh):
-        blocks, mass = element_blocks(element, mesh.points[nodes], lame[number], shear[number], density[number], number)
-        key, values = _summed(nodes, mesh.n_node, blocks, mass)
+    for element, nodes, number in _split_batches(mesh):
+        blocks, mass = compute_element_blocks(
+            element, mesh.points[nodes], lame[number], shear[number], density[number], number
+        )
+        key, values = _sum_pairs(nodes, mesh.n_node, blocks, mass)
         keys.append(key)
         sums.append(values)
     # A node without cells has its zeros on the diagonal, as every row of the upper triangle begins there.
@@ -93,7 +95,7 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
     return mass_matrix, UpperBlocks(row_start=row_start, column=column, values=stiffness.reshape(-1, 3, 3))
 
 
-def _summed(
+def _sum_pairs(
     nodes: Int[NDArray[np.int64], "cell node"],
     n_node: int,
     blocks: Float[NDArray[np.float64], "6 cell node node"],
@@ -120,14 +122,16 @@ def _summed(
     return used[row] * n_node + used[column], sums
 
 
-def _batches(mesh: Mesh) -> Iterator[tuple[Element, NDArray[np.int64], NDArray[np.int64]]]:
+def _split_batches(mesh: Mesh) -> Iterator[tuple[Element, NDArray[np.int64], NDArray[np.int64]]]:
     for start, element, nodes in mesh.blocks():
         for first in range(0, len(nodes), BATCH):
             batch = nodes[first : first + BATCH]
             yield element, batch, np.arange(start + first, start + first + len(batch))
 
 
-def cell_elasticity(mesh: Mesh, materials: Material | Mapping[str, Material]) -> Float[NDArray[np.float64], "3 cell"]:
+def list_cell_elasticity(
+    mesh: Mesh, materials: Material | Mapping[str, Material]
+) -> Float[NDArray[np.float64], "3 cell"]:
     """First Lamé constant, shear modulus and density of every cell, shape (3, n_cell) [Pa, Pa, kg/m^3]."""
     if isinstance(materials, Material):
         materials, cell_sets = {"all": materials}, {"all": np.arange(mesh.n_cell)}

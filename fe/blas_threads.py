@@ -28,7 +28,7 @@ def one_blas_thread() -> Iterator[None]:
     global _running, _before
     with _lock:
         if not _running:
-            _before = [int(library.num_threads) for library in _libraries()]
+            _before = [int(library.num_threads) for library in _find_libraries()]
             _set([1] * len(_before))
         _running += 1
     try:
@@ -52,12 +52,12 @@ def on_one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _set(threads: list[int]) -> None:
-    for library, number in zip(_libraries(), threads, strict=True):
+    for library, number in zip(_find_libraries(), threads, strict=True):
         library.set_num_threads(number)
 
 
 @cache
-def _libraries() -> list[LibController]:
+def _find_libraries() -> list[LibController]:
     """Every OpenBLAS of this process; NumPy's and SciPy's, which differ, are loaded first."""
     import numpy as np  # noqa: F401
     import scipy.linalg  # noqa: F401

@@ -131,7 +131,7 @@ def supported_system(
     if not free.size:
         raise SupportError("the supports fix every degree of freedom of the mesh: leave some nodes to move")
     if grounded.any():
-        stiffness = _plus_diagonal(stiffness, grounded.ravel())
+        stiffness = _add_diagonal(stiffness, grounded.ravel())
     system = LinearSystem(
         mass=part(mass, free),
         damping=sp.csr_array((len(free), len(free))),
@@ -166,7 +166,7 @@ def make_rigid_motions(
     return motions
 
 
-def _plus_diagonal(matrix: Symmetric, added: Float[NDArray[np.float64], " n"]) -> Symmetric:
+def _add_diagonal(matrix: Symmetric, added: Float[NDArray[np.float64], " n"]) -> Symmetric:
     if isinstance(matrix, UpperBlocks):
         return matrix.plus_diagonal(added)
     return sp.csr_array(matrix.tocsr() + sp.diags_array(added))

@@ -56,7 +56,7 @@ def run_frequency(
         deck = Path(folder) / f"{JOB}.inp"
         write_calculix(mesh, deck, materials, fixed, n_mode, FrequencyOutput.BINARY, springs)
         _run(deck, deck.with_suffix(".eig"))
-        eigenvalues = _eigenvalues(deck.with_suffix(".eig"))
+        eigenvalues = _read_eigenvalues(deck.with_suffix(".eig"))
     # A rigid motion may come out as a small negative number.
     return np.asarray(np.sqrt(eigenvalues.clip(min=0)) / (2 * np.pi))
 
@@ -81,7 +81,9 @@ def run_matrices(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tu
         # Lines "node.direction", both from 1: text, for 12.1 and 12.10 are one number.
         names = [line.split(".") for line in deck.with_suffix(".dof").read_text().split()]
         dofs = np.array([3 * (int(node) - 1) + int(direction) - 1 for node, direction in names])
-        mass, stiffness = (_symmetric(deck.with_suffix(suffix), dofs, 3 * mesh.n_node) for suffix in (".mas", ".sti"))
+        mass, stiffness = (
+            _read_symmetric(deck.with_suffix(suffix), dofs, 3 * mesh.n_node) for suffix in (".mas", ".sti")
+        )
     return mass, stiffness
 
 
@@ -107,7 +109,7 @@ def _run(deck: Path, result: Path) -> None:
         raise InputError(f"CalculiX stopped with code {done.returncode} ({output}): check mesh, materials and supports")
 
 
-def _eigenvalues(path: Path) -> Float[NDArray[np.float64], " mode"]:
+def _read_eigenvalues(path: Path) -> Float[NDArray[np.float64], " mode"]:
     """Read the binary .eig file of `*FREQUENCY, STORAGE=YES`.
 
     It starts with four integers, the last of which is the number of modes; the eigenvalues follow as doubles. How wide
@@ -121,7 +123,7 @@ def _eigenvalues(path: Path) -> Float[NDArray[np.float64], " mode"]:
     raise InputError(f"the eigenvalue file of CalculiX ({len(content)} bytes) has no known layout: use version 2.20")
 
 
-def _symmetric(path: Path, dofs: Int[NDArray[np.int64], " n"], size: int) -> sp.csr_array:
+def _read_symmetric(path: Path, dofs: Int[NDArray[np.int64], " n"], size: int) -> sp.csr_array:
     """Symmetric matrix from one triangle, in lines "row column value", numbered from 1."""
     table = np.fromstring(path.read_text(), sep=" ").reshape(-1, 3)
     rows, columns = (dofs[table[:, k].astype(np.int64) - 1] for k in (0, 1))

@@ -18,13 +18,13 @@ N_POINT = 5
 
 def integrate_areas(mesh: Mesh, faces: Faces) -> Float[NDArray[np.float64], " k"]:
     """Areas of faces [m^2]."""
-    _, vectors = _samples(mesh, faces)
+    _, vectors = _sample_faces(mesh, faces)
     return np.asarray(np.linalg.norm(vectors, axis=2).sum(axis=1))
 
 
 def integrate_volume(mesh: Mesh) -> float:
     r"""Volume inside the outer faces, V = 1/3 \oint x \cdot n dA: exact for curved cells too [m^3]."""
-    points, vectors = _samples(mesh, find_outer_faces(mesh))
+    points, vectors = _sample_faces(mesh, find_outer_faces(mesh))
     return float((points * vectors).sum() / 3)
 
 
@@ -42,7 +42,7 @@ def integrate_over_faces(
     density
         Function of points and unit outward normals there, shapes (..., 3): the densities p, shape (..., n).
     """
-    points, vectors = _samples(mesh, faces)
+    points, vectors = _sample_faces(mesh, faces)
     area = np.linalg.norm(vectors, axis=2, keepdims=True)
     values = density(points, vectors / area) * area
     result = np.zeros((mesh.n_node, values.shape[2]))
@@ -69,7 +69,7 @@ def find_outer_faces(mesh: Mesh) -> Faces:
     return np.asarray(outer[np.lexsort((outer[:, 1], outer[:, 0]))])
 
 
-def _samples(
+def _sample_faces(
     mesh: Mesh, faces: Faces
 ) -> tuple[Float[NDArray[np.float64], "k point 3"], Float[NDArray[np.float64], "k point 3"]]:
     """Gauss points on the faces, and their weighted outward normals."""

@@ -68,7 +68,7 @@ def find_station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) 
         No faces, or (a `PointOffSurface`) a place that is on none of them.
     """
     rows, columns, values = [], [], []
-    for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
+    for number, (element, local, nodes, at) in enumerate(_find_carriers(mesh, name, faces, stations)):
         on_face = list(element.faces[local])
         rows.append(np.full(len(on_face), number))
         columns.append(nodes[on_face])
@@ -87,7 +87,7 @@ def find_station_normals(
     Arguments and errors as in `find_station_weights`.
     """
     result = np.empty((len(stations), 3))
-    for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
+    for number, (element, local, nodes, at) in enumerate(_find_carriers(mesh, name, faces, stations)):
         _, along = find_face_frame(element, local)
         u, v = np.einsum("aj,tj,ai->ti", element.gradient(at[None])[0], along, mesh.points[nodes])
         normal = np.cross(u, v)
@@ -99,7 +99,7 @@ def find_station_normals(
 Carrier: TypeAlias = tuple[Element, int, Int[NDArray[np.int64], " node"], Float[NDArray[np.float64], " 3"]]
 
 
-def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Carrier]:
+def _find_carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Carrier]:
     """Face that carries each place, with the shape functions there."""
     if not len(faces):
         raise MeshError(f'"{name}": there is no face that could carry it, so name the face that it lies on')
@@ -113,7 +113,7 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
     near = cKDTree(middles).query(stations, k=min(CANDIDATES, len(hosts)))[1].reshape(len(stations), -1)
     result: list[Carrier] = []
     for number, (place, tried) in enumerate(zip(stations, near.tolist(), strict=True)):
-        distance, at, best = _carrier(mesh, hosts, tried, place)
+        distance, at, best = _find_carrier(mesh, hosts, tried, place)
         element, local, nodes = hosts[best]
         size = float(np.ptp(mesh.points[nodes[list(element.faces[local])]], axis=0).max())
         if distance > MAX_DISTANCE * size:
@@ -134,14 +134,14 @@ def _millimetres(place: Sequence[float] | NDArray[np.float64]) -> str:
     return f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.12g}' for x in place)}) mm"
 
 
-def _carrier(
+def _find_carrier(
     mesh: Mesh, hosts: list[tuple[Element, int, NDArray[np.int64]]], tried: list[int], place: NDArray[np.float64]
 ) -> tuple[float, Float[NDArray[np.float64], " 3"], int]:
     """Distance, reference coordinates and number of the face that is nearest to a place."""
     best: tuple[float, NDArray[np.float64], int] = (np.inf, np.zeros(3), -1)
     for number in tried:
         element, local, nodes = hosts[number]
-        distance, at = _nearest(element, local, mesh.points[nodes], place)
+        distance, at = _find_nearest(element, local, mesh.points[nodes], place)
         if distance < best[0]:
             best = (distance, at, number)
         if distance < TOUCHING * float(np.abs(place).max()):
@@ -149,7 +149,7 @@ def _carrier(
     return best
 
 
-def _nearest(
+def _find_nearest(
     element: Element, local: int, points: Float[NDArray[np.float64], "node 3"], place: Float[NDArray[np.float64], " 3"]
 ) -> tuple[float, Float[NDArray[np.float64], " 3"]]:
     """Distance of a place to a face, and the reference coordinates of the face's point that is nearest to it."""

@@ -60,8 +60,8 @@ def measure_cell_quality(mesh: Mesh) -> Quality:
     for _, element, cells in mesh.blocks():
         for start in range(0, len(cells), CHUNK):
             corners = mesh.points[cells[start : start + CHUNK]]
-            scaled.append(_scaled_jacobian(element, corners))
-            smallest, mean = _determinant(element, corners)
+            scaled.append(_compute_scaled_jacobian(element, corners))
+            smallest, mean = _compute_determinant(element, corners)
             # A cell without volume has no mean to compare with: 0 says collapsed.
             ratio.append(np.divide(smallest, abs(mean), out=np.zeros_like(mean), where=mean != 0))
             volume.append(mean * element.rule[1].sum())
@@ -103,12 +103,12 @@ def check_quality(
     listed = ", ".join(str(number) for number in numbers[:LISTED]) + (", ..." if bad.size > LISTED else "")
     word = "cell" if bad.size == 1 else "cells"
     raise InvertedCell(
-        f"{_where(mesh, bad, source)}: {bad.size} of {mesh.n_cell} cells inverted or collapsed ({word} {listed}; "
-        f"smallest det J {quality.determinant_ratio[bad].min():.3g} of its mean): {_remedy(mesh, quality, bad)}"
+        f"{_name_place(mesh, bad, source)}: {bad.size} of {mesh.n_cell} cells inverted or collapsed ({word} {listed}; "
+        f"smallest det J {quality.determinant_ratio[bad].min():.3g} of its mean): {_suggest_remedy(mesh, quality, bad)}"
     )
 
 
-def _where(mesh: Mesh, bad: Int[NDArray[np.int64], " k"], source: str | PathLike[str] | None) -> str:
+def _name_place(mesh: Mesh, bad: Int[NDArray[np.int64], " k"], source: str | PathLike[str] | None) -> str:
     """The file, the types and the cell sets of the bad cells, as the head of a sentence."""
     ends = np.cumsum([len(cells) for cells in mesh.cells.values()])
     blocks = np.unique(np.searchsorted(ends, bad, side="right"))
@@ -119,7 +119,7 @@ def _where(mesh: Mesh, bad: Int[NDArray[np.int64], " k"], source: str | PathLike
     return f"{head}, {types} cells{of_set}"
 
 
-def _remedy(mesh: Mesh, quality: Quality, bad: Int[NDArray[np.int64], " k"]) -> str:
+def _suggest_remedy(mesh: Mesh, quality: Quality, bad: Int[NDArray[np.int64], " k"]) -> str:
     if bad.size == mesh.n_cell and (quality.volume < 0).all():
         return "all are mirrored, so reverse their node order (a part mirrored with negative scale does this)"
     if (quality.scaled_jacobian[bad] > 0).all():
@@ -127,7 +127,7 @@ def _remedy(mesh: Mesh, quality: Quality, bad: Int[NDArray[np.int64], " k"]) -> 
     return "remesh that region with smaller or less skewed cells"
 
 
-def _determinant(element: Element, nodes: Float[NDArray[np.float64], "cell node 3"]) -> tuple[PerCell, PerCell]:
+def _compute_determinant(element: Element, nodes: Float[NDArray[np.float64], "cell node 3"]) -> tuple[PerCell, PerCell]:
     """Smallest determinant over quadrature points and nodes, and its mean over the quadrature."""
     points, weights = element.rule
     gradient = element.gradient(np.vstack([points, element.nodes]))
@@ -135,9 +135,9 @@ def _determinant(element: Element, nodes: Float[NDArray[np.float64], "cell node 
     return determinant.min(axis=1), determinant[:, : len(points)] @ weights / weights.sum()
 
 
-def _scaled_jacobian(element: Element, nodes: Float[NDArray[np.float64], "cell node 3"]) -> PerCell:
+def _compute_scaled_jacobian(element: Element, nodes: Float[NDArray[np.float64], "cell node 3"]) -> PerCell:
     corners = nodes[:, : element.n_corner]
-    edges = corners[:, _corner_neighbours(element)] - corners[:, :, None]
+    edges = corners[:, _find_corner_neighbours(element)] - corners[:, :, None]
     length = np.linalg.norm(edges, axis=3, keepdims=True)
     unit = np.divide(edges, length, out=np.zeros_like(edges), where=length > 0)
     # A corner that is sharper than the regular cell's has another that is blunter.
@@ -145,7 +145,7 @@ def _scaled_jacobian(element: Element, nodes: Float[NDArray[np.float64], "cell n
     return smallest
 
 
-def _corner_neighbours(element: Element) -> Int[NDArray[np.int64], "corner 3"]:
+def _find_corner_neighbours(element: Element) -> Int[NDArray[np.int64], "corner 3"]:
     """The three corners that share an edge with each corner, ordered so that a good cell is positive."""
     corners = element.nodes[: element.n_corner]
     result = []

@@ -94,7 +94,7 @@ def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> Mo
         The stiffness is singular to working accuracy: a rigid-body motion or a mechanism is left, or a support so soft
         that round-off outweighs it.
     """
-    lambda_, shapes = lowest_eigenpairs(system.stiffness, system.mass, n_mode, factor)
+    lambda_, shapes = find_lowest_eigenpairs(system.stiffness, system.mass, n_mode, factor)
     angular_frequency = np.sqrt(lambda_.clip(min=0))
     modal_damping = np.einsum("nm,nm->m", shapes, system.damping @ shapes)
     damping_ratio = np.divide(
@@ -103,7 +103,7 @@ def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> Mo
     return ModeSet(angular_frequency=angular_frequency, damping_ratio=damping_ratio, mode_shapes=shapes)
 
 
-def lowest_eigenpairs(
+def find_lowest_eigenpairs(
     stiffness: Symmetric, mass: Symmetric, n_mode: int, factor: Factor | None = None
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "n m"]]:
     """Lowest eigenvalues [rad^2/s^2], ascending, and mass-normalised eigenvectors; arguments as in `modes`."""

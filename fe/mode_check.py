@@ -79,7 +79,7 @@ def check_modes(
     rest = stiffness @ shapes - lambda_ * inertia
     energy = np.einsum("nm,nm->m", rest, factorise(stiffness, backend=backend).solve(rest))
     length = lambda_ * np.einsum("nm,nm->m", shapes, inertia)
-    low, high, n_found = _highest_gap(lambda_)
+    low, high, n_found = _find_highest_gap(lambda_)
     shift, n_below = count_below(stiffness, mass, low, high, backend)
     return ModeCheck(residual=np.sqrt(np.abs(energy) / length), shift=shift, n_below=n_below, n_found=n_found)
 
@@ -106,7 +106,7 @@ def count_below(
     raise reason
 
 
-def _highest_gap(lambda_: Float[NDArray[np.float64], " m"]) -> tuple[float, float, int]:
+def _find_highest_gap(lambda_: Float[NDArray[np.float64], " m"]) -> tuple[float, float, int]:
     """Bounds of the highest gap, and the modes below it; the gap below all modes if they are all alike."""
     gaps = np.flatnonzero(np.diff(lambda_) > GAP * lambda_[1:])
     if not len(gaps):

@@ -80,7 +80,7 @@ def _jacobian(
 
 
 @cache
-def _at_quadrature(
+def _evaluate_at_quadrature(
     element: Element,
 ) -> tuple[Float[NDArray[np.float64], "point 3 node"], Float[NDArray[np.float64], "point pair"]]:
     """Reference gradients, and products of two shape functions, at the element's quadrature points."""
@@ -89,7 +89,7 @@ def _at_quadrature(
     return element.gradient(at).swapaxes(1, 2), (shape[:, :, None] * shape[:, None, :]).reshape(len(at), -1)
 
 
-def element_blocks(
+def compute_element_blocks(
     element: Element,
     points: CellPoints,
     lame: PerCell,
@@ -129,7 +129,7 @@ def element_blocks(
     ----------
     Zienkiewicz and Taylor, The Finite Element Method, vol. 1, ch. 6 and 8.
     """
-    reference, pairs = _at_quadrature(element)
+    reference, pairs = _evaluate_at_quadrature(element)
     determinant, gradient = _jacobian(element, points, reference, number)
     n_cell, n_point, n_node = gradient.shape[:3]
     volume = determinant * element.rule[1]

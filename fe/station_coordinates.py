@@ -99,7 +99,7 @@ def make_station_coordinates(
     ]
     every = sp.csr_array(sp.vstack(weights))
     labels = [f'station {k + 1} of "{name}"' for name, places in stations.items() for k in range(len(places))]
-    pivots = _pivots(every, taken, labels)
+    pivots = _choose_pivots(every, taken, labels)
     block = every[:, pivots].toarray()
     if np.linalg.cond(block) > DEPENDENT:
         raise MeshError(
@@ -154,7 +154,7 @@ def add_mean_coordinate(
     return StationCoordinates(mesh=replace(mesh, node_sets={**sets, name: pivot}), to_nodes=sp.csr_array(to_nodes))
 
 
-def _pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]) -> Int[NDArray[np.int64], " station"]:
+def _choose_pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]) -> Int[NDArray[np.int64], " station"]:
     """A node of its own for each station, those of the largest weights in all."""
     nodes = np.setdiff1d(weights.indices, np.array(sorted(taken), dtype=np.int64))
     size = np.abs(weights[:, nodes].toarray())

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.assembly import cell_elasticity
+from fe.assembly import list_cell_elasticity
 from fe.element import Element
 from fe.errors import MeshError
 from fe.material import Material
@@ -35,7 +35,7 @@ def compute_strain(
     Shape (n_cell, n_point, 6) [-], cells through the blocks in the order of `mesh.cells`.
     """
     return np.concatenate(
-        [_strain(element, mesh.points[nodes], displacement[nodes], at) for _, element, nodes in mesh.blocks()]
+        [_evaluate_strain(element, mesh.points[nodes], displacement[nodes], at) for _, element, nodes in mesh.blocks()]
     )
 
 
@@ -71,7 +71,7 @@ def compute_stress(
             f"the mesh mixes cells of different shape ({', '.join(mesh.cells)}), which have no reference points in "
             "common: ask for the stress at its nodes"
         )
-    return np.concatenate(list(_stress_of_blocks(mesh, materials, displacement, at)))
+    return np.concatenate(list(_compute_stress_of_blocks(mesh, materials, displacement, at)))
 
 
 def compute_nodal_stress(
@@ -91,7 +91,7 @@ def compute_nodal_stress(
     Shape (n_node, 6) [Pa].
     """
     total, cells_at = np.zeros((mesh.n_node, 6)), np.zeros(mesh.n_node)
-    sampled = _stress_of_blocks(mesh, materials, displacement, None)
+    sampled = _compute_stress_of_blocks(mesh, materials, displacement, None)
     for (_, element, nodes), values in zip(mesh.blocks(), sampled, strict=True):
         # The field of the corners' shape functions through the values at the stress points, read at the nodes.
         at_corners = np.linalg.solve(element.corner_shape(element.stress_points), values)
@@ -101,7 +101,7 @@ def compute_nodal_stress(
     return np.asarray(total / np.maximum(cells_at, 1)[:, None])
 
 
-def _strain(
+def _evaluate_strain(
     element: Element,
     points: Float[NDArray[np.float64], "cell node 3"],
     displacement: Float[NDArray[np.float64], "cell node 3"],
@@ -113,17 +113,19 @@ def _strain(
     return np.stack([g[..., 0, 0], g[..., 1, 1], g[..., 2, 2], *shear], axis=-1)
 
 
-def _stress_of_blocks(
+def _compute_stress_of_blocks(
     mesh: Mesh,
     materials: Material | Mapping[str, Material],
     displacement: Float[NDArray[np.float64], "node 3"],
     at: Float[NDArray[np.float64], "point 3"] | None,
 ) -> Iterator[Float[NDArray[np.float64], "cell point 6"]]:
     """Stress of the cells of one type after the other."""
-    elasticity = cell_elasticity(mesh, materials)
+    elasticity = list_cell_elasticity(mesh, materials)
     for start, element, nodes in mesh.blocks():
         lame, shear, _ = elasticity[:, start : start + len(nodes), None, None]
-        e = _strain(element, mesh.points[nodes], displacement[nodes], element.stress_points if at is None else at)
+        e = _evaluate_strain(
+            element, mesh.points[nodes], displacement[nodes], element.stress_points if at is None else at
+        )
         volumetric = e[..., :3].sum(axis=-1, keepdims=True)
         yield np.concatenate([lame * volumetric + 2 * shear * e[..., :3], shear * e[..., 3:]], axis=-1)
 

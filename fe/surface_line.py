@@ -53,7 +53,7 @@ def line_between(mesh: Mesh, name: str, on: str, ends: tuple[Point, Point], n_st
         name=name, start=start, end=end, normal=np.zeros(3), across=np.zeros(3), n_station=n_station
     )
     along = np.tile((end - start) / np.linalg.norm(end - start), (n_station, 1))
-    return _framed(mesh, name, on, plain.stations, along, plain.tributary_length)
+    return _make_framed_line(mesh, name, on, plain.stations, along, plain.tributary_length)
 
 
 def line_along_edge(
@@ -84,12 +84,12 @@ def line_along_edge(
     """
     if n_station < 2:
         raise MeshError(f'the line "{name}" cannot have {n_station} stations: give 2 or more')
-    first, second = (_sides(mesh, find_named_faces(mesh, name, face_set)) for face_set in on)
-    shared = first[_member(first, second)]
+    first, second = (_list_sides(mesh, find_named_faces(mesh, name, face_set)) for face_set in on)
+    shared = first[_find_members(first, second)]
     what = f'the line "{name}": the faces "{on[0]}" and "{on[1]}"'
     if not len(shared):
         raise MeshError(f"{what} do not meet: name two that share an edge")
-    ordered, is_closed = _chain(shared, what)
+    ordered, is_closed = _chain_sides(shared, what)
     if start is not None and not is_closed:
         far, near = (np.linalg.norm(mesh.points[ordered[k, c]] - start) for k, c in ((0, 0), (-1, 1)))
         if near < far:
@@ -98,11 +98,11 @@ def line_along_edge(
         corners = mesh.points[ordered[:, 0]]
         begin = np.lexsort(corners.T[::-1])[0] if start is None else np.linalg.norm(corners - start, axis=1).argmin()
         ordered = np.roll(ordered, -int(begin), axis=0)
-    places, along, lengths = _spaced(mesh, ordered, n_station, is_closed=is_closed)
-    return _framed(mesh, name, on[0], places, along, lengths)
+    places, along, lengths = _space_evenly(mesh, ordered, n_station, is_closed=is_closed)
+    return _make_framed_line(mesh, name, on[0], places, along, lengths)
 
 
-def _framed(
+def _make_framed_line(
     mesh: Mesh, name: str, on: str, places: Places, along: Places, lengths: Float[NDArray[np.float64], " station"]
 ) -> ContactLine:
     normal = find_station_normals(mesh, name, find_named_faces(mesh, name, on), places)
@@ -120,7 +120,7 @@ def _framed(
     )
 
 
-def _sides(mesh: Mesh, faces: Faces) -> Sides:
+def _list_sides(mesh: Mesh, faces: Faces) -> Sides:
     """Sides of faces, each in the sense of its face."""
     result = [np.empty((0, 3), dtype=np.int64)]
     for _, element, local, cells in mesh.face_groups(faces):
@@ -131,12 +131,12 @@ def _sides(mesh: Mesh, faces: Faces) -> Sides:
     return np.concatenate(result)
 
 
-def _member(sides: Sides, others: Sides) -> NDArray[np.bool_]:
+def _find_members(sides: Sides, others: Sides) -> NDArray[np.bool_]:
     known = {frozenset(pair) for pair in others[:, :2].tolist()}
     return np.array([frozenset(pair) in known for pair in sides[:, :2].tolist()], dtype=bool)
 
 
-def _chain(sides: Sides, what: str) -> tuple[Sides, bool]:
+def _chain_sides(sides: Sides, what: str) -> tuple[Sides, bool]:
     """Sides one after the other, and whether the last one meets the first."""
     after = {int(side[0]): k for k, side in enumerate(sides)}
     ends = sorted(set(sides[:, 0].tolist()) - set(sides[:, 1].tolist()))
@@ -154,7 +154,7 @@ def _chain(sides: Sides, what: str) -> tuple[Sides, bool]:
     return sides[order], not ends
 
 
-def _spaced(
+def _space_evenly(
     mesh: Mesh, sides: Sides, n_station: int, *, is_closed: bool
 ) -> tuple[Places, Places, Float[NDArray[np.float64], " station"]]:
     """Places evenly along the sides, directions there, and the length that each stands for [m]."""

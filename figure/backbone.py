@@ -17,7 +17,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
     use_log_scale,
 )
@@ -76,13 +76,13 @@ LINE, WIDTHS = 1.6, 140
 
 
 @draws(Backbones, "backbone")
-def backbone_figure(result: Backbones) -> Figure:
+def draw_backbone(result: Backbones) -> Figure:
     """Draw the change of frequency and the damping side by side; bands and bars are 95 % intervals."""
-    figure = new_figure(10.4, 4.6)
+    figure = make_figure(10.4, 4.6)
     left, right = figure.subplots(1, 2)
     measured = [curve for curve in result.curves if curve.kind != "model"]
     for curve, colour in zip(measured, choose_family_colours(len(measured)), strict=True):
-        for axes, (value, half) in zip((left, right), _values(curve), strict=True):
+        for axes, (value, half) in zip((left, right), _compute_changes(curve), strict=True):
             if curve.kind == "levels":
                 axes.errorbar(
                     curve.amplitude, value, half, color=colour, marker="o", markersize=5,
@@ -107,7 +107,7 @@ def backbone_figure(result: Backbones) -> Figure:
     return figure
 
 
-def _values(curve: BackboneCurve) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
+def _compute_changes(curve: BackboneCurve) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
     """Change of frequency and damping with half their 95 % intervals [%]."""
     of = curve.reference
     return (
@@ -118,7 +118,7 @@ def _values(curve: BackboneCurve) -> tuple[tuple[Values, Values], tuple[Values, 
 
 def _draw_models(axes: Axes, curves: Sequence[BackboneCurve], number: int) -> None:
     """Dashed lines of the model, each only where it covers no other: dashes on dashes look like a solid line."""
-    values = [_values(curve)[number] for curve in curves]
+    values = [_compute_changes(curve)[number] for curve in curves]
     if not any(curve.kind == "model" for curve in curves):
         return
     ends = np.concatenate([value + side * half for value, half in values for side in (-1, 1)])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from figure.registry import draws
-from figure.style import INK, PALE, Figure, TitledFigure, add_heading, add_legend, new_figure, open_box
+from figure.style import INK, PALE, Figure, TitledFigure, add_heading, add_legend, make_figure, open_box
 
 #: Colours of candidates named by the verdict, fitted, and to first order only.
 NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
@@ -61,12 +61,12 @@ class Candidates(TitledFigure):
 
 
 @draws(Candidates, "candidates")
-def candidates_figure(result: Candidates) -> Figure:
+def draw_candidates(result: Candidates) -> Figure:
     """Draw the candidates."""
     from matplotlib.patches import Patch
 
     n = len(result.candidates)
-    figure = new_figure(11.5, 1.9 + 0.32 * n)
+    figure = make_figure(11.5, 1.9 + 0.32 * n)
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.5, 1.0])
     place = np.arange(n)[::-1]
     # A zero gain has no logarithm.

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Int
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, PALE, Axes, Figure, TitledFigure, add_heading, new_figure
+from figure.style import INK, PALE, Axes, Figure, TitledFigure, add_heading, make_figure
 
 #: Shades from no campaign to all of a row: correct cells in blue, wrong ones in red.
 RIGHT = ("#eef2f6", "#0b5394")
@@ -44,14 +44,14 @@ class ConfusionMatrix(TitledFigure):
 
 
 @draws(ConfusionMatrix, "confusion")
-def confusion_figure(result: ConfusionMatrix) -> Figure:
+def draw_confusion_matrix(result: ConfusionMatrix) -> Figure:
     """Draw the matrix."""
     longest = max(len(row) for row in result.rows)
-    figure = new_figure(1.5 + 0.085 * longest + WIDTH * len(result.columns), 2.5 + HEIGHT * len(result.rows))
+    figure = make_figure(1.5 + 0.085 * longest + WIDTH * len(result.columns), 2.5 + HEIGHT * len(result.rows))
     axes = figure.subplots()
     total = result.count.sum(axis=1, keepdims=True)
     share = result.count / np.maximum(total, 1)
-    axes.imshow(_shades(share, result.right), aspect="auto", interpolation="nearest")
+    axes.imshow(_choose_shades(share, result.right), aspect="auto", interpolation="nearest")
     for (i, j), number in np.ndenumerate(result.count):
         if number:
             axes.text(
@@ -68,12 +68,12 @@ def confusion_figure(result: ConfusionMatrix) -> Figure:
     axes.xaxis.set_label_position("top")
     axes.set_xlabel("named by the verdict", fontsize=10, color=PALE, loc="left")
     axes.set_ylabel("planted (campaigns)", fontsize=10, color=PALE)
-    _part(axes, result.count.shape, result.gaps)
+    _draw_grid(axes, result.count.shape, result.gaps)
     add_heading(figure, result)
     return figure
 
 
-def _shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _choose_shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Colours, shape (r, c, 3); roots of shares, so that a single case shows."""
     from matplotlib.colors import LinearSegmentedColormap
 
@@ -82,7 +82,7 @@ def _shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.
     return np.where(right[..., None], as_it_should, as_not)
 
 
-def _part(axes: Axes, shape: tuple[int, ...], gaps: tuple[Sequence[int], Sequence[int]]) -> None:
+def _draw_grid(axes: Axes, shape: tuple[int, ...], gaps: tuple[Sequence[int], Sequence[int]]) -> None:
     """White lines between the cells, dark ones where the matrix is divided."""
     axes.set_xticks(np.arange(shape[1] + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(shape[0] + 1) - 0.5, minor=True)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import CONTACT_STATES, Axes, Figure, TitledFigure, add_legend, add_title, choose_evenly, new_figure
+from figure.style import CONTACT_STATES, Axes, Figure, TitledFigure, add_legend, add_title, choose_evenly, make_figure
 
 #: Labelled places along a curve that turns back.
 N_TICK = 5
@@ -53,12 +53,12 @@ class ContactStates(TitledFigure):
 
 
 @draws(ContactStates, "contact_states")
-def contact_states_figure(result: ContactStates) -> Figure:
+def draw_contact_states(result: ContactStates) -> Figure:
     """Draw a grid of panels."""
     from matplotlib.patches import Patch
 
     n_row, n_column = len(result.panels), len(result.panels[0])
-    figure = new_figure(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row)
+    figure = make_figure(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row)
     grid = figure.subplots(n_row, n_column, squeeze=False, sharey=True)
     for row, line in enumerate(result.panels):
         for column, panel in enumerate(line):

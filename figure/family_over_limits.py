@@ -21,7 +21,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -127,18 +127,18 @@ class FamiliesOverLimits(TitledFigure):
 
 
 @draws(FamiliesOverLimits, "family_over_limits")
-def family_over_limits_figure(result: FamiliesOverLimits) -> Figure:
+def draw_family_over_limits(result: FamiliesOverLimits) -> Figure:
     """Draw the panels; next to a jump a limit is dotted, since its course between the points is unknown."""
     columns = max(len(row.panels) for row in result.rows)
     width, height = PANEL if columns <= 2 else SMALL_PANEL
-    figure = new_figure(max(6.5, 0.6 + width * columns), 0.8 + LEGEND + height * len(result.rows))
+    figure = make_figure(max(6.5, 0.6 + width * columns), 0.8 + LEGEND + height * len(result.rows))
     grid = figure.subplots(len(result.rows), columns, squeeze=False, sharex=True)
     repeats = sorted({c.repeat for row in result.rows for panel in row.panels for c in panel.curves})
     colours = dict(zip(repeats, choose_family_colours(len(repeats)), strict=True))
     for line, row in zip(grid, result.rows, strict=True):
         for axes, panel in zip(line, row.panels, strict=False):
             _draw(axes, panel, colours)
-            if not row.share and _lowest(panel) >= 0:
+            if not row.share and _find_lowest(panel) >= 0:
                 axes.set_ylim(bottom=0)
         line[0].set_ylabel(row.label)
         if row.share:
@@ -151,7 +151,7 @@ def family_over_limits_figure(result: FamiliesOverLimits) -> Figure:
         last = max(number for number, row in enumerate(result.rows) if len(row.panels) > column)
         grid[last, column].set_xlabel("frequency [Hz]")
         grid[last, column].tick_params(labelbottom=True)
-    _legend(figure, result, colours)
+    _add_limits_legend(figure, result, colours)
     add_heading(figure, result)
     return figure
 
@@ -168,7 +168,7 @@ def _draw(axes: Axes, panel: FamilyPanel, colours: dict[int, str]) -> None:
         for y, jump, colour, side in zip(panel.limit, panel.jump, LIMITS, ("lower", "upper"), strict=True):
             dotted = jump[1:] | jump[:-1]
             dashed = together if side == "upper" else np.zeros_like(together)
-            for first, last in _runs(2 * dotted + (dashed & ~dotted)):
+            for first, last in _split_runs(2 * dotted + (dashed & ~dotted)):
                 style: Any = ":" if dotted[first] else DASHES if dashed[first] else "-"
                 axes.plot(
                     f[first : last + 1], y[first : last + 1], color=colour, linestyle=style, zorder=OVER,
@@ -185,7 +185,7 @@ def _draw(axes: Axes, panel: FamilyPanel, colours: dict[int, str]) -> None:
         axes.plot(curve.frequency[marked], curve.value[marked], **ink)
     for curve in panel.curves:
         if curve.outside.any():
-            axes.plot(curve.frequency[curve.outside], curve.value[curve.outside], **_ring())
+            axes.plot(curve.frequency[curve.outside], curve.value[curve.outside], **_make_ring())
     axes.set_title(panel.label, fontsize=10, loc="left")
     open_box(axes)
 
@@ -198,25 +198,25 @@ def _coincide(panel: FamilyPanel) -> NDArray[np.bool_]:
     return np.asarray(narrow[1:] & narrow[:-1])
 
 
-def _runs(kind: NDArray[np.int64]) -> list[tuple[int, int]]:
+def _split_runs(kind: NDArray[np.int64]) -> list[tuple[int, int]]:
     """First and last of each run of equal numbers, the last one excluded."""
     ends = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(kind)]
     return list(itertools.pairwise(ends))
 
 
-def _lowest(panel: FamilyPanel) -> float:
+def _find_lowest(panel: FamilyPanel) -> float:
     """Lowest value that is drawn: an axis of amplitudes begins at zero."""
     return min([float(np.nanmin(panel.limit, initial=np.inf)), *(float(c.value.min()) for c in panel.curves)])
 
 
-def _ring() -> dict[str, Any]:
+def _make_ring() -> dict[str, Any]:
     return {
         "marker": "o", "linestyle": "", "markerfacecolor": "none", "markeredgecolor": "#c1121f", "markersize": 4.5,
         "markeredgewidth": 0.9, "zorder": MARKED,
     }  # fmt: skip
 
 
-def _legend(figure: Figure, result: FamiliesOverLimits, colours: dict[int, str]) -> None:
+def _add_limits_legend(figure: Figure, result: FamiliesOverLimits, colours: dict[int, str]) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -242,5 +242,5 @@ def _legend(figure: Figure, result: FamiliesOverLimits, colours: dict[int, str])
     for repeat in named:
         entries[f"repeat {repeat}"] = Line2D([], [], color=colours[repeat], linewidth=3)
     if any(curve.outside.any() for curve in curves):
-        entries["outside by more than its uncertainty"] = Line2D([], [], **_ring())
+        entries["outside by more than its uncertainty"] = Line2D([], [], **_make_ring())
     add_legend(figure, list(entries.values()), list(entries), fontsize=9)

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import Figure, TitledFigure, add_heading, new_figure
+from figure.style import Figure, TitledFigure, add_heading, make_figure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,9 +28,9 @@ class FdacMap(TitledFigure):
 
 
 @draws(FdacMap, "fdac_map")
-def fdac_figure(result: FdacMap) -> Figure:
+def draw_fdac(result: FdacMap) -> Figure:
     """Draw the map; if both agree, its ridge is on the line of equal frequencies."""
-    figure = new_figure(7.5, 6.2)
+    figure = make_figure(7.5, 6.2)
     axes = figure.subplots()
     image = axes.pcolormesh(
         result.model,

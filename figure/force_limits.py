@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Figure, TitledFigure, add_legend, add_title, make_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def force_limits_figure(result: LineForceLimits) -> Figure:
     from matplotlib.patches import Patch
 
     forces, lines = (list(dict.fromkeys(getattr(item, name) for item in result.panels)) for name in ("force", "line"))
-    figure = new_figure(1.5 + 3.6 * len(lines), 1.3 + 2.5 * len(forces))
+    figure = make_figure(1.5 + 3.6 * len(lines), 1.3 + 2.5 * len(forces))
     grid = figure.subplots(len(forces), len(lines), squeeze=False, sharex=True, sharey="row")
     for panel in result.panels:
         axes = grid[forces.index(panel.force), lines.index(panel.line)]

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import GRID, Axes, Figure, TitledFigure, add_heading, add_legend, choose_family_colours, new_figure
+from figure.style import GRID, Axes, Figure, TitledFigure, add_heading, add_legend, choose_family_colours, make_figure
 
 if TYPE_CHECKING:
     from matplotlib.colors import LogNorm
@@ -71,7 +71,7 @@ def force_surface_figure(result: ForceSurface) -> Figure:
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 
-    figure = new_figure(9.0, 5.8)
+    figure = make_figure(9.0, 5.8)
     axes = figure.add_subplot()
     axes.set_yscale("log")
     axes.patch.set(hatch="////", edgecolor=GRID)

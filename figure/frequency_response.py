@@ -7,7 +7,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import Figure, TitledFigure, add_title, new_figure, open_box
+from figure.style import Figure, TitledFigure, add_title, make_figure, open_box
 
 LINE = "#0072b2"
 
@@ -30,11 +30,11 @@ class ReceptanceCurve(TitledFigure):
 
 
 @draws(ReceptanceCurve, "frequency_response")
-def frequency_response_figure(result: ReceptanceCurve) -> Figure:
+def draw_frequency_response(result: ReceptanceCurve) -> Figure:
     """Draw a receptance."""
     from matplotlib.ticker import MultipleLocator
 
-    figure = new_figure(9, 5.2)
+    figure = make_figure(9, 5.2)
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
     amplitude.semilogy(result.frequency, np.abs(result.receptance) * 1e6, color=LINE, linewidth=1.4)
     amplitude.set_ylabel("amplitude [µm/N]")

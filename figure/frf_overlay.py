@@ -22,10 +22,10 @@ from figure.style import (
     TitledFigure,
     add_axes,
     add_heading,
-    bare_figure,
     choose_family_colours,
+    count_legend_columns,
     draw_ticks,
-    legend_columns,
+    make_bare_figure,
 )
 
 
@@ -115,7 +115,7 @@ LABEL_PAD = 21
 
 
 @draws(FrfOverlay, "frf_overlay")
-def frf_overlay_figure(result: FrfOverlay) -> Figure:
+def draw_frf_overlay(result: FrfOverlay) -> Figure:
     """Draw the panels."""
     from matplotlib.lines import Line2D
 
@@ -123,7 +123,7 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
     rows = -(-len(result.panels) // columns)
     ratios = [2.1, 0.8, 1.0] if result.with_phase else [1.6, 0.8]
     width, height = max(5.6 * columns, 8.0), 1.3 + (4.7 if result.with_phase else 3.2) * rows
-    figure, colours = bare_figure(width, height), choose_family_colours(len(result.levels))
+    figure, colours = make_bare_figure(width, height), choose_family_colours(len(result.levels))
     handles = [
         Line2D([], [], color=colour, linewidth=2, label=level)
         for colour, level in zip(colours, result.levels, strict=True)
@@ -141,7 +141,7 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
         ),
         Line2D([], [], color=INK, linewidth=1.4, label="predicted"),
     ]
-    ncols = legend_columns(figure, [str(handle.get_label()) for handle in handles], len(handles))
+    ncols = count_legend_columns(figure, [str(handle.get_label()) for handle in handles], len(handles))
     figure.legend(
         handles=handles, frameon=False, loc="lower left", ncols=ncols, bbox_to_anchor=(LEFT / 2 / width, 0),
         borderaxespad=0.2,
@@ -162,10 +162,10 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
             axes.yaxis.set_label_coords(-LABEL_PLACE / (across - SIDE - END), 0.5)
             axes.spines[["top", "right"]].set_visible(False)
             block.append(axes)
-        _amplitude(block[0], panel, colours)
-        _residual(block[1], panel, colours)
+        _draw_amplitude(block[0], panel, colours)
+        _draw_residual(block[1], panel, colours)
         if result.with_phase:
-            _phase(block[2], panel, colours)
+            _draw_phase(block[2], panel, colours)
         if number + columns >= len(result.panels):
             block[-1].set_xlabel("frequency [Hz]", labelpad=LABEL_PAD)
             named.append(block[-1])
@@ -177,21 +177,21 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
     return figure
 
 
-def _amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
+def _draw_amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     def drawn(value: Complex[NDArray[np.complex128], " f"]) -> Float[NDArray[np.float64], " f"]:
         return np.asarray(value.real if panel.is_static else np.abs(value))
 
     for curve in panel.curves:
         colour = colours[curve.level]
         axes.plot(curve.line_frequency, drawn(curve.line), color=colour, linewidth=1.3, zorder=2)
-        _points(axes, curve.frequency, drawn(curve.measured), curve.deviation, colour)
+        _draw_points(axes, curve.frequency, drawn(curve.measured), curve.deviation, colour)
     axes.set_title(panel.label, fontsize=10, loc="left", color=INK, y=1.0)
     axes.set_ylabel(f"static part [{panel.unit}]" if panel.is_static else f"amplitude [{panel.unit}]")
     if not panel.is_static:
         axes.set_ylim(bottom=0)
 
 
-def _residual(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
+def _draw_residual(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     """Draw the error of the prediction at each point: of an amplitude in %, of a static part in its unit."""
     axes.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     for curve in panel.curves:
@@ -202,12 +202,12 @@ def _residual(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
                 size = np.abs(curve.measured)
                 value, deviation = 100 * (np.abs(curve.predicted) / size - 1), 100 * curve.deviation / size
         there = np.isfinite(value)
-        _points(axes, curve.frequency[there], value[there], deviation[there], colours[curve.level])
+        _draw_points(axes, curve.frequency[there], value[there], deviation[there], colours[curve.level])
     axes.margins(y=CLEARANCE)
     axes.set_ylabel(f"residual [{panel.unit}]" if panel.is_static else "residual [%]")
 
 
-def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
+def _draw_phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     from matplotlib.ticker import MultipleLocator
 
     lowest, highest = np.inf, -np.inf
@@ -222,7 +222,7 @@ def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
             line += 2 * np.pi * np.round((measured[0] - line[there][0]) / (2 * np.pi)) if there.any() else 0.0
             with np.errstate(divide="ignore", invalid="ignore"):
                 deviation = np.degrees(curve.deviation / np.abs(curve.measured))
-            _points(axes, curve.frequency, np.degrees(measured), deviation, colour)
+            _draw_points(axes, curve.frequency, np.degrees(measured), deviation, colour)
         else:
             measured = line
         axes.plot(curve.line_frequency, np.degrees(line), color=colour, linewidth=1.3, zorder=2)
@@ -236,7 +236,7 @@ def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
         axes.yaxis.set_major_locator(MultipleLocator(45 if highest - lowest < 200 else 90))
 
 
-def _points(
+def _draw_points(
     axes: Axes,
     frequency: Float[NDArray[np.float64], " f"],
     value: Float[NDArray[np.float64], " f"],

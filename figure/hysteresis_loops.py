@@ -12,7 +12,7 @@ from figure.style import (
     TitledFigure,
     add_title,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -60,11 +60,11 @@ class HysteresisLoops(TitledFigure):
 
 
 @draws(HysteresisLoops, "hysteresis_loops")
-def hysteresis_figure(result: HysteresisLoops) -> Figure:
+def draw_hysteresis(result: HysteresisLoops) -> Figure:
     """Draw the loops."""
     has_normal = any(loop.normal is not None for _, loops in result.joints for loop in loops)
     columns = 3 if has_normal else 2
-    figure = new_figure(3.9 * columns, 0.9 + 3.1 * len(result.joints))
+    figure = make_figure(3.9 * columns, 0.9 + 3.1 * len(result.joints))
     grid = figure.subplots(len(result.joints), columns, squeeze=False)
     for row, (name, loops) in enumerate(result.joints):
         for loop, colour in zip(loops, choose_family_colours(len(loops)), strict=True):

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Axes, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Axes, Figure, TitledFigure, add_legend, add_title, make_figure, open_box
 
 Real = NDArray[np.float64]
 Flags = Bool[NDArray[np.bool_], "2 f"]
@@ -73,7 +73,7 @@ def limit_band_figure(result: LimitBands) -> Figure:
     """Draw the bands; next to a jump a limit is dotted, since its course between the points is unknown."""
     columns = min(COLUMNS, len(result.bands))
     rows = -(-len(result.bands) // columns)
-    figure = new_figure(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows)
+    figure = make_figure(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
     for axes, band in zip(grid.flat, result.bands, strict=False):
         draw_band(axes, band)
@@ -103,9 +103,9 @@ def add_band_legend(figure: Figure, bands: Sequence[Band], sampled_label: str) -
     if any(np.isfinite(band.sampled).any() for band in bands):
         entries[sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
     if jump:
-        entries["jump to another optimum"] = Line2D([], [], **_ring("o"))
+        entries["jump to another optimum"] = Line2D([], [], **_make_ring("o"))
     if repaired:
-        entries["found by a random history"] = Line2D([], [], **_ring("s"))
+        entries["found by a random history"] = Line2D([], [], **_make_ring("s"))
     add_legend(figure, list(entries.values()), list(entries))
 
 
@@ -130,7 +130,7 @@ def draw_band(axes: Axes, band: Band) -> None:
             axes.plot(f[two], y[two], color=colour, **style)
         axes.plot(f, y, ".", color=colour, markersize=3.5)
         for flags, marker in ((band.jump, "o"), (band.repaired, "s")):
-            axes.plot(f[flags[side]], y[flags[side]], **_ring(marker))
+            axes.plot(f[flags[side]], y[flags[side]], **_make_ring(marker))
     axes.set_title(band.label, fontsize=10, loc="left")
     axes.set_xlim(f[0], f[-1])
     if not (np.nanmin(band.value) < 0):
@@ -138,7 +138,7 @@ def draw_band(axes: Axes, band: Band) -> None:
     open_box(axes)
 
 
-def _ring(marker: str) -> dict[str, Any]:
+def _make_ring(marker: str) -> dict[str, Any]:
     size = {"o": 8, "s": 7}[marker]
     return {
         "marker": marker, "linestyle": "", "markerfacecolor": "none", "markeredgecolor": INK, "markersize": size,

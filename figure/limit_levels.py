@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import LIMITS, PALE, Axes, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
+from figure.style import LIMITS, PALE, Axes, Figure, TitledFigure, add_legend, add_title, make_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -40,12 +40,12 @@ class LimitsByLevel(TitledFigure):
 
 
 @draws(LimitsByLevel, "limit_levels")
-def limit_levels_figure(result: LimitsByLevel) -> Figure:
+def draw_limit_levels(result: LimitsByLevel) -> Figure:
     """Draw limits over the level; their frequencies below, if there is more than one."""
     from matplotlib.lines import Line2D
 
     n_row = 2 if np.ptp(result.frequency[np.isfinite(result.frequency)]) > 0 else 1
-    figure = new_figure(7.5, 1.4 + 2.6 * n_row)
+    figure = make_figure(7.5, 1.4 + 2.6 * n_row)
     rows = figure.subplots(n_row, 1, squeeze=False, sharex=True)[:, 0]
     rows[0].fill_between(result.level, *result.value, color=PALE, alpha=0.15, linewidth=0)
     _draw(rows[0], result, result.value)

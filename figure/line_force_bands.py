@@ -7,7 +7,7 @@ import numpy as np
 
 from figure.limit_band import Band, add_band_legend, draw_band
 from figure.registry import draws
-from figure.style import Figure, TitledFigure, add_title, new_figure
+from figure.style import Figure, TitledFigure, add_title, make_figure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,10 +27,10 @@ class LineForceBands(TitledFigure):
 
 
 @draws(LineForceBands, "line_force_bands")
-def line_force_bands_figure(result: LineForceBands) -> Figure:
+def draw_line_force_bands(result: LineForceBands) -> Figure:
     """Draw the bands; panels of one force share their axis, so that its levels can be compared."""
     n_row, n_column = len(result.bands), len(next(iter(result.bands.values())))
-    figure = new_figure(max(7.0, 1.4 + 3.0 * n_column), 1.3 + 2.2 * n_row)
+    figure = make_figure(max(7.0, 1.4 + 3.0 * n_column), 1.3 + 2.2 * n_row)
     grid = figure.subplots(n_row, n_column, squeeze=False, sharex=True, sharey="row")
     for axes, (force, bands) in zip(grid, result.bands.items(), strict=True):
         for panel, band in zip(axes, bands, strict=True):

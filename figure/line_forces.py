@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
+from figure.period_axis import Samples, closed, name_period, refuse_unequal, set_one_period
 from figure.registry import draws
 from figure.style import (
     INK,
@@ -16,7 +16,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 from geometry.errors import InputError
@@ -84,7 +84,7 @@ class LineForces(TitledFigure):
 
 
 @draws(LineForces, "line_forces")
-def line_forces_figure(result: LineForces) -> Figure:
+def draw_line_forces(result: LineForces) -> Figure:
     """Draw one row per line, all rows on one scale.
 
     Raises
@@ -102,7 +102,7 @@ def line_forces_figure(result: LineForces) -> Figure:
         raise InputError(f'friction_coefficient has none for "{missing[0]}": give one for each line')
     colours = dict(zip(labels, choose_family_colours(len(labels)), strict=True))
     legend_rows = -(-len(labels) // LONGEST_LEGEND)
-    figure = new_figure(11.7, 1.2 + 0.25 * legend_rows + 2.2 * len(names), hspace=0.04, wspace=0.03)
+    figure = make_figure(11.7, 1.2 + 0.25 * legend_rows + 2.2 * len(names), hspace=0.04, wspace=0.03)
     grid = figure.subplots(len(names), 3, squeeze=False, sharex=True, sharey="col")
     for row, name in zip(grid, names, strict=True):
         for force in result.forces:
@@ -122,7 +122,7 @@ def line_forces_figure(result: LineForces) -> Figure:
     # Above the highest limit there is space for its value.
     _from_zero(grid[0, 2], float(np.nanmax(ratios)), 1.25)
     for axes in grid[-1]:
-        over_one_period(axes)
+        set_one_period(axes)
         name_period(axes)
     lines = [Line2D([], [], color=colour, linewidth=LINE, label=label) for label, colour in colours.items()]
     add_legend(figure, lines, most=LONGEST_LEGEND)

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from figure.period_axis import name_period, over_one_period
+from figure.period_axis import name_period, set_one_period
 from figure.registry import draws
-from figure.style import CONTACT_STATES, INK, Axes, Figure, TitledFigure, add_heading, add_legend, new_figure
+from figure.style import CONTACT_STATES, INK, Axes, Figure, TitledFigure, add_heading, add_legend, make_figure
 from geometry.errors import InputError
 
 #: Colours of the states 0, 1 and 2 by their names in the legend, in this order.
@@ -82,7 +82,7 @@ class StateHistories(TitledFigure):
 
 
 @draws(StateHistories, "line_states")
-def line_states_figure(result: StateHistories) -> Figure:
+def draw_line_states(result: StateHistories) -> Figure:
     """Draw a grid of panels.
 
     Raises
@@ -98,7 +98,7 @@ def line_states_figure(result: StateHistories) -> Figure:
     n_column = max(len(row) for row in rows)
     heights = [float(np.clip(STATION * max(len(line.states) for line in row), LOWEST, HIGHEST)) for row in rows]
     # A title shall stand nearer to its own panel than to the one above.
-    figure = new_figure(max(7.5, 0.6 + 3.2 * n_column), 1.6 + sum(heights) + 0.5 * len(rows), hspace=0.05, wspace=0.03)
+    figure = make_figure(max(7.5, 0.6 + 3.2 * n_column), 1.6 + sum(heights) + 0.5 * len(rows), hspace=0.05, wspace=0.03)
     grid = figure.subplots(len(rows), n_column, squeeze=False, height_ratios=heights)
     for number, row in enumerate(rows):
         for column in range(n_column):
@@ -148,7 +148,7 @@ def _draw(axes: Axes, line: LineStates) -> None:
         axes.set_yticks(range(1, n_station + 1))
     else:
         axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    over_one_period(axes)
+    set_one_period(axes)
     axes.tick_params(axis="y", length=0)
     axes.tick_params(labelsize=9, colors=INK)
     axes.spines[:].set_visible(False)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, TitledFigure, add_heading, new_figure
+from figure.style import INK, Figure, TitledFigure, add_heading, make_figure
 
 #: Largest number of modes of either kind for which numbers are written into the cells.
 MOST_NUMBERS = 14
@@ -35,12 +35,12 @@ class MacMatrix(TitledFigure):
 
 
 @draws(MacMatrix, "mac_matrix")
-def mac_figure(result: MacMatrix) -> Figure:
+def draw_mac(result: MacMatrix) -> Figure:
     """Draw the matrix; pairs are framed."""
     from matplotlib.patches import Rectangle
 
     rows, columns = result.assurance.shape
-    figure = new_figure(max(2.6 + 0.55 * columns, 5.5), max(2.0 + 0.5 * rows, 4.0))
+    figure = make_figure(max(2.6 + 0.55 * columns, 5.5), max(2.0 + 0.5 * rows, 4.0))
     axes = figure.subplots()
     image = axes.imshow(result.assurance, cmap="Blues", vmin=0, vmax=1, aspect="auto")
     axes.set_xticks(range(columns), [f"{frequency:.4g}" for frequency in result.model], rotation=45, ha="right")

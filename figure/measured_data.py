@@ -13,7 +13,7 @@ from figure.style import (
     TitledFigure,
     add_heading,
     add_legend,
-    new_figure,
+    make_figure,
     open_box,
     use_log_scale,
 )
@@ -33,11 +33,11 @@ class MeasuredData(TitledFigure):
 
 
 @draws(MeasuredData, "measured_data")
-def measured_data_figure(result: MeasuredData) -> Figure:
+def draw_measured_data(result: MeasuredData) -> Figure:
     """Draw the panels, two in a row."""
     columns = min(COLUMNS, len(result.panels))
     rows = -(-len(result.panels) // columns)
-    figure = new_figure(max(5.6 * columns, LEAST_WIDTH), 1.2 + 3.2 * rows, hspace=0.06)
+    figure = make_figure(max(5.6 * columns, LEAST_WIDTH), 1.2 + 3.2 * rows, hspace=0.06)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat[len(result.panels) :]:
         axes.set_visible(False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from figure.registry import draws
-from figure.style import LIMITS, Axes, Figure, TitledFigure, add_title, new_figure, open_box
+from figure.style import LIMITS, Axes, Figure, TitledFigure, add_title, make_figure, open_box
 
 GREY = "#6b7280"
 #: Of linear and quadratic elements.
@@ -64,9 +64,9 @@ class MeshConvergence(TitledFigure):
 
 
 @draws(MeshConvergence, "mesh_study")
-def mesh_study_figure(result: MeshConvergence) -> Figure:
+def draw_mesh_study(result: MeshConvergence) -> Figure:
     """Draw the errors of the table next to the convergence."""
-    figure = new_figure(11.5, 4.8)
+    figure = make_figure(11.5, 4.8)
     errors, convergence = figure.subplots(1, 2, width_ratios=(1.15, 1))
     _draw_errors(errors, result.rows)
     _draw_convergence(convergence, result)

@@ -9,7 +9,17 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import HEADING, INK, Axes, Figure, TitledFigure, add_axes, add_heading, bare_figure, choose_evenly
+from figure.style import (
+    HEADING,
+    INK,
+    Axes,
+    Figure,
+    TitledFigure,
+    add_axes,
+    add_heading,
+    choose_evenly,
+    make_bare_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,7 +85,7 @@ class MisfitMap(TitledFigure):
 
 
 @draws(MisfitMap, "misfit_map")
-def misfit_map_figure(result: MisfitMap) -> Figure:
+def draw_misfit_map(result: MisfitMap) -> Figure:
     """Draw the map."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -96,8 +106,8 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
     width = max(side + (PANEL_WIDTH + BETWEEN) * len(harmonics) + END, LEAST_WIDTH)
     across = (width - side - END) / len(harmonics) - BETWEEN
     height = HEADING + sum(tall) + BAR_ROOM
-    figure = bare_figure(width, height)
-    axes = _page_axes(figure, width, height)
+    figure = make_bare_figure(width, height)
+    axes = _add_page_axes(figure, width, height)
     for row, sensor in enumerate(sensors):
         first = next(harmonic for harmonic in harmonics if (sensor, harmonic) in by_place)
         for column, harmonic in enumerate(harmonics):
@@ -124,7 +134,7 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
     return figure
 
 
-def _page_axes(figure: Figure, width: float, height: float) -> Axes:
+def _add_page_axes(figure: Figure, width: float, height: float) -> Axes:
     """Invisible axes of the whole figure in inches from the left and from the top.
 
     Axes and their ticks take most of the time of a figure of many: all panels of the map are drawn in these.

@@ -18,7 +18,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -108,7 +108,7 @@ class LawDrawing(TitledFigure):
 @draws(LawDrawing, "missing_law")
 def draw_missing_law(result: LawDrawing) -> Figure:
     """Draw the law in four panels."""
-    figure = new_figure(9.6, 7.6)
+    figure = make_figure(9.6, 7.6)
     by_u, by_v, of_stiffness, of_work = figure.subplots(2, 2).flat
     motion, force_unit = result.motion_unit, result.force_unit
     spring, damper = _scale(result.spring, MICRO), _scale(result.damper, MILLI)

@@ -18,7 +18,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -74,7 +74,7 @@ class NextTests(TitledFigure):
 def draw_next_tests(result: NextTests) -> Figure:
     """Draw bars of probability, and the curves."""
     n = len(result.tests)
-    figure = new_figure(11.5, max(4.6, 1.9 + 0.34 * n))
+    figure = make_figure(11.5, max(4.6, 1.9 + 0.34 * n))
     bars, curves = figure.subplots(1, 2, width_ratios=[1.0, 1.1])
     place = np.arange(n)[::-1]
     for at, test in zip(place, result.tests, strict=True):

@@ -18,7 +18,7 @@ from figure.style import (
     TitledFigure,
     add_heading,
     add_legend,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -74,7 +74,7 @@ class ParameterCurves(TitledFigure):
 
 
 @draws(ParameterCurves, "parameter_curves")
-def parameter_curves_figure(result: ParameterCurves) -> Figure:
+def draw_parameter_curves(result: ParameterCurves) -> Figure:
     """Draw the curves."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -82,7 +82,7 @@ def parameter_curves_figure(result: ParameterCurves) -> Figure:
 
     columns = min(COLUMNS, len(result.panels))
     rows = -(-len(result.panels) // columns)
-    figure = new_figure(max(8.0, 5.4 * columns), 1.8 + 3.2 * rows)
+    figure = make_figure(max(8.0, 5.4 * columns), 1.8 + 3.2 * rows)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
     values = sorted({curve.value for _, curves in result.panels for curve in curves})
     shades = ListedColormap(colormaps["viridis"](np.linspace(FIRST_COLOUR, LAST_COLOUR, 256)))
@@ -104,7 +104,7 @@ def parameter_curves_figure(result: ParameterCurves) -> Figure:
         if len(values) <= NAMED_VALUES:
             bar.set_ticks(values, labels=[f"{value:.4g}" for value in values])
     if len(result.lines) > 1:
-        _legend(figure, result.lines)
+        _add_line_legend(figure, result.lines)
     add_heading(figure, result)
     return figure
 
@@ -120,7 +120,7 @@ def _draw(axes: Axes, label: str, curves: Sequence[ParameterCurve], colour: Call
     open_box(axes)
 
 
-def _legend(figure: Figure, lines: Sequence[str]) -> None:
+def _add_line_legend(figure: Figure, lines: Sequence[str]) -> None:
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=INK, linestyle=LINES[number % len(LINES)]) for number in range(len(lines))]

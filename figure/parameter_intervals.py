@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from figure.registry import draws
-from figure.style import INK, Figure, TitledFigure, add_legend, add_title, choose_family_colours, new_figure, open_box
+from figure.style import INK, Figure, TitledFigure, add_legend, add_title, choose_family_colours, make_figure, open_box
 
 #: Panels in a row.
 COLUMNS = 5
@@ -37,14 +37,14 @@ class ParameterIntervals(TitledFigure):
 
 
 @draws(ParameterIntervals, "parameter_intervals")
-def parameter_intervals_figure(result: ParameterIntervals) -> Figure:
+def draw_parameter_intervals(result: ParameterIntervals) -> Figure:
     """Draw a bar from end to end and a point for each method, and a line at the truth."""
     from matplotlib.lines import Line2D
 
     count = len(result.panels)
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
-    figure = new_figure(0.8 + 2.5 * columns, 1.2 + 1.5 * rows)
+    figure = make_figure(0.8 + 2.5 * columns, 1.2 + 1.5 * rows)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     names = list(result.panels[0].ways)
     colours = dict(zip(names, choose_family_colours(len(names)), strict=True))

@@ -18,7 +18,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -75,10 +75,10 @@ class ParameterTrends(TitledFigure):
 
 
 @draws(ParameterTrends, "parameter_trends")
-def parameter_trends_figure(result: ParameterTrends) -> Figure:
+def draw_parameter_trends(result: ParameterTrends) -> Figure:
     """Draw one panel per quantity; a hollow point is at an end of its sweep."""
     count = len(result.quantity_labels)
-    figure = new_figure(4.1 * count, 4.9)
+    figure = make_figure(4.1 * count, 4.9)
     panels = figure.subplots(1, count, squeeze=False)[0]
     colours = choose_family_colours(len(result.groups))
     for number, (axes, label) in enumerate(zip(panels, result.quantity_labels, strict=True)):
@@ -89,11 +89,11 @@ def parameter_trends_figure(result: ParameterTrends) -> Figure:
         known = np.concatenate([trend.quantity[number] for trend in result.trends])
         known = known[np.isfinite(known)]
         if len(known) and 0 < LOGARITHMIC_RATIO * known.min() < known.max():
-            _logarithmic(axes)
+            _set_logarithmic(axes)
         else:
             axes.ticklabel_format(axis="y", useOffset=False)
         open_box(axes)
-    _legend(figure, result, colours)
+    _add_group_legend(figure, result, colours)
     add_heading(figure, result)
     return figure
 
@@ -105,7 +105,7 @@ def _draw(axes: Axes, trend: TrendLine, values: Float[Real, " n"], colour: str) 
         axes.plot(trend.value[there], values[there], "o", color=colour, markerfacecolor=face, markersize=4.5)
 
 
-def _logarithmic(axes: Axes) -> None:
+def _set_logarithmic(axes: Axes) -> None:
     """Decades, with plain numbers at 1, 2 and 5 of each."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
@@ -115,7 +115,7 @@ def _logarithmic(axes: Axes) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _legend(figure: Figure, result: ParameterTrends, colours: Sequence[str]) -> None:
+def _add_group_legend(figure: Figure, result: ParameterTrends, colours: Sequence[str]) -> None:
     from matplotlib.lines import Line2D
 
     handles = [

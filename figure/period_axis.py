@@ -33,7 +33,7 @@ def closed(time: Samples, values: Samples) -> tuple[Samples, Samples]:
     return np.r_[time, time[0] + 1.0], np.r_[values, values[0]]
 
 
-def over_one_period(axes: Axes) -> None:
+def set_one_period(axes: Axes) -> None:
     """Scale of a horizontal axis from the start of a period to its end."""
     axes.set_xlim(0, 1)
     axes.set_xticks(list(QUARTERS), list(QUARTERS.values()))

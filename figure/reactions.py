@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
+from figure.period_axis import Samples, closed, name_period, refuse_unequal, set_one_period
 from figure.registry import draws
 from figure.style import (
     INK,
@@ -14,7 +14,7 @@ from figure.style import (
     TitledFigure,
     add_heading,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 from geometry.errors import InputError
@@ -73,7 +73,7 @@ class Reactions(TitledFigure):
 
 
 @draws(Reactions, "load_cells")
-def reactions_figure(result: Reactions) -> Figure:
+def draw_reactions(result: Reactions) -> Figure:
     """Draw one panel per de-coupler, all on one scale.
 
     Raises
@@ -89,7 +89,7 @@ def reactions_figure(result: Reactions) -> Figure:
         raise InputError("reactions are those of 0 de-couplers: give at least one")
     colours = dict(zip(labels, choose_family_colours(len(labels)), strict=True))
     # The end of one axis shall not run into the start of the next.
-    figure = new_figure(max(7.5, 1.0 + 4.2 * len(names)), 4.6, wspace=0.04)
+    figure = make_figure(max(7.5, 1.0 + 4.2 * len(names)), 4.6, wspace=0.04)
     (row,) = figure.subplots(1, len(names), squeeze=False, sharey=True)
     panels = dict(zip(names, row, strict=True))
     for reaction in result.reactions:
@@ -101,7 +101,7 @@ def reactions_figure(result: Reactions) -> Figure:
     for name, axes in panels.items():
         axes.set_title(name, fontsize=10, loc="left", color=INK)
         open_box(axes)
-        over_one_period(axes)
+        set_one_period(axes)
         name_period(axes)
     row[0].set_ylabel(result.force_label, color=INK)
     cells = [Line2D([], [], color=PALE, linestyle=s, linewidth=LINE, label=f"{c} cell") for c, s in STYLES.items()]

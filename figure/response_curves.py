@@ -17,7 +17,7 @@ from figure.style import (
     TitledFigure,
     add_title,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -104,13 +104,13 @@ class ResponseCurves(TitledFigure):
 @draws(ResponseCurves, "response_curves")
 def response_curves_figure(result: ResponseCurves) -> Figure:
     """Draw the curves."""
-    figure = new_figure(9, 6)
+    figure = make_figure(9, 6)
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
     if result.backbone is not None:
         along, size = result.backbone.parameter, np.abs(result.backbone.response)
         amplitude.plot(along, size, color=INK, linestyle="--", linewidth=1.2, label=result.backbone.label)
     for curve, (colour, line) in zip(result.curves, _choose_line_styles(result.curves), strict=True):
-        for axes, values in ((amplitude, np.abs(curve.response)), (phase, _phase(curve.response))):
+        for axes, values in ((amplitude, np.abs(curve.response)), (phase, _compute_phase(curve.response))):
             _draw_line(axes, curve, values, colour, line)
         # A dot shows a computed point: the curve between two is drawn straight.
         stable = slice(None) if curve.unstable is None else ~curve.unstable
@@ -122,7 +122,7 @@ def response_curves_figure(result: ResponseCurves) -> Figure:
     amplitude.set_ylim(bottom=0)
     phase.set_ylabel("phase [deg]")
     phase.set_xlabel(result.parameter_label)
-    _degrees(phase)
+    _set_degrees(phase)
     lowest = min(float(curve.parameter.min()) for curve in result.curves)
     phase.set_xlim(lowest, max(float(curve.parameter.max()) for curve in result.curves))
     for axes in (amplitude, phase):
@@ -168,13 +168,13 @@ def _choose_line_styles(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:
     return [(colour[group], LINES[groups[:number].count(group) % len(LINES)]) for number, group in enumerate(groups)]
 
 
-def _phase(response: Complex[NDArray[np.complex128], " p"]) -> Float[NDArray[np.float64], " p"]:
+def _compute_phase(response: Complex[NDArray[np.complex128], " p"]) -> Float[NDArray[np.float64], " p"]:
     """Phase without jumps, such that curves of one family start on the same turn [deg]."""
     phase = np.degrees(np.unwrap(np.angle(response)))
     return np.asarray(phase - 360 * np.ceil((phase[0] - 179) / 360))
 
 
-def _degrees(axes: Axes) -> None:
+def _set_degrees(axes: Axes) -> None:
     from matplotlib.ticker import MultipleLocator
 
     low, high = axes.get_ylim()

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, PALE, Axes, Figure, TitledFigure, add_heading, add_legend, new_figure, open_box
+from figure.style import INK, PALE, Axes, Figure, TitledFigure, add_heading, add_legend, make_figure, open_box
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -66,11 +66,11 @@ class ResponseSpread(TitledFigure):
 
 
 @draws(ResponseSpread, "response_spread")
-def response_spread_figure(result: ResponseSpread) -> Figure:
+def draw_response_spread(result: ResponseSpread) -> Figure:
     """Draw the bands."""
     columns = min(COLUMNS, len(result.panels))
     rows = -(-len(result.panels) // columns)
-    figure = new_figure(max(8.0, 5.4 * columns), 1.9 + 3.1 * rows)
+    figure = make_figure(max(8.0, 5.4 * columns), 1.9 + 3.1 * rows)
     grid = figure.subplots(rows, columns, squeeze=False)
     entries: dict[str, Any] = {}
     for axes, (label, bands) in zip(grid.flat, result.panels, strict=False):

@@ -16,7 +16,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -49,9 +49,9 @@ class DecayDrawing(TitledFigure):
 
 
 @draws(DecayDrawing, "ring_down")
-def ring_down_figure(result: DecayDrawing) -> Figure:
+def draw_ring_down(result: DecayDrawing) -> Figure:
     """Draw the signal above, its logarithm with the amplitudes below."""
-    figure = new_figure(9.0, 6.0)
+    figure = make_figure(9.0, 6.0)
     above, below = figure.subplots(2, 1, sharex=True)
     stride = max(1, len(result.time) // MOST_POINTS)
     time, signal = result.time[::stride], result.signal[::stride]

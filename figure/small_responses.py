@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, TitledFigure, add_legend, add_title, choose_family_colours, new_figure, open_box
+from figure.style import INK, Figure, TitledFigure, add_legend, add_title, choose_family_colours, make_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -53,9 +53,9 @@ class SmallResponses(TitledFigure):
 
 
 @draws(SmallResponses, "small_responses")
-def small_responses_figure(result: SmallResponses) -> Figure:
+def draw_small_responses(result: SmallResponses) -> Figure:
     """Draw points and lines."""
-    figure = new_figure(5.2 * len(result.panels), 4.3)
+    figure = make_figure(5.2 * len(result.panels), 4.3)
     grid = figure.subplots(1, len(result.panels), squeeze=False)[0]
     names = list(result.panels[0].lines)
     for axes, panel in zip(grid, result.panels, strict=True):

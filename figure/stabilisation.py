@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, TitledFigure, add_heading, add_legend, new_figure, open_box
+from figure.style import INK, Figure, TitledFigure, add_heading, add_legend, make_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,9 +39,9 @@ class StabilisationDrawing(TitledFigure):
 
 
 @draws(StabilisationDrawing, "stabilisation")
-def stabilisation_figure(result: StabilisationDrawing) -> Figure:
+def draw_stabilisation(result: StabilisationDrawing) -> Figure:
     """Draw responses above, poles below; lines mark the selected modes."""
-    figure = new_figure(9.0, 6.4)
+    figure = make_figure(9.0, 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1, 1.2))
     above.semilogy(result.line, result.response, color=INK, linewidth=0.7, zorder=3, label="measured")
     above.semilogy(result.line, result.fitted, color="#d55e00", linewidth=2.8, label="fitted modes")

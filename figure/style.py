@@ -60,7 +60,7 @@ class TitledFigure:
     subtitle: str = ""
 
 
-def new_figure(width: float, height: float, *, wspace: float | None = None, hspace: float | None = None) -> Figure:
+def make_figure(width: float, height: float, *, wspace: float | None = None, hspace: float | None = None) -> Figure:
     """An empty figure [inches] that keeps its axes clear of each other; gaps are as in matplotlib's layout engine."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -68,7 +68,7 @@ def new_figure(width: float, height: float, *, wspace: float | None = None, hspa
     return Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace, hspace=hspace))
 
 
-def bare_figure(width: float, height: float) -> Figure:
+def make_bare_figure(width: float, height: float) -> Figure:
     """An empty figure [inches] whose axes stand where `add_axes` puts them: quick to draw where there are many."""
     from matplotlib.figure import Figure
 
@@ -158,7 +158,7 @@ def choose_family_colours(count: int, *, dark: bool = False) -> list[str]:
     return [to_hex(colormaps["viridis"](place)) for place in np.linspace(*ends, count)]
 
 
-def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
+def count_legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
     """Number of columns of a legend below the axes: as many as fit into the width, up to a maximum."""
     for columns in range(min(len(labels), most), 1, -1):
         # A column is as wide as its own longest label; matplotlib fills one after the other.
@@ -193,7 +193,7 @@ def add_legend(
         Further arguments of matplotlib's legend.
     """
     labels = [str(handle.get_label()) for handle in handles] if labels is None else labels
-    ncols = legend_columns(figure, labels, most)
+    ncols = count_legend_columns(figure, labels, most)
     figure.legend(handles, labels, loc=loc, ncols=ncols, frameon=False, **style)
 
 

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Figure, TitledFigure, add_heading, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Figure, TitledFigure, add_heading, make_figure, open_box
 
 #: Size of the signs of the matrix [points].
 SIGN = 3.0
@@ -41,7 +41,7 @@ def draw_plan(result: PlanDrawing) -> Figure:
     """Draw bars of the strengths, and the matrix of the cosines in the same order."""
     n = len(result.names)
     height = max(4.2, 1.9 + 0.24 * n)
-    figure = new_figure(6.2 + 0.24 * n + 2.0, height)
+    figure = make_figure(6.2 + 0.24 * n + 2.0, height)
     bars, matrix = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.25])
     place = np.arange(n)
     colours = [LIMITS[0] if value <= 1 else PALE for value in result.smallest]

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, Figure, TitledFigure, add_legend, add_title, make_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,12 +28,12 @@ class Tornado(TitledFigure):
 
 
 @draws(Tornado, "tornado")
-def tornado_figure(result: Tornado) -> Figure:
+def draw_tornado(result: Tornado) -> Figure:
     """Draw the bars."""
     from matplotlib.patches import Patch
 
     count = len(result.changes)
-    figure = new_figure(2.4 + 3.4 * count, 1.6 + 0.34 * len(result.parameters))
+    figure = make_figure(2.4 + 3.4 * count, 1.6 + 0.34 * len(result.parameters))
     grid = figure.subplots(1, count, squeeze=False, sharey=True)[0]
     place = np.arange(len(result.parameters))[::-1]
     for axes, (name, change) in zip(grid, result.changes.items(), strict=True):

@@ -17,7 +17,7 @@ from figure.style import (
     add_heading,
     add_legend,
     choose_family_colours,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -70,7 +70,7 @@ class VarianceShares(TitledFigure):
 
 
 @draws(VarianceShares, "variance_shares")
-def variance_shares_figure(result: VarianceShares) -> Figure:
+def draw_variance_shares(result: VarianceShares) -> Figure:
     """Draw one panel per quantity."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -78,7 +78,7 @@ def variance_shares_figure(result: VarianceShares) -> Figure:
     count = len(result.panels)
     names = 0.09 * max(map(len, result.parameters))
     height = max(0.7, 0.22 * len(result.groups)) * len(result.parameters)
-    figure = new_figure(max(8.5, 1.0 + names + 3.1 * count), 2.5 + height)
+    figure = make_figure(max(8.5, 1.0 + names + 3.1 * count), 2.5 + height)
     panels = figure.subplots(1, count, squeeze=False, sharex=True, sharey=True)[0]
     colours = choose_family_colours(len(result.groups))
     for axes, panel in zip(panels, result.panels, strict=True):

@@ -16,7 +16,7 @@ from figure.style import (
     add_heading,
     add_legend,
     format_three_digits,
-    new_figure,
+    make_figure,
     open_box,
 )
 
@@ -70,22 +70,22 @@ class Waterfall(TitledFigure):
 
 
 @draws(Waterfall, "waterfall")
-def waterfall_figure(result: Waterfall) -> Figure:
+def draw_waterfall(result: Waterfall) -> Figure:
     """Draw the steps."""
     from matplotlib.patches import Patch
 
-    figure = new_figure(max(9.0, 2.6 * len(result.steps) + 2.0), 4.9)
+    figure = make_figure(max(9.0, 2.6 * len(result.steps) + 2.0), 4.9)
     left, right = figure.subplots(1, 2)
     relative = [(100 * step.training, 100 * step.held_out) for step in result.steps]
-    _bars(left, relative, result.steps)
+    _draw_bars(left, relative, result.steps)
     left.set_ylabel("relative error of fundamentals [%]")
     pairs = [(step.training_chi2, step.held_out_chi2) for step in result.steps]
-    _bars(right, pairs, result.steps)
+    _draw_bars(right, pairs, result.steps)
     right.set_yscale("log")
     values = [value for pair in pairs for value in pair if value > 0]
     right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
-    _labels(left, relative)
-    _labels(right, pairs, [tuple(label_foot(value, *right.get_ylim()) for value in pair) for pair in pairs])
+    _draw_labels(left, relative)
+    _draw_labels(right, pairs, [tuple(label_foot(value, *right.get_ylim()) for value in pair) for pair in pairs])
     right.axhline(NOISE_CHI2, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
     right.text(
         1.01, NOISE_CHI2, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
@@ -113,7 +113,7 @@ def label_foot(value: float, lowest: float, highest: float) -> float:
     return NOISE_CHI2 if reach < value < NOISE_CHI2 else value
 
 
-def _bars(axes: Axes, pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
+def _draw_bars(axes: Axes, pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
     place = np.arange(len(steps))
     for side, colour in ((0, TRAINING), (1, HELD_OUT)):
         heights = [pair[side] for pair in pairs]
@@ -129,7 +129,9 @@ def _bars(axes: Axes, pairs: Sequence[tuple[float, float]], steps: Sequence[Wate
     axes.margins(y=0.12)
 
 
-def _labels(axes: Axes, pairs: Sequence[tuple[float, float]], feet: Sequence[tuple[float, ...]] | None = None) -> None:
+def _draw_labels(
+    axes: Axes, pairs: Sequence[tuple[float, float]], feet: Sequence[tuple[float, ...]] | None = None
+) -> None:
     """Numbers over the bars, or higher."""
     for place, (pair, foot) in enumerate(zip(pairs, feet or pairs, strict=True)):
         for side, (value, at) in enumerate(zip(pair, foot, strict=True)):

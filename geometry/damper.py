@@ -162,7 +162,7 @@ def damper_part(damper: Damper) -> Part:
     solid = single_solid("damper", turned_about_y(outline))
     result = {"cylinder": curved_faces(solid, where=lambda centre: abs(centre[1]) < middle)}
     for body, side in SIDES:
-        result[f"cone_{body}"] = curved_faces(solid, where=partial(_beyond, side, middle))
+        result[f"cone_{body}"] = curved_faces(solid, where=partial(_is_beyond, side, middle))
         result[f"end_{body}"] = plane_faces(solid, normal=(0, int(side), 0), offset=end)
     faces = {name: face_region(name, region) for name, region in result.items()}
     return Part(
@@ -170,6 +170,6 @@ def damper_part(damper: Damper) -> Part:
     )
 
 
-def _beyond(side: float, middle: float, centre: Point) -> bool:
+def _is_beyond(side: float, middle: float, centre: Point) -> bool:
     """Whether a face lies outside the cylinder, on one side."""
     return bool(side * centre[1] > middle)

@@ -192,7 +192,7 @@ def arm(decoupler: Decoupler) -> Arm:
     )
 
 
-def outline(decoupler: Decoupler) -> list[tuple[float, float]]:
+def make_outline(decoupler: Decoupler) -> list[tuple[float, float]]:
     """Corners (y, z) of plate, arms and load cells in the plane of symmetry, all round [m]."""
     one = arm(decoupler)
     neck, beam, cell, end = one.stations
@@ -287,7 +287,7 @@ def decoupler_part(decoupler: Decoupler) -> Part:
         axis_height=0.0,
     )
     # Not simplified after the union: merging faces would wipe out the groove's crest, which is an edge.
-    solid = cad.single_solid("de-coupler", cad.plate(outline(decoupler), -half, half).fuse(pad.cut(cutter)))
+    solid = cad.single_solid("de-coupler", cad.plate(make_outline(decoupler), -half, half).fuse(pad.cut(cutter)))
     points = named_points(decoupler)
     result = {
         "groove": cad.curved_faces(solid, where=lambda _: True),

@@ -51,7 +51,9 @@ def check_dimensions(
     """
     values: dict[str, float] = asdict(dimensions)
     problems = {
-        name: _angle_problem(name, value, *angles[name]) if name in angles else _length_problem(name, value)
+        name: _describe_angle_problem(name, value, *angles[name])
+        if name in angles
+        else _describe_length_problem(name, value)
         for name, value in sorted(values.items(), key=lambda item: item[0] in angles)
     }
     invalid = {name for name, problem in problems.items() if problem}
@@ -65,7 +67,7 @@ def check_dimensions(
     refuse(body, [*clauses, *further(invalid)])
 
 
-def _length_problem(name: str, value: float) -> str:
+def _describe_length_problem(name: str, value: float) -> str:
     if not isfinite(value):
         problem = "is not finite"
     elif value <= 0:
@@ -79,7 +81,7 @@ def _length_problem(name: str, value: float) -> str:
     return f"{name} = {in_millimetres(value)} {problem} (in Python give metres between {SMALLEST:g} and {LARGEST:g})"
 
 
-def _angle_problem(name: str, angle: float, least: float, most: float) -> str:
+def _describe_angle_problem(name: str, angle: float, least: float, most: float) -> str:
     if isfinite(angle) and least <= angle <= most:
         return ""
     between = f"{degrees(least):.6g} and {degrees(most):.6g} deg"

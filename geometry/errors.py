@@ -38,7 +38,7 @@ LONGEST_WORD = 500
 _LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD},}}")
 
 
-def printable(text: str) -> str:
+def make_printable(text: str) -> str:
     """Text of a file as a terminal may show it: no control characters, and no endless words."""
     short = _LONG_WORD.sub(lambda word: f"{word[0][:LONGEST_WORD]}...", text)
     return "".join(letter if letter.isprintable() or letter == "\n" else "·" for letter in short)
@@ -51,7 +51,7 @@ class InputError(ValueError):
     """
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*(printable(item) if isinstance(item, str) else item for item in arguments))
+        super().__init__(*(make_printable(item) if isinstance(item, str) else item for item in arguments))
 
 
 class InputWarning(UserWarning):

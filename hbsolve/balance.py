@@ -15,11 +15,11 @@ from hbsolve.aft import BalanceArrays
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.errors import BalanceError, DampingWarning
 from hbsolve.fourier import Coefficients
-from hbsolve.joint_arrays import JointTable, force_addresses, joint_table
+from hbsolve.joint_arrays import JointTable, list_force_addresses, make_joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
-from reduction.array_input import real_number, whole_number
+from reduction.array_input import check_real_number, check_whole_number
 from reduction.array_type import Real, Whole
-from reduction.available_memory import lacking_memory
+from reduction.available_memory import describe_lacking_memory
 from reduction.joint_law.joint_arrays import addresses
 from reduction.jointed_system import JointedSystem
 
@@ -86,11 +86,11 @@ class HarmonicBalance:
         if not isinstance(self.system, JointedSystem):
             raise BalanceError(f"the system is a {type(self.system).__name__}: give a JointedSystem")
         for name in ("n_harmonic", "n_sample"):
-            object.__setattr__(self, name, whole_number(getattr(self, name), name, BalanceError))
-        object.__setattr__(self, "level", real_number(self.level, "level", BalanceError))
-        object.__setattr__(self, "n_sample", self.n_sample or default_samples(self.n_harmonic))
+            object.__setattr__(self, name, check_whole_number(getattr(self, name), name, BalanceError))
+        object.__setattr__(self, "level", check_real_number(self.level, "level", BalanceError))
+        object.__setattr__(self, "n_sample", self.n_sample or choose_samples(self.n_harmonic))
         self._check()
-        table = _limited_table(self.system)
+        table = _make_limited_table(self.system)
         object.__setattr__(self, "table", table)
         object.__setattr__(self, "structure", self._structure(table))
         _warn_of_negative_damping(self.system.damping, "damping", "N s/m")
@@ -100,7 +100,7 @@ class HarmonicBalance:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Compiled functions have other addresses in another process."""
         joints = state["system"].joints
-        table = state["table"]._replace(force=force_addresses(joints), address=addresses(joints))
+        table = state["table"]._replace(force=list_force_addresses(joints), address=addresses(joints))
         self.__dict__.update({**state, "table": table})
 
     def _check(self) -> None:
@@ -155,11 +155,11 @@ class HarmonicBalance:
 
     def at_level(self, level: float) -> "HarmonicBalance":
         """The same system with its harmonic force scaled; shares the modal decomposition."""
-        return self._shared(level=real_number(level, "level", BalanceError))
+        return self._shared(level=check_real_number(level, "level", BalanceError))
 
     def with_samples(self, n_sample: int) -> "HarmonicBalance":
         """The same balance on other instants."""
-        return self._shared(n_sample=whole_number(n_sample, "n_sample", BalanceError))
+        return self._shared(n_sample=check_whole_number(n_sample, "n_sample", BalanceError))
 
     def with_harmonics(self, n_harmonic: int, n_sample: int) -> "HarmonicBalance":
         """The same system in more harmonics; shares the modal decomposition."""
@@ -182,7 +182,7 @@ class HarmonicBalance:
 
         None if the linear structure with all contacts stuck, the directions or the harmonic force are others.
         """
-        own, table = self.system, _limited_table(system)
+        own, table = self.system, _make_limited_table(system)
         matrices = ("mass", "damping", "stiffness", "structural_damping", "dynamic")
         pairs = [(getattr(own, name), getattr(system, name)) for name in matrices]
         pairs += [(self.table.reference, table.reference), (self.table.kind, table.kind)]
@@ -265,19 +265,19 @@ class HarmonicBalance:
         BalanceError
             A frequency that is not positive, or too high to compute with.
         """
-        return self.structure.at(checked_frequency(angular_frequency))
+        return self.structure.at(check_frequency(angular_frequency))
 
     def at_each(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
         """The linear structure at several frequencies, in less time than by `at`."""
-        return self.structure.at_each([checked_frequency(item) for item in angular_frequencies])
+        return self.structure.at_each([check_frequency(item) for item in angular_frequencies])
 
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, Recovery]:
         """As `at`, with what gives full responses, of a structure that takes dense solves."""
-        return self.structure.at_with_recovery(checked_frequency(angular_frequency))
+        return self.structure.at_with_recovery(check_frequency(angular_frequency))
 
     def at_with_slopes(self, angular_frequency: float) -> Condensed:
         """As `at`, with derivatives in Omega."""
-        return self.structure.at_with_slopes(checked_frequency(angular_frequency))
+        return self.structure.at_with_slopes(check_frequency(angular_frequency))
 
     def linear(self, condensed: Condensed, level: float | None = None) -> Real:
         """Motion of the directions with all contacts stuck, x_lin, shape (d, nh) [m]."""
@@ -311,18 +311,18 @@ class HarmonicBalance:
         return q
 
 
-def default_samples(n_harmonic: int) -> int:
+def choose_samples(n_harmonic: int) -> int:
     """Instants per period for H + 1 = n_harmonic, unless others are asked for [-]."""
     return int(2 ** ceil(log2(max(SAMPLE_PER_HARMONIC * (n_harmonic - 1), LEAST_SAMPLE))))
 
 
-def _limited_table(system: JointedSystem) -> JointTable:
+def _make_limited_table(system: JointedSystem) -> JointTable:
     """Joints as arrays, with a linear reference that is not much stiffer than the structure where they act.
 
     A slip moves a contact by its force over the structure's stiffness, and the reference by its force over its own: if
     the former is lost in the round-off of the balance, so is the response.
     """
-    table = joint_table(system.joints)
+    table = make_joint_table(system.joints)
     if not len(table.reference):
         return table
     rows = np.vstack([joint.directions for joint in system.joints])
@@ -346,16 +346,16 @@ def _refuse_beyond_memory(n_direction: int, n_harmonic: int, n_sample: int) -> N
     """Refuse harmonics and samples whose arrays would not fit."""
     nh = 2 * n_harmonic - 1
     needed = 8.0 * (BASES * nh * n_sample + JACOBIANS * n_direction * 3 * nh**2 + 4 * n_direction * n_sample)
-    if lacking := lacking_memory(needed):
+    if lacking := describe_lacking_memory(needed):
         raise BalanceError(
             f"H = {n_harmonic - 1} with {n_sample} samples and {n_direction} joint directions takes {lacking}: take "
             "fewer harmonics or samples"
         )
 
 
-def checked_frequency(angular_frequency: float) -> float:
+def check_frequency(angular_frequency: float) -> float:
     """An Omega that a balance can have [rad/s]; else a `BalanceError`."""
-    omega = real_number(angular_frequency, "angular_frequency", BalanceError)
+    omega = check_real_number(angular_frequency, "angular_frequency", BalanceError)
     if not (np.isfinite(omega) and omega > 0):
         raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")
     if omega > HIGHEST:

@@ -27,7 +27,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from jaxtyping import Complex, Float
 
-from hbsolve.dynamic_stiffness import DynamicStiffness, unit_forces_and_force
+from hbsolve.dynamic_stiffness import DynamicStiffness, stack_unit_forces_and_force
 from hbsolve.errors import ModelError
 from hbsolve.fourier import Coefficients, harmonics
 from hbsolve.free_body import is_free
@@ -197,7 +197,7 @@ class CondensedStructure:
     def at_each(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
         """Condense at several Omega [rad/s], many at once: at one alone the calls take longer than the arithmetic."""
         size = 16 * (len(self.directions) + 1) * len(self.dynamic) * self.directions.shape[1]
-        return [item for chunk in _chunks(angular_frequencies, size) for item in self._condense(chunk)]
+        return [item for chunk in _split_chunks(angular_frequencies, size) for item in self._condense(chunk)]
 
     def _condense(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
         """Condense at all of them in one."""
@@ -213,7 +213,7 @@ class CondensedStructure:
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, "Recovery"]:
         """`at` and `recovery` of a structure that takes dense solves, by one of them."""
         omega = harmonics(angular_frequency, len(self.dynamic))
-        moved = self.stuck.solve(omega[1:], unit_forces_and_force(self.directions, self.dynamic[1:]))
+        moved = self.stuck.solve(omega[1:], stack_unit_forces_and_force(self.directions, self.dynamic[1:]))
         along = self.directions @ moved
         condensed = self._joined(angular_frequency, np.ascontiguousarray(along[..., :-1]), along[..., -1])
         return condensed, Recovery(self.static_motion, *_with_mean(moved[..., -1], moved[..., :-1], self._rest[0]))
@@ -252,7 +252,7 @@ class CondensedStructure:
 
     def recoveries(self, condensed: Sequence[Condensed]) -> list[Recovery]:
         """`recovery` at several Omega, many at once."""
-        chunks = _chunks(condensed, 16 * (len(self.directions) + 1) * self.static.size)
+        chunks = _split_chunks(condensed, 16 * (len(self.directions) + 1) * self.static.size)
         return [item for chunk in chunks for item in self._recover(chunk)]
 
     def _recover(self, condensed: Sequence[Condensed]) -> list[Recovery]:
@@ -275,7 +275,7 @@ class CondensedStructure:
         if self.is_dense:
             return [self.recovery(item).at_rows(rows) for item in condensed]
         size = 16 * len(rows) * len(self.dynamic) * self.directions.shape[1]
-        return [item for chunk in _chunks(condensed, size) for item in self._recover_rows(chunk, rows)]
+        return [item for chunk in _split_chunks(condensed, size) for item in self._recover_rows(chunk, rows)]
 
     def _recover_rows(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
@@ -332,7 +332,7 @@ class CondensedStructure:
         Where the damping couples the modes of the stuck structure and not those without its joints, these carry the
         response: with A the condensed receptance, B alpha_stuck f = (I - A D) B alpha_free f.
         """
-        mean, chunks = self._mean(forces), _chunks(condensed, 16 * forces.size)
+        mean, chunks = self._mean(forces), _split_chunks(condensed, 16 * forces.size)
         return [
             np.concatenate([mean, item], axis=1)
             for chunk in chunks
@@ -344,7 +344,7 @@ class CondensedStructure:
     ) -> Complex[Array, "n harmonic r"]:
         """Full response to one force at each of n Omega, shape (n, H + 1, r) both [N, m]."""
         moved, first = np.concatenate([self._mean(forces), np.empty_like(forces[:, 1:])], axis=1), 0
-        for chunk in _chunks(condensed, 16 * forces[:1].size):
+        for chunk in _split_chunks(condensed, 16 * forces[:1].size):
             own = slice(first, first := first + len(chunk))
             of_chunk = forces[own, 1:].reshape(-1, forces.shape[2])
             moved[own, 1:] = self._moved(chunk, of_chunk).reshape(len(chunk), -1, forces.shape[2])
@@ -377,7 +377,7 @@ def _with_mean(dynamic: Array, contact: Array, mean: Array) -> tuple[Array, Arra
     return np.concatenate([np.zeros((1, len(mean))), dynamic]), np.concatenate([mean[None], contact])
 
 
-def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:
+def _split_chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:
     """The items in groups that take `CHUNK_SIZE` bytes at most, if each of them takes `size`."""
     count = max(1, CHUNK_SIZE // max(size, 1))
     return [items[first : first + count] for first in range(0, len(items), count)]

@@ -52,14 +52,14 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
     BalanceError
         A state of another balance.
     """
-    forces, u = _forces(balance, state)
+    forces, u = _evaluate_forces(balance, state)
     time = 2 * np.pi / state.angular_frequency * np.arange(balance.n_sample) / balance.n_sample
     force = forces.force + balance.table.reference[:, None] * u
     directions, sliders = balance.table.direction, balance.table.slider
     motions = []
     for number, joint in enumerate(balance.system.joints):
         d, s = slice(directions[number], directions[number + 1]), slice(sliders[number], sliders[number + 1])
-        status = contact_status(balance, forces, number)
+        status = find_contact_status(balance, forces, number)
         motions.append(
             ContactMotion(
                 name=joint.name,
@@ -76,19 +76,19 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
 
 def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[Real, "joint 3"]:
     """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
-    forces, _ = _forces(balance, state)
-    shares = [_share(contact_status(balance, forces, number)) for number in range(len(balance.system.joints))]
+    forces, _ = _evaluate_forces(balance, state)
+    shares = [_share(find_contact_status(balance, forces, number)) for number in range(len(balance.system.joints))]
     return np.array(shares).reshape(-1, 3)
 
 
-def contact_status(balance: HarmonicBalance, forces: JointForces, number: int) -> Int[Whole, "t n"]:
+def find_contact_status(balance: HarmonicBalance, forces: JointForces, number: int) -> Int[Whole, "t n"]:
     """State of the tangents of one joint at each instant, see `ContactMotion.status`."""
     joint = balance.system.joints[number]
     n_tangent = len(joint.directions) - (joint.normal_direction is not None)
     return forces.status[2 * number : 2 * number + max(n_tangent, 1)]
 
 
-def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Matrix]:
+def _evaluate_forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Matrix]:
     check_state(balance, state)
     x = state.motion
     forces = forces_at(balance, state.angular_frequency, x, state.sliders, want=FORCE)

@@ -38,7 +38,7 @@ def split_proportional_plus_low_rank(
     mass: Matrix, damping: Matrix, stiffness: Matrix
 ) -> ProportionalPlusLowRank | None:
     """The factors and directions of such damping, of matrices of shape (r, r) [kg, N s/m, N/m]; none of any other."""
-    factors = _factors(np.diag(mass), np.diag(damping), np.diag(stiffness))
+    factors = _find_factors(np.diag(mass), np.diag(damping), np.diag(stiffness))
     if factors is None:
         return None
     a, b = factors
@@ -60,7 +60,7 @@ def split_proportional_plus_low_rank(
     )
 
 
-def _factors(mass: Vector, damping: Vector, stiffness: Vector) -> tuple[float, float] | None:
+def _find_factors(mass: Vector, damping: Vector, stiffness: Vector) -> tuple[float, float] | None:
     """Factors a and b that most of the diagonal agrees with.
 
     Each pair of widely separated entries gives an a and a b; the medians belong to the majority, which is then fitted

@@ -10,7 +10,7 @@ from scipy.linalg import cho_factor, cho_solve
 from fe.dense_modes import DenseModes, compute_dense_modes
 from hbsolve.errors import ForceError, ModelError
 from hbsolve.modal_coordinates import ModalCoordinates, find_modal_coordinates
-from reduction.array_input import real_array, refuse_asymmetric, refuse_infinite, refuse_massless
+from reduction.array_input import check_array, refuse_asymmetric, refuse_infinite, refuse_massless
 from reduction.array_type import Array, Matrix, Real, Whole
 from reduction.rom import ReducedModel
 
@@ -72,7 +72,7 @@ class DynamicStiffness:
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness", *(() if self.structural is None else ("structural",))):
-            matrix = real_array(getattr(self, name), f"the {name}", ModelError)
+            matrix = check_array(getattr(self, name), f"the {name}", ModelError)
             object.__setattr__(self, name, matrix)
             if matrix.shape != self.mass.shape or matrix.shape != matrix.shape[:1] * 2 or not matrix.size:
                 raise ModelError(
@@ -251,7 +251,7 @@ class DynamicStiffness:
         omega, B = self._check_frequencies(angular_frequency), np.asarray(directions)
         if self.modal is not None:
             return self.modal.condense(omega, B, force)
-        value = B @ self.solve(omega, unit_forces_and_force(B, force))
+        value = B @ self.solve(omega, stack_unit_forces_and_force(B, force))
         return value[..., :-1], value[..., -1]
 
     def condense_with_slopes(
@@ -280,7 +280,7 @@ class DynamicStiffness:
             return self.modal.condense_with_slopes(omega, B, force)
         matrices, d = self._evaluate(omega), len(B)
         slopes = 1j * self.damping - 2 * omega[:, None, None] * self.mass
-        columns = np.linalg.solve(matrices, unit_forces_and_force(B, force))
+        columns = np.linalg.solve(matrices, stack_unit_forces_and_force(B, force))
         value = B @ columns
         slope = -B @ np.linalg.solve(matrices, slopes @ columns)
         return value[..., :d], slope[..., :d], value[..., d], slope[..., d]
@@ -310,6 +310,6 @@ class DynamicStiffness:
         return chosen
 
 
-def unit_forces_and_force(B: Matrix, force: Amplitudes) -> Complex[Array, "p r d"]:
+def stack_unit_forces_and_force(B: Matrix, force: Amplitudes) -> Complex[Array, "p r d"]:
     """A unit force along each direction, and last the force, as columns at each frequency, shape (p, r, d + 1)."""
     return np.concatenate([np.broadcast_to(B.T, (len(force), *B.T.shape)), force[..., None]], axis=2)

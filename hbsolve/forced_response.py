@@ -91,13 +91,16 @@ def forced_response(
         angular_frequency=omega,
         coefficients=np.array(motions).reshape(len(omega), *shape),
         residual_norm=np.array(
-            [_unbalanced(structure, force, float(item), motion) for item, motion in zip(omega, motions, strict=True)]
+            [
+                _compute_imbalance(structure, force, float(item), motion)
+                for item, motion in zip(omega, motions, strict=True)
+            ]
         ),
         stop_reason=StopReason.SOLVED,
     )
 
 
-def _unbalanced(
+def _compute_imbalance(
     structure: DynamicStiffness, force: HarmonicForce, angular_frequency: float, motion: Coefficients
 ) -> float:
     """Force that is missing for balance over the force applied, from the matrices and not from the modes [-]."""

@@ -14,7 +14,7 @@ from numba.core.typing.templates import Signature
 from numba.extending import intrinsic
 
 
-def function_address(function: Callable[..., Any], arguments: Sequence[Any]) -> int:
+def find_function_address(function: Callable[..., Any], arguments: Sequence[Any]) -> int:
     """Where this process has the machine code of a compiled function that returns nothing; compiled if it must be.
 
     Parameters

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fe.compiled import compiled_switch
-from hbsolve.function_address import caller, function_address
+from hbsolve.function_address import caller, find_function_address
 from hbsolve.joint_law import function_law as function
 from hbsolve.joint_law.registry import FORCES, LawOutput
 from hbsolve.sampling import sampling
 from reduction.array_type import Real, Whole
-from reduction.joint_law.joint_arrays import addresses, parameter_rows, starts
+from reduction.joint_law.joint_arrays import addresses, stack_parameters, starts
 from reduction.joint_law.registry import Joint
 
 #: Number of the law of a joint whose force is a user's function.
@@ -45,12 +45,12 @@ class JointTable(NamedTuple):
     """Whether the force of any joint depends on a velocity."""
 
 
-def joint_table(joints: Sequence[Joint]) -> JointTable:
+def make_joint_table(joints: Sequence[Joint]) -> JointTable:
     """Joints as arrays; a law without a force here is refused (`RegistryError`)."""
     values = [joint.parameter_values for joint in joints]
     return JointTable(
-        kind=np.array([_kind(joint) for joint in joints], dtype=np.int64),
-        force=force_addresses(joints),
+        kind=np.array([_find_kind(joint) for joint in joints], dtype=np.int64),
+        force=list_force_addresses(joints),
         address=addresses(joints),
         direction=starts([len(joint.directions) for joint in joints]),
         slider=starts([joint.n_slider for joint in joints]),
@@ -61,32 +61,32 @@ def joint_table(joints: Sequence[Joint]) -> JointTable:
     )
 
 
-def _kind(joint: Joint) -> int:
+def _find_kind(joint: Joint) -> int:
     if joint.function is not None:
         return FUNCTION
     return FORCES.names().index(FORCES[joint.force_law].name)
 
 
-def force_addresses(joints: Sequence[Joint]) -> Whole:
+def list_force_addresses(joints: Sequence[Joint]) -> Whole:
     """Addresses in this process of the compiled forces of joints, shape (n_joint,); laws are compiled on first use."""
-    return np.array([_force_address(_kind(joint)) for joint in joints], dtype=np.int64)
+    return np.array([_find_force_address(_find_kind(joint)) for joint in joints], dtype=np.int64)
 
 
 @cache
-def _force_address(kind: int) -> int:
+def _find_force_address(kind: int) -> int:
     if kind == FUNCTION:
-        return function_address(function.force, (0, *_ARGUMENTS))
-    return function_address(list(FORCES)[kind].force, _ARGUMENTS)
+        return find_function_address(function.force, (0, *_ARGUMENTS))
+    return find_function_address(list(FORCES)[kind].force, _ARGUMENTS)
 
 
-def _example_arguments() -> tuple[Any, ...]:
+def _make_example_arguments() -> tuple[Any, ...]:
     """Arguments of `CompiledLaw.force`, for their types."""
     row, plane, solid, flags = np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zeros(1, dtype=np.int64)
     out = LawOutput(plane, solid, flags, solid, solid, plane, plane, np.zeros((2, 1), dtype=np.int64), flags)
     return plane, plane, 1.0, row, row, row, flags, sampling(1, 2), 0, out
 
 
-_ARGUMENTS = _example_arguments()
+_ARGUMENTS = _make_example_arguments()
 #: ``call_force(address, arguments)`` fills the output of a law, see `CompiledLaw.force`.
 call_force = caller(_ARGUMENTS)
 #: The same of a user's function, whose own address is the first of the arguments.
@@ -102,11 +102,11 @@ class InstantTable(NamedTuple):
     """Parameters, shape (n_joint, p)."""
 
 
-def instant_table(joints: Sequence[Joint]) -> InstantTable:
+def make_instant_table(joints: Sequence[Joint]) -> InstantTable:
     """Joints that remember nothing, see `Joint.n_slider`, as arrays."""
     names = [item.name for item in _WITHOUT_MEMORY]
     kinds = [FUNCTION if joint.function is not None else names.index(joint.force_law) for joint in joints]
-    return InstantTable(np.array(kinds, dtype=np.int64), addresses(joints), parameter_rows(joints))
+    return InstantTable(np.array(kinds, dtype=np.int64), addresses(joints), stack_parameters(joints))
 
 
 _WITHOUT_MEMORY = [item for item in FORCES if item.instant is not None]
@@ -136,7 +136,7 @@ class SlopeTable(NamedTuple):
     kind: Whole
 
 
-def slope_table(joints: Sequence[Joint]) -> SlopeTable:
+def make_slope_table(joints: Sequence[Joint]) -> SlopeTable:
     """Joints as arrays, for both switches."""
     with_memory, without = ([item.name for item in laws] for laws in (_WITH_MEMORY, _WITHOUT_MEMORY))
     has_memory = [joint.n_slider > 0 for joint in joints]

@@ -27,7 +27,7 @@ class LinearModes(NamedTuple):
     """Whether C_m is diagonal."""
 
 
-def linear_modes(balance: HarmonicBalance) -> LinearModes:
+def compute_linear_modes(balance: HarmonicBalance) -> LinearModes:
     """Modes of the linear reference of a balance.
 
     Raises

@@ -13,10 +13,10 @@ from jaxtyping import Complex, Float, Int
 
 from fe.compiled import compiled
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.continuation_parameter import joint_index
+from hbsolve.continuation.continuation_parameter import find_joint_index
 from hbsolve.errors import BalanceError
 from hbsolve.state import SteadyState
-from reduction.array_input import finite_array
+from reduction.array_input import check_finite_array
 from reduction.array_type import Array, Matrix, Real, Row, Whole
 
 MATRICES = ("mass", "damping", "stiffness", "structural_damping")
@@ -95,7 +95,7 @@ class ModelRates:
                 retained = min(len(parameter.harmonic_force), balance.n_harmonic)
                 harmonic[number, :retained] = parameter.harmonic_force[:retained]
             for (joint, name), rate in parameter.joints.items():
-                joints[number, joint_index(balance, joint, name)[1]] += rate
+                joints[number, find_joint_index(balance, joint, name)[1]] += rate
         numbers, kinds = np.array(of_matrix, dtype=np.int64).reshape(-1, 2).T
         return cls(
             matrices=np.concatenate(matrices), parameter=numbers, kind=kinds, static_load=static,
@@ -143,4 +143,4 @@ def _sum_over_joints(rates: Any, by_parameter: Any, direction: Any, parameter: A
 
 def entries(values: object, what: str, shape: tuple[int, ...]) -> Real:
     """Finite numbers of a shape; a `BalanceError` otherwise."""
-    return finite_array(values, what, BalanceError, shape, ", over all degrees of freedom")
+    return check_finite_array(values, what, BalanceError, shape, ", over all degrees of freedom")

@@ -16,8 +16,8 @@ from hbsolve.errors import BalanceError
 from hbsolve.solution import newton_from
 from hbsolve.state import SteadyState, check_state, in_harmonics_of
 from hbsolve.steady_state import FEW_STARTS, from_many_starts
-from hbsolve.truncation import relative_change, truncation
-from reduction.array_input import real_array, real_number, whole_number
+from hbsolve.truncation import compute_relative_change, truncation
+from reduction.array_input import check_array, check_real_number, check_whole_number
 from reduction.array_type import Array, Matrix, Real
 
 #: Highest harmonic at most, by default, over that of the coarse balance [-].
@@ -91,12 +91,14 @@ def refine_harmonics(
         A state of another balance, a tolerance that is not positive, or rows of another size.
     """
     check_state(balance, state)
-    limit, rows = checked_tolerance(tolerance), checked_rows(balance, rows)
-    highest = MOST_TIMES * max(balance.n_harmonic - 1, 1) if most is None else whole_number(most, "most", BalanceError)
+    limit, rows = check_tolerance(tolerance), check_output_rows(balance, rows)
+    highest = (
+        MOST_TIMES * max(balance.n_harmonic - 1, 1) if most is None else check_whole_number(most, "most", BalanceError)
+    )
     coarse, main = balance.at_level(state.level), balance.main_harmonic
 
     def refined(change: Complex[Array, " r"], stop: RefinementStop) -> RefinedState:
-        error = float(relative_change(coarse, change, state.coefficients[main], rows, least).max(initial=0.0))
+        error = float(compute_relative_change(coarse, change, state.coefficients[main], rows, least).max(initial=0.0))
         return RefinedState(state=state, balance=coarse, change=change, error=error, stop=stop)
 
     result = refined(MARGIN * truncation(coarse, state).change, RefinementStop.MOST_HARMONICS)
@@ -127,19 +129,19 @@ def refine_harmonics(
                 return replace(result, stop=RefinementStop.TOLERANCE)
 
 
-def checked_tolerance(tolerance: float) -> float:
+def check_tolerance(tolerance: float) -> float:
     """A relative tolerance, refused (`BalanceError`) where it is not positive."""
-    limit = real_number(tolerance, "tolerance", BalanceError)
+    limit = check_real_number(tolerance, "tolerance", BalanceError)
     if not limit > 0:
         raise BalanceError(f"tolerance = {limit:g} must be positive: 0.01 is 1 %")
     return limit
 
 
-def checked_rows(balance: HarmonicBalance, rows: Matrix | None) -> Matrix | None:
+def check_output_rows(balance: HarmonicBalance, rows: Matrix | None) -> Matrix | None:
     """Rows over all degrees of freedom, refused (`BalanceError`) where they have another size."""
     if rows is None:
         return None
-    given = real_array(rows, "rows", BalanceError)
+    given = check_array(rows, "rows", BalanceError)
     if given.ndim != 2 or given.shape[1] != balance.system.n_dof:
         raise BalanceError(f"rows have shape {given.shape}: give (n, {balance.system.n_dof}), one weight per degree")
     return given

@@ -20,7 +20,7 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.continuation.continuation_parameter import joint_index, spread
+from hbsolve.continuation.continuation_parameter import find_joint_index, spread
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
 from hbsolve.joint_law.registry import PARAMETERS
@@ -28,8 +28,8 @@ from hbsolve.linearised import active_rows, small_matrix, times_jacobian, transp
 from hbsolve.model_rates import MatrixParameter, ModelParameter, ModelRates, entries
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
-from hbsolve.state import SteadyState, check_state, checked_harmonic
-from reduction.array_input import finite_number, whole_number
+from hbsolve.state import SteadyState, check_harmonic, check_state
+from reduction.array_input import check_finite_number, check_whole_number
 from reduction.array_type import Array, Real, Row, Whole
 
 
@@ -141,7 +141,7 @@ def sensitivity(
     g = np.zeros((len(parameters), *forces.coefficients.shape))
     for number, parameter in enumerate(parameters):
         loads[number], g[number] = _change(at_level, state, forces, parameter)
-    reaction = _reaction(at_level, condensed, forces, loads, g)
+    reaction = _compute_reaction(at_level, condensed, forces, loads, g)
     return at_level.structure.displacements(condensed, loads - reaction @ at_level.structure.directions)
 
 
@@ -209,19 +209,21 @@ def derivatives(
         turned = np.array([transposed_jacobian(rows, forces.jacobian, first, count, item) for item in solved])
         by_slip = complex_from_real(turned).conj()
         by_motion += by_slip
-        by_reaction -= _by_harmonic(by_slip, A)
-    by_load = response.weigh_by_harmonic(response.load, n_harmonic) + _by_harmonic(by_motion, contact.swapaxes(1, 2))
+        by_reaction -= _multiply_by_harmonic(by_slip, A)
+    by_load = response.weigh_by_harmonic(response.load, n_harmonic) + _multiply_by_harmonic(
+        by_motion, contact.swapaxes(1, 2)
+    )
     reaction = real_from_complex(by_reaction.conj())
-    result = _real_products(loads, by_load) + np.tensordot(reaction, g, axes=((1, 2), (1, 2)))
+    result = _compute_real_products(loads, by_load) + np.tensordot(reaction, g, axes=((1, 2), (1, 2)))
     return np.asarray(result[: len(result) // 2] + 1j * result[len(result) // 2 :])
 
 
-def _by_harmonic(weights: Complex[Array, "n harmonic m"], matrix: Array) -> Complex[Array, "n harmonic k"]:
+def _multiply_by_harmonic(weights: Complex[Array, "n harmonic m"], matrix: Array) -> Complex[Array, "n harmonic k"]:
     """Products with the matrix of each harmonic, shape (H + 1, m, k)."""
     return np.asarray(np.matmul(weights.swapaxes(0, 1), matrix).swapaxes(0, 1))
 
 
-def _real_products(
+def _compute_real_products(
     changes: Complex[Array, "p harmonic m"], weights: Complex[Array, "n harmonic m"]
 ) -> Float[Real, "n p"]:
     """Re(w q), summed over harmonics and places, shape (n, p)."""
@@ -230,7 +232,7 @@ def _real_products(
     return np.asarray(w.real @ q.real.T - w.imag @ q.imag.T)
 
 
-def _reaction(
+def _compute_reaction(
     balance: HarmonicBalance,
     condensed: Condensed,
     forces: JointForces,
@@ -244,7 +246,7 @@ def _reaction(
     if len(rows) == 0 or len(loads) == 0:
         return dg
     moved = structure.displacements(condensed, loads) @ structure.directions.T
-    right = real_from_complex(moved - _by_harmonic(dg, condensed.columns))
+    right = real_from_complex(moved - _multiply_by_harmonic(dg, condensed.columns))
     matrix = small_matrix(rows, forces.jacobian, first, count, condensed.columns, right.shape[2])
     right_forces = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in right])
     force_change = np.zeros_like(right)
@@ -258,10 +260,10 @@ def _change(
     """Change of loads and of joint forces at fixed motion, shapes (H + 1, r) and (d, nh)."""
     load, g = np.zeros_like(state.coefficients), np.zeros_like(forces.coefficients)
     if isinstance(parameter, JointParameter):
-        joint, index = joint_index(balance, parameter.joint, parameter.name)
+        joint, index = find_joint_index(balance, parameter.joint, parameter.name)
         g = spread(balance, joint, forces.by_parameter[index])
     elif isinstance(parameter, SliderParameter):
-        slider = whole_number(parameter.slider, "slider", BalanceError)
+        slider = check_whole_number(parameter.slider, "slider", BalanceError)
         if not 0 <= slider < balance.n_slider:
             raise BalanceError(f"there is no slider {slider}: the system has {balance.n_slider}")
         joint = int(np.searchsorted(balance.table.slider, slider, side="right")) - 1
@@ -269,8 +271,8 @@ def _change(
     elif isinstance(parameter, LevelParameter):
         load = balance.structure.dynamic.copy()
     elif isinstance(parameter, LoadParameter):
-        harmonic = checked_harmonic(parameter.harmonic, balance.n_harmonic)
-        phase = finite_number(parameter.phase, "phase", BalanceError)
+        harmonic = check_harmonic(parameter.harmonic, balance.n_harmonic)
+        phase = check_finite_number(parameter.phase, "phase", BalanceError)
         row = entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
         load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
     elif isinstance(parameter, MatrixParameter):
@@ -279,13 +281,13 @@ def _change(
         rates = ModelRates.from_parameters(balance, [parameter])
         load, g = rates.loads(state)[0], rates.forces(balance, forces.by_parameter)[0]
     elif isinstance(parameter, FrequencyParameter):
-        load, g = _frequency_load(balance, state), forces.by_frequency
+        load, g = _compute_frequency_load(balance, state), forces.by_frequency
     else:
         raise BalanceError(f"{parameter!r} is no parameter: give a JointParameter, a LoadParameter or another of these")
     return load, np.ascontiguousarray(g)
 
 
-def _frequency_load(balance: HarmonicBalance, state: SteadyState) -> Coefficients:
+def _compute_frequency_load(balance: HarmonicBalance, state: SteadyState) -> Coefficients:
     q, k = state.coefficients, np.arange(len(state.coefficients))[:, None]
     inertia = 2 * k**2 * state.angular_frequency * (q @ balance.system.mass.T)
     return np.asarray(inertia - 1j * k * (q @ balance.system.damping.T))

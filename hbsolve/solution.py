@@ -31,7 +31,7 @@ def newton_from(
 ) -> SteadyState | None:
     """The state that Newton's method alone finds from a motion; maybe none."""
     linear = balance.linear(condensed)
-    scale = linear_size(linear)
+    scale = compute_linear_size(linear)
     result, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
     if not norm <= TOLERANCE * scale:
         return None
@@ -49,7 +49,7 @@ def solve_at(
     x = start_motion(balance, x)
     linear = balance.linear(condensed)
     with np.errstate(over="ignore"):
-        scale = linear_size(linear)
+        scale = compute_linear_size(linear)
     if not np.isfinite(scale):
         raise BalanceError(
             f"the linear motion at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, is too "
@@ -152,15 +152,17 @@ def forces_at(
     return forces
 
 
-def linear_size(linear: Real) -> float:
+def compute_linear_size(linear: Real) -> float:
     """|x_lin| [m], to which |R| is relative; not quite zero where no load moves the joints."""
     return max(float(np.linalg.norm(linear)), NO_LOAD)
 
 
-def relative_residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces, R: Real) -> float:
+def compute_relative_residual(
+    balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces, R: Real
+) -> float:
     """|R| over |x_lin|; zero where R is round-off [-]."""
     norm = float(imbalance(R, condensed.columns, np.array(x, order="C"), forces.coefficients))
-    return norm / linear_size(balance.linear(condensed))
+    return norm / compute_linear_size(balance.linear(condensed))
 
 
 def residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces) -> Real:

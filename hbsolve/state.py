@@ -10,7 +10,7 @@ from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.sampling import real_from_complex
-from reduction.array_input import finite_array, whole_number
+from reduction.array_input import check_finite_array, check_whole_number
 from reduction.array_type import Array, Real
 
 #: Share by which two motions of one state may differ: Newton's method leaves 1e-9 of the linear motion, which a
@@ -91,19 +91,19 @@ def harmonic_at(
         size.
     """
     n_harmonic, n_dof = coefficients.shape[-2:]
-    q = coefficients[..., checked_harmonic(harmonic, n_harmonic), :]
+    q = coefficients[..., check_harmonic(harmonic, n_harmonic), :]
     if row is None or isinstance(row, str | int | float) or np.ndim(row) == 0:
-        dof = whole_number(row, "row", BalanceError)
+        dof = check_whole_number(row, "row", BalanceError)
         if not 0 <= dof < n_dof:
             raise BalanceError(f"degree of freedom {dof} does not exist: the structure has 0 to {n_dof - 1}")
         return np.asarray(q[..., dof])
     meaning = ", one weight per degree of freedom, or the number of one"
-    return np.asarray(q @ finite_array(row, "the row", BalanceError, (n_dof,), meaning))
+    return np.asarray(q @ check_finite_array(row, "the row", BalanceError, (n_dof,), meaning))
 
 
-def checked_harmonic(harmonic: int, n_harmonic: int) -> int:
+def check_harmonic(harmonic: int, n_harmonic: int) -> int:
     """The number of a harmonic, refused where there is none of it."""
-    k = whole_number(harmonic, "harmonic", BalanceError)
+    k = check_whole_number(harmonic, "harmonic", BalanceError)
     if not 0 <= k < n_harmonic:
         raise BalanceError(f"harmonic {k} is none of 0 to {n_harmonic - 1}: give one of these")
     return k
@@ -149,7 +149,9 @@ def make_initial_sliders(
     """
     n = balance.n_slider
     given = np.zeros(n) if slider is None else slider
-    value = np.array(finite_array(given, "slider", BalanceError, (n,), ", one number per tangent in order of joints"))
+    value = np.array(
+        check_finite_array(given, "slider", BalanceError, (n,), ", one number per tangent in order of joints")
+    )
     if multiplier and n and np.abs(value).max() > 1:
         worst = value[np.abs(value).argmax()]
         raise BalanceError(f"multiplier {worst:g} is outside [-1, 1]: it is the share of Coulomb's limit (eq. 11)")
@@ -177,4 +179,6 @@ def start_motion(balance: HarmonicBalance, start: SteadyState | Real | None) -> 
             )
         return start.motion
     shape, meaning = (n_direction, 2 * n_harmonic - 1), ", a steady state or a branch's `start`"
-    return finite_array(start, "the start", BalanceError, shape, f", real coefficients of the directions{meaning}")
+    return check_finite_array(
+        start, "the start", BalanceError, shape, f", real coefficients of the directions{meaning}"
+    )

@@ -53,7 +53,7 @@ class Track(NamedTuple):
     """Newton iterations, shape (n,) [-]."""
 
 
-def empty_track(n: int, n_direction: int, nh: int, n_slider: int) -> Track:
+def make_empty_track(n: int, n_direction: int, nh: int, n_slider: int) -> Track:
     """A track without a state."""
     return Track(
         np.full((n, n_direction, nh), np.nan),
@@ -167,6 +167,6 @@ def follow_one(
     linear = balance.linear(condensed)[None]
     omega, columns = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.columns)[None]
     sequence = StateSequence(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, columns, start[None].copy())
-    track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
+    track = make_empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
     follow(0, False, True, sequence, balance.arrays, slider.astype(float), TOLERANCE, max_iteration, track)
     return track

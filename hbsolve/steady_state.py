@@ -18,7 +18,7 @@ from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import Failure, NoSteadyState
 from hbsolve.sampling import real_from_complex
-from hbsolve.solution import TOLERANCE, linear_size, newton_at, recover_state, refuse_drift, solve_at
+from hbsolve.solution import TOLERANCE, compute_linear_size, newton_at, recover_state, refuse_drift, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders, start_motion
 from reduction.array_type import Real
 
@@ -136,7 +136,7 @@ def from_many_starts(
         The `n_start` of an earlier call without a solution: its starts are the first of these, and left out [-].
     """
     linear = balance.linear(condensed)
-    scale = linear_size(linear)
+    scale = compute_linear_size(linear)
     near = linear if x is None else x
     random = np.random.default_rng(SEED)
     share = min(1.0, FEW_DIRECTIONS / max(balance.n_direction, 1)) ** 2

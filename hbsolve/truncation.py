@@ -56,7 +56,7 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
     size = float(np.linalg.norm(moved[main])) or float(np.linalg.norm(moved))
 
     def estimate(finer: HarmonicBalance) -> tuple[Complex[Array, " r"], float]:
-        change = _first_step(finer, state)[main]
+        change = _compute_first_step(finer, state)[main]
         return change, float(np.linalg.norm(directions @ change)) / size
 
     by_samples, samples = estimate(at_level.with_samples(2 * balance.n_sample))
@@ -72,7 +72,7 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
     )
 
 
-def relative_change(
+def compute_relative_change(
     balance: HarmonicBalance,
     change: Complex[Array, "... r"],
     coefficients: Complex[Array, "... r"],
@@ -96,12 +96,12 @@ def relative_change(
     floor = STILL * (np.abs(coefficients) @ np.abs(read.T))
     if rows is None:
         floor = np.linalg.norm(floor, axis=-1, keepdims=True)
-    amplitude = np.maximum(np.maximum(row_amplitude(balance, coefficients, rows), floor), least)
-    changed = row_amplitude(balance, change, rows)
+    amplitude = np.maximum(np.maximum(compute_row_amplitude(balance, coefficients, rows), floor), least)
+    changed = compute_row_amplitude(balance, change, rows)
     return np.divide(changed, amplitude, out=np.zeros_like(changed), where=amplitude > 0)
 
 
-def row_amplitude(
+def compute_row_amplitude(
     balance: HarmonicBalance, coefficients: Complex[Array, "... r"], rows: Matrix | None = None
 ) -> Float[Real, "... n"]:
     """Amplitude of each row, or the norm of the joint directions (n = 1) where none are given, shape (..., n) [m]."""
@@ -110,7 +110,7 @@ def row_amplitude(
     return np.asarray(np.abs(coefficients @ rows.T))
 
 
-def _first_step(balance: HarmonicBalance, state: SteadyState) -> Complex[Array, "harmonic r"]:
+def _compute_first_step(balance: HarmonicBalance, state: SteadyState) -> Complex[Array, "harmonic r"]:
     """Change of the response in the first Newton step from a state with fewer harmonics or samples [m]."""
     x, omega = in_harmonics_of(balance, state.motion), state.angular_frequency
     condensed, recovery = balance.at_with_recovery(omega) if balance.is_dense else (balance.at(omega), None)

@@ -11,7 +11,7 @@ import sysconfig
 from functools import cache
 from pathlib import Path
 
-from pipeline.source_facts import source_facts
+from pipeline.source_facts import find_source_facts
 
 #: The product's packages; they are followed wherever they are installed, unlike those of others.
 PRODUCT = (
@@ -39,7 +39,7 @@ def dependencies(module: str) -> dict[str, Path]:
         The module has no file.
     """
     file = getattr(sys.modules.get(module), "__file__", None)
-    start = Path(file) if file else _file(module)
+    start = Path(file) if file else _find_file(module)
     if start is None:
         raise TypeError(
             "a stage must be defined in a file: code that was typed in cannot be recognised on the next run"
@@ -47,32 +47,32 @@ def dependencies(module: str) -> dict[str, Path]:
     files = {module: start}
     waiting = [start]
     while waiting:
-        for name in _imports(waiting.pop()):
-            if name not in files and (imported := _file(name)) is not None:
+        for name in _list_imports(waiting.pop()):
+            if name not in files and (imported := _find_file(name)) is not None:
                 files[name] = imported
                 waiting.append(imported)
     return files
 
 
 @cache
-def _imports(file: Path) -> frozenset[str]:
+def _list_imports(file: Path) -> frozenset[str]:
     """Possible import names in the code of a file; some of them may not be modules."""
-    facts = source_facts(file)
+    facts = find_source_facts(file)
     names = set(facts.modules)
     for module, imported in facts.names:
         names.add(module)
         members = {f"{module}.{name}" for name in imported}
         names |= members
-        if any(_file(member) is None for member in members):
-            names.update(_below(module))
-    names.update(name for package in facts.packages for name in _below(package))
+        if any(_find_file(member) is None for member in members):
+            names.update(_list_below(module))
+    names.update(name for package in facts.packages for name in _list_below(package))
     return frozenset(names)
 
 
 @cache
-def _below(package: str) -> frozenset[str]:
+def _list_below(package: str) -> frozenset[str]:
     """Import names of all modules below a package; empty for a module."""
-    file = _file(package)
+    file = _find_file(package)
     if file is None or file.name != "__init__.py":
         return frozenset()
     members = (member.relative_to(file.parent).with_suffix("").parts for member in file.parent.rglob("*.py"))
@@ -80,33 +80,33 @@ def _below(package: str) -> frozenset[str]:
 
 
 @cache
-def _file(module: str) -> Path | None:
+def _find_file(module: str) -> Path | None:
     """Source file of a module whose code counts; None for a name that is no module, or belongs to another package."""
     package, _, name = module.rpartition(".")
     if not package:
-        place = _top_level(module)
+        place = _find_top_level(module)
         return place / "__init__.py" if place and place.suffix != ".py" else place
-    folder = _folder(package)
+    folder = _find_folder(package)
     if folder is None:
         return None
     # Listing a folder once is faster than testing each of its files and each name that is no file.
-    if name in _content(folder) and "__init__.py" in _content(folder / name):
+    if name in _list_content(folder) and "__init__.py" in _list_content(folder / name):
         return folder / name / "__init__.py"
-    return folder / f"{name}.py" if f"{name}.py" in _content(folder) else None
+    return folder / f"{name}.py" if f"{name}.py" in _list_content(folder) else None
 
 
 @cache
-def _folder(package: str) -> Path | None:
+def _find_folder(package: str) -> Path | None:
     """Folder of a package whose code counts, or None."""
     above, _, name = package.rpartition(".")
     if not above:
-        return _top_level(package)
-    folder = _folder(above)
-    return folder / name if folder and name in _content(folder) else None
+        return _find_top_level(package)
+    folder = _find_folder(above)
+    return folder / name if folder and name in _list_content(folder) else None
 
 
 @cache
-def _content(folder: Path) -> frozenset[str]:
+def _list_content(folder: Path) -> frozenset[str]:
     """Names of the content of a folder; empty if it is no folder."""
     try:
         return frozenset(entry.name for entry in folder.iterdir())
@@ -115,7 +115,7 @@ def _content(folder: Path) -> frozenset[str]:
 
 
 @cache
-def _top_level(name: str) -> Path | None:
+def _find_top_level(name: str) -> Path | None:
     """Folder of a top-level package, or file of a top-level module, whose code counts."""
     try:
         spec = importlib.util.find_spec(name)
@@ -124,13 +124,13 @@ def _top_level(name: str) -> Path | None:
     if spec is None or not spec.has_location or not spec.origin:
         return None
     origin = Path(spec.origin)
-    if name not in PRODUCT and any(origin.is_relative_to(folder) for folder in _installed()):
+    if name not in PRODUCT and any(origin.is_relative_to(folder) for folder in _list_installed()):
         return None
     return origin.parent if origin.name == "__init__.py" else origin
 
 
 @cache
-def _installed() -> tuple[Path, ...]:
+def _list_installed() -> tuple[Path, ...]:
     """Folders of Python's own modules and of the installed packages."""
     paths = sysconfig.get_paths()
     return tuple(Path(paths[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib"))

@@ -190,12 +190,12 @@ class _Decoder:
     def _of_class(self, mark: str, rest: list[Any]) -> Any:
         module, name, *given = rest
         if mark == _ENUM:
-            return _class(module, name, "__members__")[given[0]]
+            return _find_class(module, name, "__members__")[given[0]]
         if mark == _CLASS:
-            kind = _class(module, name, "__dataclass_fields__")
+            kind = _find_class(module, name, "__dataclass_fields__")
             return kind(**{field: self.value(item) for field, item in given[0].items()})
         if mark == _OBJECT:
-            kind = _class(module, name, "__class__" if _is_outside(module) else "_fields")
+            kind = _find_class(module, name, "__class__" if _is_outside(module) else "_fields")
             made = kind.__new__(kind, *self.value(given[0]))
             return _with_state(made, self.value(given[1]))
         raise ValueError(f"unknown mark {mark!r} in a stored value")
@@ -234,7 +234,7 @@ def _packages() -> frozenset[str]:
     return frozenset(point.value.partition(":")[0].partition(".")[0] for point in points)
 
 
-def _class(module: str, name: str, mark: str) -> Any:
+def _find_class(module: str, name: str, mark: str) -> Any:
     """A class of the product or an external one that has the attributes of its kind."""
     if not (_is_own(module) or _is_outside(module)):
         raise ValueError(f"a stored value names the foreign module {module}")

@@ -14,7 +14,7 @@ from typing import Any
 from geometry.registry import REGISTRIES
 from pipeline.code_dependencies import dependencies
 from pipeline.codec import is_array, is_numpy_scalar, is_sparse
-from pipeline.source_facts import source_facts
+from pipeline.source_facts import find_source_facts
 
 #: Libraries whose results may change in the last digits from one version to the next.
 NUMERICAL_LIBRARIES = ("numpy", "scipy")
@@ -22,7 +22,7 @@ NUMERICAL_LIBRARIES = ("numpy", "scipy")
 AT_ONCE = 16_000_000
 
 
-def canonical(value: Any) -> Any:
+def make_canonical(value: Any) -> Any:
     """A value as JSON that is equal only for equal values.
 
     Floats are their shortest exact text, arrays and files their bytes, dataclasses their class and fields; dicts are
@@ -53,37 +53,37 @@ def canonical(value: Any) -> Any:
     if isinstance(value, Path):
         return ["file", hashlib.sha256(value.read_bytes()).hexdigest()]
     if isinstance(value, list | tuple):
-        return [type(value).__name__, *(canonical(item) for item in value)]
+        return [type(value).__name__, *(make_canonical(item) for item in value)]
     if isinstance(value, Set):
-        return ["set", *sorted((canonical(item) for item in value), key=json.dumps)]
+        return ["set", *sorted((make_canonical(item) for item in value), key=json.dumps)]
     if isinstance(value, Mapping):
-        pairs = ([canonical(key), canonical(item)] for key, item in value.items())
+        pairs = ([make_canonical(key), make_canonical(item)] for key, item in value.items())
         return ["dict", *sorted(pairs, key=lambda pair: json.dumps(pair[0]))]
-    return _canonical_object(value)
+    return _make_canonical_object(value)
 
 
-def _canonical_object(value: Any) -> Any:
+def _make_canonical_object(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: canonical(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        fields = {field.name: make_canonical(getattr(value, field.name)) for field in dataclasses.fields(value)}
         return ["object", _name(type(value)), fields]
     if is_array(value):
         if value.dtype.hasobject:
             raise TypeError(
                 f"an array of {value.dtype} cannot be the input of a cached stage: its content cannot be seen"
             )
-        return ["array", value.dtype.str, list(value.shape), _array_hash(value)]
+        return ["array", value.dtype.str, list(value.shape), _hash_array(value)]
     if is_sparse(value):
         rows = value.tocsr(copy=True)
         rows.sum_duplicates()
         parts = (rows.data, rows.indices, rows.indptr)
-        return ["sparse", list(rows.shape), *(canonical(part) for part in parts)]
+        return ["sparse", list(rows.shape), *(make_canonical(part) for part in parts)]
     if hasattr(value, "model_fields") and hasattr(value, "model_dump"):
-        fields = {name: canonical(getattr(value, name)) for name in type(value).model_fields}
+        fields = {name: make_canonical(getattr(value, name)) for name in type(value).model_fields}
         return ["model", _name(type(value)), fields]
     raise TypeError(f"{_name(type(value))} cannot be the input of a cached stage: its content cannot be seen")
 
 
-def _array_hash(array: Any) -> str:
+def _hash_array(array: Any) -> str:
     """Hash of the bytes of an array in C order, whatever its layout in memory, without a copy of the whole array."""
     digest = hashlib.sha256()
     rows = array if array.ndim else array.reshape(1)
@@ -94,7 +94,7 @@ def _array_hash(array: Any) -> str:
 
 
 @cache
-def code_version(module: str) -> str:
+def hash_code(module: str) -> str:
     """Hash of the code that a module's results depend on, blind to comments, docstrings and layout.
 
     Parameters
@@ -110,21 +110,21 @@ def code_version(module: str) -> str:
     for library in NUMERICAL_LIBRARIES:
         digest.update(f" {library} {importlib.metadata.version(library)}".encode())
     for name, file in sorted(dependencies(module).items()):
-        digest.update(f"\n{name}\n{source_facts(file).code}".encode())
+        digest.update(f"\n{name}\n{find_source_facts(file).code}".encode())
     return digest.hexdigest()
 
 
 def key(stage: str, inputs: Mapping[str, Any], module: str) -> str:
     """Name of a stage's result: hexadecimal, the same on every run with equal inputs and code of a module."""
-    text = json.dumps([stage, canonical(inputs), code_version(module), _outside_members(module)], sort_keys=True)
+    text = json.dumps([stage, make_canonical(inputs), hash_code(module), _hash_outside_members(module)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _outside_members(module: str) -> list[str]:
+def _hash_outside_members(module: str) -> list[str]:
     """Hashes of files from which members came, such as a user's joint law, into registries that a module uses."""
     used = dependencies(module)
     files = {file for registry in REGISTRIES if registry.package in used for file in registry.outside_files()}
-    return [source_facts(file).code for file in sorted(files)]
+    return [find_source_facts(file).code for file in sorted(files)]
 
 
 def _name(kind: type) -> str:

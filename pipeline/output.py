@@ -113,7 +113,7 @@ def replace_file(path: Path, content: str | bytes) -> None:
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
 
-def system_failure(error: BaseException) -> str | None:
+def describe_system_failure(error: BaseException) -> str | None:
     """Message for a failed disk write, or for too many open files, with the remedy; None for other errors.
 
     HDF5 gives the error number and the file only in its text.

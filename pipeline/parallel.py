@@ -109,21 +109,21 @@ def run_parallel(
         progress.stored(title)
         return [outcomes[number] for number in range(len(tasks))]
     with progress.step(title) as report:
-        n_worker = workers or default_workers()
-        modules = sorted({_reference(tasks[number].stage)[0] for number in missing})
+        n_worker = workers or count_default_workers()
+        modules = sorted({_name_stage(tasks[number].stage)[0] for number in missing})
         with _with_folder(store) as results, single_threaded(), _workers(modules) as workers_by_task:
             while missing or workers_by_task:
-                for number in _admitted(tasks, missing, list(workers_by_task), n_worker, memory):
+                for number in _admit_tasks(tasks, missing, list(workers_by_task), n_worker, memory):
                     missing.remove(number)
                     _start(workers_by_task, number, tasks[number], results.folder)
                 wait([worker.process.sentinel for worker in workers_by_task.values()], timeout=LOOK_EVERY)
                 for number in [n for n, worker in workers_by_task.items() if worker.process.exitcode is not None]:
-                    outcomes[number] = _result(workers_by_task.pop(number), tasks[number], results)
+                    outcomes[number] = _take_result(workers_by_task.pop(number), tasks[number], results)
                 report(sum(tasks[n].weight for n in outcomes), total)
     return [outcomes[number] for number in range(len(tasks))]
 
 
-def _admitted(
+def _admit_tasks(
     tasks: Sequence[Task], missing: Sequence[int], running: Sequence[int], n_worker: int, memory: float
 ) -> list[int]:
     """Tasks to start now: the largest first, within the limits of processes and memory; at least one runs."""
@@ -176,7 +176,7 @@ def _workers(modules: list[str]) -> Iterator[dict[int, _Worker]]:
 
 def _start(running: dict[int, _Worker], number: int, task: Task, folder: Path | None) -> None:
     receiver, sender = CONTEXT.Pipe(duplex=False)
-    arguments = (sender, *_reference(task.stage), folder, loaded_files(), task.inputs)
+    arguments = (sender, *_name_stage(task.stage), folder, loaded_files(), task.inputs)
     process = CONTEXT.Process(target=_compute, args=arguments, daemon=True)
     # Ctrl-C waits until the process is known to those who would kill it, and the process, which inherits this, never
     # sees the Ctrl-C that a terminal sends to all: it would only print where it was.
@@ -204,7 +204,7 @@ def single_threaded() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
+def _name_stage(stage: Stage[Any, Any]) -> tuple[str, str]:
     """Module and name of a stage: it cannot be pickled itself, as its name refers to the stage, not to the function."""
     return stage.compute.__module__, stage.compute.__name__
 
@@ -219,10 +219,10 @@ def _compute(
         stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
         Store(folder).outcome(stage, **inputs)
     except Exception as error:
-        failure.send(portable_error(error))
+        failure.send(make_portable_error(error))
 
 
-def portable_error(error: Exception) -> Exception:
+def make_portable_error(error: Exception) -> Exception:
     """An error that can be sent to another process; call it where the error was caught."""
     if not isinstance(error, InputError):
         error.add_note(traceback.format_exc())  # where it was, which does not travel by itself
@@ -233,7 +233,7 @@ def portable_error(error: Exception) -> Exception:
     return error
 
 
-def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
+def _take_result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
     try:
         raise worker.failure.recv() if worker.failure.poll() else EOFError
     except EOFError:
@@ -257,7 +257,7 @@ def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
     return outcome
 
 
-def default_workers() -> int:
+def count_default_workers() -> int:
     """Number of cores that this process may use, as assigned by taskset or a batch system [-]."""
     return len(os.sched_getaffinity(0))
 
@@ -278,14 +278,14 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
     alive, stays_open = CONTEXT.Pipe(duplex=False)
     # It would unblock Ctrl-C if it were started below.
     resource_tracker.ensure_running()
-    n_worker = workers or default_workers()
+    n_worker = workers or count_default_workers()
     with single_threaded():
         pool = ProcessPoolExecutor(n_worker, mp_context=CONTEXT, initializer=_begin, initargs=(alive,))
         try:
             # Ctrl-C waits until all have begun, seconds of imports: before, they would print where they were.
             before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
             try:
-                wait_for_all([pool.submit(_nothing) for _ in range(n_worker)])
+                wait_for_all([pool.submit(_do_nothing) for _ in range(n_worker)])
             except (EOFError, ConnectionError, BrokenExecutor) as error:
                 raise ComputationFailed(
                     "a process was killed before it began, most often for lack of memory: close other programs; what "
@@ -300,7 +300,7 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
             alive.close()
 
 
-def _nothing() -> None:
+def _do_nothing() -> None:
     """Do nothing: a first task that starts a process."""
 
 

@@ -95,7 +95,7 @@ class LineProgress:
             now = self._clock()
             if total > 0 and now - last >= (LINE_EVERY if last > start else WORTH_SHOWING):
                 last = now
-                self._line(f"{indent}{name}: {100 * done / total:.0f} %{_left(done, total, now - start)}")
+                self._line(f"{indent}{name}: {100 * done / total:.0f} %{_format_time_left(done, total, now - start)}")
 
         self._depth += 1
         try:
@@ -217,6 +217,6 @@ class ShownStep:
             yield
 
 
-def _left(done: float, total: float, seconds: float) -> str:
+def _format_time_left(done: float, total: float, seconds: float) -> str:
     left = extrapolate(done, total, seconds)
     return "" if left is None else f", about {format_duration(left)} left"

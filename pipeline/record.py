@@ -88,7 +88,7 @@ def write_record(file: Path, record: Record, drafts: Path | None = None) -> None
                 archive.writestr(zipfile.ZipInfo(name), json.dumps(content, separators=(",", ":")))
             archive.comment = bytes(CHECKSUM)
         length = stream.tell() - CHECKSUM
-        checksum = _checksum(stream, length)
+        checksum = _compute_checksum(stream, length)
         stream.seek(length)
         stream.write(checksum)
 
@@ -127,10 +127,10 @@ def is_intact(file: Path) -> bool:
 
 def _is_intact(stream: BinaryIO) -> bool:
     length = stream.seek(0, 2) - CHECKSUM
-    return length > 0 and _checksum(stream, length) == stream.read()
+    return length > 0 and _compute_checksum(stream, length) == stream.read()
 
 
-def _checksum(stream: BinaryIO, length: int) -> bytes:
+def _compute_checksum(stream: BinaryIO, length: int) -> bytes:
     """SHA-256 of the first bytes of a file; the stream is positioned after them."""
     digest = hashlib.sha256()
     stream.seek(0)

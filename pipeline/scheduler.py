@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from geometry.errors import ComputationFailed, InputError, InputWarning, MissingSoftware
 from geometry.registry import loaded_files
-from pipeline.fingerprint import code_version
-from pipeline.source_facts import source_facts
+from pipeline.fingerprint import hash_code
+from pipeline.source_facts import find_source_facts
 from pipeline.task_process import RemoteCall, SharedValue, run_in_task_process, unpack
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def scheduler_pool(address: str, modules: Sequence[str]) -> Iterator["SchedulerE
         No scheduler at the address, or one of another version.
     """
     client = _connect(address)
-    executor = SchedulerExecutor(client, {module: code_version(module) for module in modules})
+    executor = SchedulerExecutor(client, {module: hash_code(module) for module in modules})
     try:
         yield executor
     finally:
@@ -132,7 +132,7 @@ class SchedulerExecutor(Executor):
         call = RemoteCall(
             pickled=_pickle((fn, args, kwargs), {number: key for number, (key, _) in shared.items()}),
             versions=self._versions,
-            plugins={str(file): source_facts(file).code for file in loaded_files()},
+            plugins={str(file): find_source_facts(file).code for file in loaded_files()},
         )
         remote = self._client.submit(
             run_in_task_process,

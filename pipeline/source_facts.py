@@ -40,11 +40,11 @@ class SourceFacts(NamedTuple):
 
 
 @cache
-def source_facts(file: Path) -> SourceFacts:
+def find_source_facts(file: Path) -> SourceFacts:
     """Facts of a file."""
     content = file.read_bytes()
     key = hashlib.sha256(content).hexdigest()
-    known = _stored()
+    known = _read_stored()
     if key not in known:
         known[key] = _parse(content)
         _save_at_exit()
@@ -62,12 +62,12 @@ def _parse(content: bytes) -> SourceFacts:
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names.append((node.module, tuple(alias.name for alias in node.names)))
         elif isinstance(node, ast.Call):
-            packages += _packages_of_members(node)
-    code = hashlib.sha256(ast.dump(_without_docstrings(tree)).encode()).hexdigest()
+            packages += _list_packages_of_members(node)
+    code = hashlib.sha256(ast.dump(_drop_docstrings(tree)).encode()).hexdigest()
     return SourceFacts(code, tuple(modules), tuple(names), tuple(packages))
 
 
-def _packages_of_members(call: ast.Call) -> Iterator[str]:
+def _list_packages_of_members(call: ast.Call) -> Iterator[str]:
     if getattr(call.func, "id", "") == "Registry":
         yield from (
             keyword.value.value
@@ -78,7 +78,7 @@ def _packages_of_members(call: ast.Call) -> Iterator[str]:
         )
 
 
-def _without_docstrings(tree: ast.Module) -> ast.Module:
+def _drop_docstrings(tree: ast.Module) -> ast.Module:
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and ast.get_docstring(
             node, clean=False
@@ -88,12 +88,12 @@ def _without_docstrings(tree: ast.Module) -> ast.Module:
 
 
 @cache
-def _stored() -> dict[str, SourceFacts]:
+def _read_stored() -> dict[str, SourceFacts]:
     """Facts from earlier runs by the hash of the content."""
     try:
         stored = json.loads((default_folder() / FILE).read_text(encoding="utf-8"))
         # A changed byte in them may leave out a file that a result depends on.
-        if stored["format"] != FORMAT or stored["sha256"] != _checksum(stored["facts"]):
+        if stored["format"] != FORMAT or stored["sha256"] != _compute_checksum(stored["facts"]):
             return {}
         return {
             key: SourceFacts(
@@ -105,7 +105,7 @@ def _stored() -> dict[str, SourceFacts]:
         return {}
 
 
-def _checksum(facts: Mapping[str, Any]) -> str:
+def _compute_checksum(facts: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 
@@ -117,10 +117,10 @@ def _save_at_exit() -> None:
     def save() -> None:
         if os.getpid() != owner:
             return
-        facts = dict(list(_stored().items())[-MAX_FILES:])
+        facts = dict(list(_read_stored().items())[-MAX_FILES:])
         with suppress(OSError):
             default_folder().mkdir(parents=True, exist_ok=True)
-            stored = {"format": FORMAT, "sha256": _checksum(facts), "facts": facts}
+            stored = {"format": FORMAT, "sha256": _compute_checksum(facts), "facts": facts}
             replace_file(default_folder() / FILE, json.dumps(stored))
 
     atexit.register(save)

@@ -24,9 +24,9 @@ from typing import Any
 from geometry.errors import ComputationFailed, InputError
 from geometry.registry import load_file
 from pipeline.blas_threads import ONE_THREAD
-from pipeline.fingerprint import code_version
-from pipeline.parallel import end_with, portable_error
-from pipeline.source_facts import source_facts
+from pipeline.fingerprint import hash_code
+from pipeline.parallel import end_with, make_portable_error
+from pipeline.source_facts import find_source_facts
 
 #: Interval at which a worker asks whether its task is still wanted [s].
 LOOK_EVERY = 0.2
@@ -155,7 +155,7 @@ def run_in_task_process(call: RemoteCall, *shared: SharedValue) -> bytes:
         _own.process = None
         if not _is_wanted():
             return b""
-    return _packed(
+    return _pack(
         True,
         ComputationFailed(
             f"the process of a task was killed {MOST_DEATHS} times on {socket.gethostname()}, most often for lack of "
@@ -190,9 +190,9 @@ def serve(connection_handle: int, alive_handle: int) -> None:
             _require_same_code(call)
             shared = {key: shared[key] if content is None else pickle.loads(content) for key, content in values.items()}
             function, arguments, named = _Unpickler(call.pickled, shared).load()
-            answer = _packed(False, function(*arguments, **named))
+            answer = _pack(False, function(*arguments, **named))
         except Exception as error:
-            answer = _packed(True, portable_error(error))
+            answer = _pack(True, make_portable_error(error))
         connection.send_bytes(answer)
 
 
@@ -204,25 +204,25 @@ def unpack(answer: bytes) -> Any:
     return value
 
 
-def _packed(failed: bool, value: object) -> bytes:
+def _pack(failed: bool, value: object) -> bytes:
     return pickle.dumps((failed, value))
 
 
 def _require_same_code(call: RemoteCall) -> None:
-    other = [module for module, version in call.versions.items() if _version(module) != version]
+    other = [module for module, version in call.versions.items() if _try_hash_code(module) != version]
     if other:
         raise InputError(
             f"the worker on {socket.gethostname()} has another version of stickslip ({other[0]}), Python, NumPy or "
             "SciPy: install the same there, and start its workers again"
         )
     for file, version in call.plugins.items():
-        if source_facts(load_file(file)).code != version:
+        if find_source_facts(load_file(file)).code != version:
             raise InputError(f"{file} is another file on {socket.gethostname()}: copy it there, too")
 
 
-def _version(module: str) -> str:
+def _try_hash_code(module: str) -> str:
     try:
         importlib.import_module(module)  # tells where it is, also in a folder that is no package
-        return code_version(module)
+        return hash_code(module)
     except (ImportError, OSError, TypeError, ValueError):
         return ""

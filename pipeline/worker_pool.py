@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
-from pipeline.parallel import default_workers, process_pool
+from pipeline.parallel import count_default_workers, process_pool
 
 #: Processes of this machine, one for each core by default; or the address of a dask scheduler.
 Workers = int | str | None
@@ -45,4 +45,4 @@ def count_workers(executor: Executor, workers: Workers) -> int:
 
         assert isinstance(executor, SchedulerExecutor)
         return executor.n_worker
-    return workers or default_workers()
+    return workers or count_default_workers()

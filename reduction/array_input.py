@@ -17,7 +17,7 @@ Entries = TypeVar("Entries", bound=np.generic)
 ASYMMETRY = 1e-9
 
 
-def real_array(values: object, what: str, error: type[InputError]) -> Float[NDArray[np.float64], "..."]:
+def check_array(values: object, what: str, error: type[InputError]) -> Float[NDArray[np.float64], "..."]:
     """An array of real numbers; complex ones pass where no imaginary part would be lost.
 
     Parameters
@@ -34,26 +34,26 @@ def real_array(values: object, what: str, error: type[InputError]) -> Float[NDAr
     InputError
         Of the class `error`: a ragged list, a sparse matrix, or an entry that is no real number.
     """
-    given = _numbers(values, what, error)
+    given = _check_numbers(values, what, error)
     if np.iscomplexobj(given) and given.imag.any():
         lost = np.argwhere(given.imag != 0)[0]
         raise error(f"{what} holds {given[tuple(lost)]:g}{_place(lost)}: give real numbers")
     return make_read_only(given.real.astype(np.float64))
 
 
-def complex_array(values: object, what: str, error: type[InputError]) -> Complex[NDArray[np.complex128], "..."]:
-    """An array of complex numbers; see `real_array`."""
-    return make_read_only(_numbers(values, what, error).astype(np.complex128))
+def check_complex_array(values: object, what: str, error: type[InputError]) -> Complex[NDArray[np.complex128], "..."]:
+    """An array of complex numbers; see `check_array`."""
+    return make_read_only(_check_numbers(values, what, error).astype(np.complex128))
 
 
-def finite_array(
+def check_finite_array(
     values: object, what: str, error: type[InputError], shape: tuple[int, ...], meaning: str = ""
 ) -> Float[NDArray[np.float64], "..."]:
-    """An array of finite real numbers of one shape; see `real_array`. Another shape, or other entries, raise `error`.
+    """An array of finite real numbers of one shape; see `check_array`. Another shape, or other entries, raise `error`.
 
     Messages say `meaning` of the shape, such as ", over all degrees of freedom".
     """
-    given = real_array(values, what, error)
+    given = check_array(values, what, error)
     if given.shape != shape:
         raise error(f"{what} has shape {given.shape}: give {shape}{meaning}")
     refuse_infinite(given, what, error)
@@ -96,7 +96,7 @@ def refuse_massless(mass: Matrix, error: type[InputError]) -> None:
         ) from None
 
 
-def real_number(value: object, what: str, error: type[InputError]) -> float:
+def check_real_number(value: object, what: str, error: type[InputError]) -> float:
     """A real number, of Python or of NumPy; a truth value is none.
 
     Parameters
@@ -119,15 +119,15 @@ def real_number(value: object, what: str, error: type[InputError]) -> float:
     return float(plain)
 
 
-def finite_number(value: object, what: str, error: type[InputError]) -> float:
-    """A real number that is neither infinite nor NaN; see `real_number`."""
-    number = real_number(value, what, error)
+def check_finite_number(value: object, what: str, error: type[InputError]) -> float:
+    """A real number that is neither infinite nor NaN; see `check_real_number`."""
+    number = check_real_number(value, what, error)
     if not np.isfinite(number):
         raise error(f"{what} = {number} must be a finite number")
     return number
 
 
-def whole_number(value: object, what: str, error: type[InputError]) -> int:
+def check_whole_number(value: object, what: str, error: type[InputError]) -> int:
     """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one.
 
     Parameters
@@ -164,7 +164,7 @@ def make_read_only(values: NDArray[Entries]) -> NDArray[Entries]:
     return values
 
 
-def _numbers(values: object, what: str, error: type[InputError]) -> NDArray[np.number]:
+def _check_numbers(values: object, what: str, error: type[InputError]) -> NDArray[np.number]:
     if hasattr(values, "toarray"):
         raise error(f"{what} is a sparse {type(values).__name__}: give a dense array, such as its toarray()")
     try:

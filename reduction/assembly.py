@@ -173,14 +173,14 @@ def reduce_bodies(
                 f"{', '.join(systems)}: give one number for each"
             )
         return ReducedAssembly(
-            bodies={body: _reduced(body, system, boundary[body], n_mode[body]) for body, system in systems.items()}
+            bodies={body: _reduce_body(body, system, boundary[body], n_mode[body]) for body, system in systems.items()}
         )
     # No body can have more than all of them.
-    bodies = {body: _reduced(body, system, boundary[body], n_mode) for body, system in systems.items()}
-    return ReducedAssembly(bodies=lowest_modes(bodies, n_mode))
+    bodies = {body: _reduce_body(body, system, boundary[body], n_mode) for body, system in systems.items()}
+    return ReducedAssembly(bodies=select_lowest_modes(bodies, n_mode))
 
 
-def lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, ReducedModel]:
+def select_lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, ReducedModel]:
     """The same bodies with those fixed-interface modes alone that are the lowest of all.
 
     Parameters
@@ -219,7 +219,7 @@ def truncated(rom: ReducedModel, n_mode: int) -> ReducedModel:
     )
 
 
-def _reduced(body: str, system: LinearSystem, boundary: Mapping[str, Rows], n_mode: int) -> ReducedModel:
+def _reduce_body(body: str, system: LinearSystem, boundary: Mapping[str, Rows], n_mode: int) -> ReducedModel:
     try:
         return craig_bampton(system, boundary, n_mode, {"body": body})
     except RomError as error:

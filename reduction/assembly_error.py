@@ -76,7 +76,7 @@ def assembly_error(
     SupportError
         The springs leave a motion free.
     """
-    full = joined_system(systems, assembly, springs)
+    full = join_systems(systems, assembly, springs)
     if not 1 <= n_mode <= assembly.n_dof:
         raise RomError(f"{n_mode} modes are no number of modes to compare: the assembly has {assembly.n_dof}")
     joined = np.flatnonzero(np.any(springs != 0, axis=1))
@@ -89,7 +89,7 @@ def assembly_error(
     shapes = np.concatenate(
         [rom.recovery @ reduced.shapes[assembly.columns(body), :n_mode] for body, rom in assembly.bodies.items()]
     )
-    rows = _physical_rows(systems, assembly)[joined]
+    rows = _find_physical_rows(systems, assembly)[joined]
     errors = []
     factor: Factorisation | None = None
     for omega in 2 * np.pi * np.asarray(receptance_frequency):
@@ -98,7 +98,7 @@ def assembly_error(
             factor = factorise(dynamic, Definiteness.INDEFINITE)
         else:
             factor.renew(dynamic)
-        exact = _receptance(factor, full.n_dof, rows)
+        exact = _compute_receptance(factor, full.n_dof, rows)
         small = np.linalg.inv(stiffness - omega**2 * assembly.mass)[np.ix_(joined, joined)]
         errors.append(float(np.linalg.norm(small - exact) / np.linalg.norm(exact)))
     return AssemblyError(
@@ -119,14 +119,14 @@ def _mac(shapes: Matrix, exact: Matrix, frequency: Vector) -> Vector:
     return np.array(result)
 
 
-def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly, springs: Matrix) -> LinearSystem:
+def join_systems(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly, springs: Matrix) -> LinearSystem:
     """The bodies in full, in the order of the assembly, with its springs between their boundary rows."""
     if springs.shape != (assembly.n_dof, assembly.n_dof):
         raise RomError(
             f"springs of shape {springs.shape} are not those of the assembly: give ({assembly.n_dof}, {assembly.n_dof})"
         )
     joined = np.flatnonzero(np.any(springs != 0, axis=1))
-    rows = _physical_rows(systems, assembly)[joined]
+    rows = _find_physical_rows(systems, assembly)[joined]
     if (rows < 0).any():
         raise RomError(
             f"springs stand at the modal coordinate {joined[rows < 0][0]}, which the full model does not have: put "
@@ -148,7 +148,7 @@ def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly
     )
 
 
-def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly) -> Int[Whole, " r"]:
+def _find_physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly) -> Int[Whole, " r"]:
     """Row of the full model of each coordinate of the assembly; -1 for modal ones."""
     result, start = np.full(assembly.n_dof, -1), 0
     for body, rom in assembly.bodies.items():
@@ -164,7 +164,7 @@ def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembl
     return result
 
 
-def _receptance(factor: Factor, n_dof: int, rows: Int[Whole, " b"]) -> Matrix:
+def _compute_receptance(factor: Factor, n_dof: int, rows: Int[Whole, " b"]) -> Matrix:
     """Displacement at some rows by unit forces there [m/N]."""
     force = np.zeros((n_dof, len(rows)))
     force[rows, np.arange(len(rows))] = 1.0

@@ -9,14 +9,14 @@ CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "me
 MIN_CHECKED = 2e8
 
 
-def lacking_memory(needed: float) -> str:
+def describe_lacking_memory(needed: float) -> str:
     """Bytes that are needed and free, as the middle of a sentence, where arrays do not fit; empty where they do."""
-    if needed <= MIN_CHECKED or needed <= (free := available_memory()):
+    if needed <= MIN_CHECKED or needed <= (free := read_available_memory()):
         return ""
     return f"about {needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free"
 
 
-def available_memory(system: Path = Path("/")) -> float:
+def read_available_memory(system: Path = Path("/")) -> float:
     """Bytes that this process can take without swapping: of the machine, and of the control group it runs in.
 
     Parameters

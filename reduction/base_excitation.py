@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Complex, Float
 
-from reduction.array_input import complex_array, finite_array, freeze_arrays, refuse_infinite
+from reduction.array_input import check_complex_array, check_finite_array, freeze_arrays, refuse_infinite
 from reduction.array_type import Array, Matrix, Real, Row
 from reduction.errors import JointError
 from reduction.rom import ReducedModel
@@ -47,7 +47,9 @@ class BaseMotion:
     def of(cls, mass: Matrix, motion: Row) -> "BaseMotion":
         """That of a structure by its mass, shape (r, r) [kg]."""
         n = np.shape(mass)[0]
-        row = finite_array(motion, "the motion with the base", JointError, (n,), ", one number per degree of freedom")
+        row = check_finite_array(
+            motion, "the motion with the base", JointError, (n,), ", one number per degree of freedom"
+        )
         return cls(motion=row, inertia=np.asarray(mass @ row))
 
     @classmethod
@@ -100,7 +102,7 @@ class BaseExcitation:
     def __post_init__(self) -> None:
         if self.quantity not in LEVEL_POWER:
             raise JointError(f'quantity = "{self.quantity}": give {", ".join(LEVEL_POWER)}')
-        given = complex_array(self.amplitude, "the amplitude of the base", JointError)
+        given = check_complex_array(self.amplitude, "the amplitude of the base", JointError)
         coefficients = np.array([0.0, given]) if given.ndim == 0 else given
         refuse_infinite(coefficients, "the amplitude of the base", JointError)
         if coefficients.ndim != 1 or not len(coefficients) or coefficients[0]:

@@ -9,15 +9,15 @@ from jaxtyping import Float
 from fe.allocator import return_freed_memory
 from fe.blas_threads import on_one_blas_thread
 from fe.errors import SupportError
-from fe.modal import lowest_eigenpairs
+from fe.modal import find_lowest_eigenpairs
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE
 from fe.sparse.node_matrix import BlockProduct
 from fe.sparse.solver import Factor, SingularMatrix, factorise
-from fe.sparse.symmetric_part import rows_of
+from fe.sparse.symmetric_part import take_rows
 from fe.system import LinearSystem
 from reduction.array_type import Matrix, Real, Vector, Whole
 from reduction.errors import RomError
-from reduction.partition import Partition, Rows, interior_part, partition
+from reduction.partition import Partition, Rows, partition, take_interior_part
 from reduction.rom import ReducedModel
 
 #: Columns that are moved before their memory is given back.
@@ -72,12 +72,12 @@ def craig_bampton(
     n_mode = min(n_mode, len(rows.interior))
     if n_boundary + n_mode == 0:
         raise RomError("a reduced model without boundary and without modes is empty: name a boundary set or keep modes")
-    on_boundary = rows_of(system.stiffness, rows.boundary)
-    recovery, lambda_ = _basis(system, rows, on_boundary, n_mode)
+    on_boundary = take_rows(system.stiffness, rows.boundary)
+    recovery, lambda_ = _compute_basis(system, rows, on_boundary, n_mode)
     return ReducedModel(
-        mass=_mass(system, rows, recovery),
-        damping=_damping(system, recovery),
-        stiffness=_stiffness(on_boundary, recovery, lambda_),
+        mass=_reduce_mass(system, rows, recovery),
+        damping=_reduce_damping(system, recovery),
+        stiffness=_reduce_stiffness(on_boundary, recovery, lambda_),
         boundary_node=system.free[rows.boundary] // 3,
         boundary_direction=system.free[rows.boundary] % 3,
         boundary_sets=rows.boundary_sets,
@@ -89,32 +89,34 @@ def craig_bampton(
     )
 
 
-def _basis(system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_mode: int) -> tuple[Matrix, Vector]:
+def _compute_basis(
+    system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_mode: int
+) -> tuple[Matrix, Vector]:
     """T on the rows of the system, and the eigenvalues of the fixed-interface modes [rad^2/s^2]."""
     b, i, n_boundary = rows.boundary, rows.interior, len(rows.boundary)
     # Column after column in memory, as the shapes come; pages that nothing has touched yet cost nothing.
     recovery = np.zeros((system.n_dof, n_boundary + n_mode), order="F")
     lambda_ = np.zeros(0)
     if len(i):
-        mass, stiffness = (interior_part(item, i) for item in (system.mass, system.stiffness))
+        mass, stiffness = (take_interior_part(item, i) for item in (system.mass, system.stiffness))
         try:
             factor = factorise(stiffness, n_column=COLUMNS_PER_MODE * n_mode + n_boundary)
             return_freed_memory()
             if n_mode:
-                lambda_, shapes = lowest_eigenpairs(stiffness, mass, n_mode, factor)
+                lambda_, shapes = find_lowest_eigenpairs(stiffness, mass, n_mode, factor)
                 _move(shapes, recovery[:, n_boundary:], i)
         except (SingularMatrix, SupportError) as error:
             raise RomError(
                 f"the {len(i)} interior degrees of freedom can still move as a rigid body while the boundary is fixed: "
                 "add supports, or boundary degrees of freedom at three nodes that are not in line"
             ) from error
-        for block, shapes in constraint_modes(factor, on_boundary[:, i]):
+        for block, shapes in compute_constraint_modes(factor, on_boundary[:, i]):
             recovery[i, block] = shapes
     recovery[b, np.arange(n_boundary)] = 1.0
     return recovery, lambda_
 
 
-def constraint_modes(
+def compute_constraint_modes(
     factor: Factor, stiffness_boundary_interior: sp.csr_array
 ) -> Iterator[tuple[slice, Float[Real, "i k"]]]:
     r"""Interior displacement for a unit displacement of each boundary degree of freedom, no force on the interior.
@@ -153,33 +155,33 @@ def _move(source: Matrix, target: Matrix, rows: Whole) -> None:
             source.resize((n_row, first), refcheck=False)
 
 
-def _mass(system: LinearSystem, rows: Partition, recovery: Matrix) -> Matrix:
+def _reduce_mass(system: LinearSystem, rows: Partition, recovery: Matrix) -> Matrix:
     n_boundary, n_reduced = len(rows.boundary), recovery.shape[1]
     carried = BlockProduct(system.mass) @ recovery[:, :n_boundary]
     mass = np.eye(n_reduced)
     coupling = recovery[:, n_boundary:].T @ carried  # Phi is zero on the boundary: only P counts
-    mass[:n_boundary, :n_boundary] = _symmetric(recovery[:, :n_boundary].T @ carried)
+    mass[:n_boundary, :n_boundary] = _symmetrise(recovery[:, :n_boundary].T @ carried)
     mass[n_boundary:, :n_boundary] = coupling
     mass[:n_boundary, n_boundary:] = coupling.T
     return mass
 
 
-def _stiffness(on_boundary: sp.csr_array, recovery: Matrix, lambda_: Vector) -> Matrix:
+def _reduce_stiffness(on_boundary: sp.csr_array, recovery: Matrix, lambda_: Vector) -> Matrix:
     n_boundary, n_reduced = on_boundary.shape[0], recovery.shape[1]
     stiffness = np.zeros((n_reduced, n_reduced))
     # Rows of K on the boundary times T_b: K_bb + K_bi Psi.
     condensed = on_boundary @ recovery[:, :n_boundary]
-    stiffness[:n_boundary, :n_boundary] = _symmetric(condensed)
+    stiffness[:n_boundary, :n_boundary] = _symmetrise(condensed)
     modal = np.arange(n_boundary, n_reduced)
     stiffness[modal, modal] = lambda_
     return stiffness
 
 
-def _damping(system: LinearSystem, recovery: Matrix) -> Matrix:
+def _reduce_damping(system: LinearSystem, recovery: Matrix) -> Matrix:
     if not system.damping.nnz:
         return np.zeros((recovery.shape[1],) * 2)
-    return _symmetric(recovery.T @ (system.damping @ recovery))
+    return _symmetrise(recovery.T @ (system.damping @ recovery))
 
 
-def _symmetric(matrix: Matrix) -> Matrix:
+def _symmetrise(matrix: Matrix) -> Matrix:
     return np.asarray((matrix + matrix.T) / 2)

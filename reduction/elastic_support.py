@@ -207,14 +207,14 @@ def find_elastic_support(
     centre = first / area
 
     def density(points: NDArray[np.float64], _: NDArray[np.float64]) -> NDArray[np.float64]:
-        motions = _rigid_motions(points, centre)
+        motions = _make_rigid_motions(points, centre)
         return np.asarray(np.einsum("...ik,...il->...kl", motions, motions).reshape(*points.shape[:-1], 36))
 
     springs = integrate_over_faces(mesh, faces, density).sum(axis=0).reshape(6, 6) / area
-    rigid = _rigid_motions(mesh.points, centre).reshape(-1, 6)
+    rigid = _make_rigid_motions(mesh.points, centre).reshape(-1, 6)
     carried = np.asarray(mass @ rigid)
     motion = np.zeros((rom.n_dof, 6))
-    motion[: rom.n_boundary] = _rigid_motions(places, centre)[rom.boundary_node, rom.boundary_direction]
+    motion[: rom.n_boundary] = _make_rigid_motions(places, centre)[rom.boundary_node, rom.boundary_direction]
     return ElasticSupport(
         motion=motion, inertia=rom.recovery.T @ carried[rom.free], mass=rigid.T @ carried, springs=springs,
         body=rigid[rom.free],
@@ -244,7 +244,7 @@ def put_on_springs(rom: ReducedModel, support: ElasticSupport, compliance: float
     return replace(rom, mass=mass, stiffness=stiffness, recovery=recovery)
 
 
-def _rigid_motions(
+def _make_rigid_motions(
     points: Float[NDArray[np.float64], "*n 3"], centre: Float[NDArray[np.float64], "3"]
 ) -> Float[NDArray[np.float64], "*n 3 6"]:
     """Translations along the axes, and rotations by 1 rad about axes through the centre, shape (..., 3, 6)."""

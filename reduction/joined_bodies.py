@@ -18,7 +18,13 @@ from reduction.array_type import Array, Matrix, Row, Whole
 from reduction.assembly import ReducedAssembly
 from reduction.errors import JointError
 from reduction.jointed_system import FrictionContact, JointedSystem
-from reduction.line_contact import LineStiffness, Tangents, contact_directions, fixed_tangent_stiffness, line_contacts
+from reduction.line_contact import (
+    LineStiffness,
+    Tangents,
+    make_contact_directions,
+    make_fixed_tangent_stiffness,
+    make_line_contacts,
+)
 from reduction.rom import ReducedModel
 from reduction.static_contact import StaticState, static_state
 from reduction.stuck import stuck_damping, stuck_stiffness
@@ -126,17 +132,17 @@ def join_bodies(
     contacts: list[FrictionContact] = []
     fixed, lines = np.zeros((n_dof, n_dof)), {}
     for pair in pairs:
-        rows = _rows(assembly, pair, pair.body, pair.line_set)
-        others = _rows(assembly, pair, pair.other, pair.other_set)
-        directions = contact_directions(n_dof, pair.line, rows, others)
-        result = line_contacts(
+        rows = _find_rows(assembly, pair, pair.body, pair.line_set)
+        others = _find_rows(assembly, pair, pair.other, pair.other_set)
+        directions = make_contact_directions(n_dof, pair.line, rows, others)
+        result = make_line_contacts(
             pair.name, pair.line, directions, pair.stiffness, pair.friction_coefficient,
             tangents=tangents, gaps=pair.gaps,
         )  # fmt: skip
         contacts += result
         lines[pair.name] = tuple(item.name for item in result)
         if tangents is Tangents.ALONG:
-            fixed += fixed_tangent_stiffness(pair.line, directions, pair.stiffness)
+            fixed += make_fixed_tangent_stiffness(pair.line, directions, pair.stiffness)
     _refuse_unsupported(assembly, pairs)
     return JoinedBodies(
         mass=assembly.mass,
@@ -155,14 +161,14 @@ def _refuse_unsupported(assembly: ReducedAssembly, pairs: Sequence[LinePair]) ->
         touching = [group for group in groups if group & {pair.body, pair.other}]
         groups = [group for group in groups if group not in touching] + [set[str]().union(*touching)]
     for group in groups:
-        if not any(_supported(assembly.bodies[body]) for body in group):
+        if not any(_is_supported(assembly.bodies[body]) for body in group):
             names = [body for body in assembly.bodies if body in group]
             if len(names) == 1:
                 raise JointError(f"nothing holds {names[0]}: give it a support, or contact with a body that has one")
             raise JointError(f"nothing holds {' and '.join(names)}, which touch each other: give one of them a support")
 
 
-def _supported(rom: ReducedModel) -> bool:
+def _is_supported(rom: ReducedModel) -> bool:
     """Whether a body resists any of its six rigid motions, which leave as many zeros in its stiffness."""
     stiffness = rom.stiffness[: rom.n_boundary, : rom.n_boundary]
     scale = np.sqrt(np.diag(stiffness).clip(min=np.finfo(float).tiny))
@@ -170,7 +176,7 @@ def _supported(rom: ReducedModel) -> bool:
     return int(np.count_nonzero(size < RIGID * size[-1])) < 6
 
 
-def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[Whole, "station 3"]:
+def _find_rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[Whole, "station 3"]:
     """Coordinates along x, y and z of each station's node."""
     result = assembly.rows(body, name)
     if len(result) != 3 * pair.line.n_station:

@@ -20,9 +20,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex
 
-from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
+from reduction.array_input import (
+    check_array,
+    check_complex_array,
+    check_finite_array,
+    check_finite_number,
+    check_whole_number,
+    refuse_infinite,
+)
 from reduction.array_type import Array, Matrix, Row, Vector
-from reduction.available_memory import lacking_memory
+from reduction.available_memory import describe_lacking_memory
 from reduction.errors import JointError
 from reduction.joint_law.bouc_wen import BoucWenJoint
 from reduction.joint_law.cubic_spring import CubicSpring
@@ -131,12 +138,12 @@ class JointedSystem:
             *(() if self.structural_damping is None else ("structural_damping",)),
         ):
             object.__setattr__(
-                self, name, real_array(_dense(getattr(self, name), name), f"the {_called(name)}", JointError)
+                self, name, check_array(_make_dense(getattr(self, name), name), f"the {_spell(name)}", JointError)
             )
             shape = getattr(self, name).shape
             if shape != self.mass.shape or len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
                 raise JointError(
-                    f"the {_called(name)} has shape {shape}, the mass {self.mass.shape}: give square matrices of one "
+                    f"the {_spell(name)} has shape {shape}, the mass {self.mass.shape}: give square matrices of one "
                     "size"
                 )
         if self.structural_damping is not None:
@@ -147,9 +154,11 @@ class JointedSystem:
         static = np.zeros(r) if self.static_load is None else self.static_load
         harmonic = np.zeros((1, r)) if self.harmonic_force is None else self.harmonic_force
         meaning = ", one number per degree of freedom"
-        object.__setattr__(self, "static_load", finite_array(static, "the static load", JointError, (r,), meaning))
-        object.__setattr__(self, "harmonic_force", _harmonic_force(harmonic, r))
-        object.__setattr__(self, "joints", _joints(self.joints))
+        object.__setattr__(
+            self, "static_load", check_finite_array(static, "the static load", JointError, (r,), meaning)
+        )
+        object.__setattr__(self, "harmonic_force", _check_harmonic_force(harmonic, r))
+        object.__setattr__(self, "joints", _check_joints(self.joints))
         names: set[str] = set()
         for joint in self.joints:
             if joint.directions.shape[1] != r:
@@ -163,7 +172,7 @@ class JointedSystem:
 
     def _split_stiffness(self) -> None:
         """The imaginary part of a complex stiffness becomes structural damping."""
-        stiffness = _dense(self.stiffness, "stiffness")
+        stiffness = _make_dense(self.stiffness, "stiffness")
         object.__setattr__(self, "stiffness", stiffness)
         given = np.asarray(stiffness) if np.iscomplexobj(stiffness) else None
         if given is None or not given.imag.any():
@@ -209,17 +218,17 @@ def along(n_dof: int, weights: Mapping[int, float]) -> Row:
     JointError
         A degree of freedom that the structure does not have, or a weight that is no finite number.
     """
-    count = whole_number(n_dof, "n_dof", JointError)
+    count = check_whole_number(n_dof, "n_dof", JointError)
     if count < 1:
         raise JointError(f"n_dof = {count} must be positive: give the number of degrees of freedom")
     if not isinstance(weights, Mapping):
         raise JointError(f"the weights are a {type(weights).__name__}: give a mapping such as {{0: 1.0, 3: -1.0}}")
     row = np.zeros(count)
     for given, weight in weights.items():
-        dof = whole_number(given, "degree of freedom", JointError)
+        dof = check_whole_number(given, "degree of freedom", JointError)
         if not 0 <= dof < count:
             raise JointError(f"degree of freedom {dof} does not exist: the structure has 0 to {count - 1}")
-        row[dof] += finite_number(weight, f"the weight of degree of freedom {dof}", JointError)
+        row[dof] += check_finite_number(weight, f"the weight of degree of freedom {dof}", JointError)
     return row
 
 
@@ -253,24 +262,24 @@ def modal_damping(system: JointedSystem, shapes: Matrix, angular_frequency: Vect
     return np.asarray(rate)
 
 
-def _called(name: str) -> str:
+def _spell(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _dense(given: Any, name: str) -> Any:
+def _make_dense(given: Any, name: str) -> Any:
     """A sparse matrix as a dense array; anything else as it is."""
     if not hasattr(given, "toarray"):
         return given
     needed = DENSE_COPIES * np.dtype(np.float64).itemsize * float(np.prod(given.shape))
-    if lacking := lacking_memory(needed):
+    if lacking := describe_lacking_memory(needed):
         raise JointError(
-            f"the {_called(name)} is sparse of shape {given.shape}: its dense matrices take {lacking}; reduce the "
+            f"the {_spell(name)} is sparse of shape {given.shape}: its dense matrices take {lacking}; reduce the "
             "structure first (craig_bampton), which takes sparse matrices as they are"
         )
     return given.toarray()
 
 
-def _joints(given: object) -> tuple[Joint, ...]:
+def _check_joints(given: object) -> tuple[Joint, ...]:
     if isinstance(given, Joint):
         raise JointError(f"the joints are one joint, {given.name!r}: give a list of joints")
     joints: list[Joint] = []
@@ -283,8 +292,8 @@ def _joints(given: object) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _harmonic_force(given: object, n_dof: int) -> Complex[Array, "harmonic r"]:
-    harmonic = complex_array(given, "the harmonic force", JointError)
+def _check_harmonic_force(given: object, n_dof: int) -> Complex[Array, "harmonic r"]:
+    harmonic = check_complex_array(given, "the harmonic force", JointError)
     if harmonic.ndim != 2 or harmonic.shape[1] != n_dof or not len(harmonic):
         raise JointError(
             f"the harmonic force has shape {harmonic.shape}: give (n_harmonic, {n_dof}), row k for harmonic k"

@@ -45,7 +45,7 @@ class LineStiffness:
                 raise JointError(f"the {name} stiffness of a contact line is {value:g} N/m: give a positive number")
 
 
-def contact_directions(
+def make_contact_directions(
     n_dof: int, line: ContactLine, rows: Int[Whole, "station 3"], other_rows: Int[Whole, "station 3"]
 ) -> Directions:
     """Relative displacements of two bodies at the stations of a line.
@@ -72,13 +72,13 @@ def contact_directions(
     return np.asarray(result)
 
 
-def station_stiffness(line: ContactLine, stiffness: LineStiffness) -> Float[Real, "station 2"]:
+def compute_station_stiffness(line: ContactLine, stiffness: LineStiffness) -> Float[Real, "station 2"]:
     """k_n and k_t of each station: their shares of the line's by tributary length, shape (n_station, 2) [N/m]."""
     share = line.tributary_length / line.tributary_length.sum()
     return np.outer(share, [stiffness.normal, stiffness.tangential])
 
 
-def line_contacts(
+def make_line_contacts(
     name: str,
     line: ContactLine,
     directions: Directions,
@@ -90,7 +90,7 @@ def line_contacts(
 ) -> list[FrictionContact]:
     """Contact elements of a line of a pair of bodies, named "name.1" and so on along it.
 
-    With `Tangents.ALONG` the second tangent does not slide: `fixed_tangent_stiffness` adds its springs. Two
+    With `Tangents.ALONG` the second tangent does not slide: `make_fixed_tangent_stiffness` adds its springs. Two
     tangents that slide share the limit of Coulomb's law.
 
     Parameters
@@ -100,7 +100,7 @@ def line_contacts(
     line
         The line.
     directions
-        Result of `contact_directions`, shape (n_station, 3, r) [-].
+        Result of `make_contact_directions`, shape (n_station, 3, r) [-].
     stiffness
         Stiffness of the line.
     friction_coefficient
@@ -133,12 +133,16 @@ def line_contacts(
             gap=float(opening[station]),
             friction=Friction.UNCOUPLED if tangents is Tangents.ALONG else Friction.COULOMB,
         )
-        for station, (rows, (k_n, k_t)) in enumerate(zip(directions, station_stiffness(line, stiffness), strict=True))
+        for station, (rows, (k_n, k_t)) in enumerate(
+            zip(directions, compute_station_stiffness(line, stiffness), strict=True)
+        )
     ]
 
 
-def fixed_tangent_stiffness(line: ContactLine, directions: Directions, stiffness: LineStiffness) -> Float[Real, "r r"]:
+def make_fixed_tangent_stiffness(
+    line: ContactLine, directions: Directions, stiffness: LineStiffness
+) -> Float[Real, "r r"]:
     """Springs k_t of the second tangent, which `Tangents.ALONG` holds, shape (r, r) [N/m]."""
-    k_t = station_stiffness(line, stiffness)[:, 1]
+    k_t = compute_station_stiffness(line, stiffness)[:, 1]
     across = directions[:, 2]
     return np.asarray(across.T @ (k_t[:, None] * across))

@@ -39,7 +39,7 @@ class LineReaction(NamedTuple):
     """N [N]."""
 
 
-def decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> LineReaction:
+def compute_decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> LineReaction:
     """Forces between damper and de-coupler from those of the load cells, eq. 1.
 
     Parameters
@@ -52,10 +52,10 @@ def decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> LineR
         Angle of the arms [rad].
     """
     along, up = (np.asarray(r3) + r4) * cos(alpha), (np.asarray(r3) - r4) * sin(alpha)
-    return along_line(along, up, theta)
+    return resolve_along_line(along, up, theta)
 
 
-def blade_contact(decoupler: LineReaction, dead_weight: Force, theta: float) -> LineReaction:
+def compute_blade_contact(decoupler: LineReaction, dead_weight: Force, theta: float) -> LineReaction:
     """Forces between damper and blade from those between damper and de-coupler, eq. 2.
 
     Parameters
@@ -70,10 +70,10 @@ def blade_contact(decoupler: LineReaction, dead_weight: Force, theta: float) -> 
     T, N = decoupler
     along = T * cos(theta) + N * sin(theta)
     up = dead_weight - (N * cos(theta) - T * sin(theta))
-    return along_line(along, np.asarray(up), theta)
+    return resolve_along_line(along, np.asarray(up), theta)
 
 
-def along_line(along: NDArray[Any], up: NDArray[Any], theta: float) -> LineReaction:
+def resolve_along_line(along: NDArray[Any], up: NDArray[Any], theta: float) -> LineReaction:
     """Parts along a contact line and normal to it, of a force with parts along the damper's axis and up [N]."""
     return LineReaction(
         tangential=np.asarray(along * cos(theta) - up * sin(theta)),
@@ -100,12 +100,12 @@ def contact_jacobian(
     Array of shape (2, 5): T, then N [-, N/rad].
     """
     sign, weight = (1.0, 0.0) if dead_weight is None else (-1.0, 1.0)
-    own = decoupler_contact(r3, r4, theta, alpha)
-    line = own if dead_weight is None else blade_contact(own, dead_weight, theta)
+    own = compute_decoupler_contact(r3, r4, theta, alpha)
+    line = own if dead_weight is None else compute_blade_contact(own, dead_weight, theta)
     # Parts along the damper's axis and up; those of the blade are up = CF - up of the de-coupler.
     along = [cos(alpha), cos(alpha), 0.0, -(r3 + r4) * sin(alpha), 0.0]
     up = [sign * sin(alpha), -sign * sin(alpha), 0.0, sign * (r3 - r4) * cos(alpha), weight]
-    result = np.array(along_line(np.array(along), np.array(up), theta))
+    result = np.array(resolve_along_line(np.array(along), np.array(up), theta))
     # The line turns, and the force does not.
     result[:, 2] = [-float(line.normal), float(line.tangential)]
     return result

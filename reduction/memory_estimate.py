@@ -17,12 +17,12 @@ import scipy.sparse as sp
 from jaxtyping import Int
 
 from fe.mesh import Mesh
-from fe.sparse.block_lanczos import COLUMNS_PER_MODE, basis_columns, default_block
+from fe.sparse.block_lanczos import COLUMNS_PER_MODE, basis_columns, choose_block
 from fe.sparse.factor import LONG, NODE, Symmetric
-from fe.sparse.solver import Backend, default_backend
+from fe.sparse.solver import Backend, choose_backend
 from fe.sparse.upper_blocks import UpperBlocks
 from reduction.array_type import Whole
-from reduction.available_memory import available_memory
+from reduction.available_memory import read_available_memory
 from reduction.errors import RomError
 
 
@@ -61,7 +61,7 @@ CSR_SYSTEM = 16.0
 DOFS_PER_CUBE, LEVELS_PER_CELL, TET10_ROW = 40.0, 2.0, 78.0
 
 
-def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
+def estimate_reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
     """Bytes that reducing a system takes beside the system itself.
 
     Parameters
@@ -74,14 +74,14 @@ def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_comp
         Whether the retained ones are all those of some nodes, so that a half-stored matrix stays one.
     """
     if isinstance(matrix, UpperBlocks):
-        n_entry, width, copies = matrix.nnz, NODE * _level_width(matrix.graph()), COMPACT_COPY
+        n_entry, width, copies = matrix.nnz, NODE * _measure_level_width(matrix.graph()), COMPACT_COPY
     else:
         whole = matrix.tocsr()
-        n_entry, width, copies = whole.nnz, _level_width(whole), CSR_COPY
-    return _bytes(matrix.shape[0], n_entry, width, n_boundary, n_mode, copies if is_compact else SINGLE_COPY)
+        n_entry, width, copies = whole.nnz, _measure_level_width(whole), CSR_COPY
+    return _estimate_bytes(matrix.shape[0], n_entry, width, n_boundary, n_mode, copies if is_compact else SINGLE_COPY)
 
 
-def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
+def estimate_mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
     """Bytes that assembling and reducing a mesh take together, found without assembling it.
 
     Parameters
@@ -89,7 +89,7 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = 
     mesh
         The mesh.
     n_boundary, n_mode
-        As in `reduction_memory` [-].
+        As in `estimate_reduction_memory` [-].
     is_compact
         Whether what is retained are nodes of the mesh, in all directions, and no stations between them.
     """
@@ -102,11 +102,13 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = 
     belongs = sp.csr_array((np.ones(len(used), dtype=np.int32), used, start), shape=(len(start) - 1, mesh.n_node))
     graph = sp.csr_array(belongs.T @ belongs)
     n_entry = NODE**2 * graph.nnz
-    reduced = _bytes(NODE * mesh.n_node, n_entry, NODE * _level_width(graph), n_boundary, n_mode, _copies(is_compact))
-    return reduced + _system(n_entry, is_compact)
+    reduced = _estimate_bytes(
+        NODE * mesh.n_node, n_entry, NODE * _measure_level_width(graph), n_boundary, n_mode, _choose_copies(is_compact)
+    )
+    return reduced + _estimate_system(n_entry, is_compact)
 
 
-def tetrahedra_memory(
+def estimate_tetrahedra_memory(
     volume: float, longest: float, size: float, n_boundary: int, n_mode: int, *, is_compact: bool = True
 ) -> float:
     """Bytes that a solid in tetrahedra of ten nodes takes at least, before there is a mesh.
@@ -118,14 +120,16 @@ def tetrahedra_memory(
     size
         Size of the cells [m].
     n_boundary, n_mode
-        As in `reduction_memory` [-].
+        As in `estimate_reduction_memory` [-].
     is_compact
-        As in `mesh_memory`.
+        As in `estimate_mesh_memory`.
     """
     n_dof = DOFS_PER_CUBE * volume / size**3
     width = n_dof / max(1.0, LEVELS_PER_CELL * longest / size)
     n_entry = TET10_ROW * n_dof
-    return _bytes(n_dof, n_entry, width, n_boundary, n_mode, _copies(is_compact)) + _system(n_entry, is_compact)
+    return _estimate_bytes(n_dof, n_entry, width, n_boundary, n_mode, _choose_copies(is_compact)) + _estimate_system(
+        n_entry, is_compact
+    )
 
 
 def refuse_beyond_memory(needed: float, what: str) -> None:
@@ -143,7 +147,7 @@ def refuse_beyond_memory(needed: float, what: str) -> None:
     RomError
         More memory than is free.
     """
-    free = available_memory()
+    free = read_available_memory()
     if needed > free:
         raise RomError(
             f"{what} takes about {needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free: take larger "
@@ -151,20 +155,20 @@ def refuse_beyond_memory(needed: float, what: str) -> None:
         )
 
 
-def _system(n_entry: float, is_compact: bool) -> float:
+def _estimate_system(n_entry: float, is_compact: bool) -> float:
     """Bytes of mass and stiffness; those in other coordinates stand beside those of the nodes."""
     return (SYSTEM_ENTRY + (0.0 if is_compact else CSR_SYSTEM)) * n_entry
 
 
-def _copies(is_compact: bool) -> _Copies:
+def _choose_copies(is_compact: bool) -> _Copies:
     return COMPACT_COPY if is_compact else SINGLE_COPY
 
 
-def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, copies: _Copies) -> float:
+def _estimate_bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, copies: _Copies) -> float:
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
-    backend = default_backend(int(n_dof), COLUMNS_PER_MODE * n_mode + n_boundary)
+    backend = choose_backend(int(n_dof), COLUMNS_PER_MODE * n_mode + n_boundary)
     factor = FACTOR_BYTES[backend.value] * filled
-    block = default_block(n_mode)
+    block = choose_block(n_mode)
     in_lanczos = basis_columns(max(int(n_dof), 1), n_mode, block) + WORK_BLOCKS * block
     at_the_end = n_mode + PER_BOUNDARY * n_boundary
     columns = 8.0 * n_dof * max(in_lanczos, at_the_end)
@@ -174,17 +178,17 @@ def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: 
     return float(libraries + factor + (entry * n_entry + columns if copies.stay else max(entry * n_entry, columns)))
 
 
-def _level_width(graph: sp.csr_array) -> float:
+def _measure_level_width(graph: sp.csr_array) -> float:
     """Mean number of rows in a level, seen from one end of the body."""
     n_row = graph.shape[0]
     last = np.zeros(1, dtype=np.int64)
     for _ in range(2):  # the farthest row from anywhere is an end
-        n_level, last, seen = _levels(graph, last[:1])
+        n_level, last, seen = _count_levels(graph, last[:1])
     # Parts that nothing joins to the first have levels of their own.
     return float((seen if seen > n_row / 2 else n_row) / n_level)
 
 
-def _levels(graph: sp.csr_array, front: Int[Whole, " k"]) -> tuple[int, Int[Whole, " k"], int]:
+def _count_levels(graph: sp.csr_array, front: Int[Whole, " k"]) -> tuple[int, Int[Whole, " k"], int]:
     """Number of levels from a row on, the last of them, and how many rows they hold."""
     seen = np.zeros(graph.shape[0], dtype=bool)
     n_level, last = 0, front

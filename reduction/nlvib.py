@@ -55,7 +55,7 @@ def save_nlvib(system: JointedSystem, path: Path | str) -> None:
     refuse_structural_damping(system, "NLvib")
     elements = np.empty((1, len(system.joints)), dtype=object)
     for number, joint in enumerate(system.joints):
-        elements[0, number] = _element(joint)
+        elements[0, number] = _make_element(joint)
     force = system.dynamic[1] if len(system.dynamic) > 1 else np.zeros(system.n_dof, dtype=np.complex128)
     content = {
         "M": system.mass,
@@ -124,7 +124,7 @@ def load_nlvib(path: Path | str) -> JointedSystem:
         mass=matrices["M"],
         damping=matrices["D"],
         stiffness=matrices["K"],
-        joints=[_joint(path, number, item) for number, item in enumerate(listed, start=1)],
+        joints=[_read_joint(path, number, item) for number, item in enumerate(listed, start=1)],
         harmonic_force=force,
     )
 
@@ -145,7 +145,7 @@ def _check_loads(system: JointedSystem) -> None:
         )
 
 
-def _element(given: Joint) -> dict[str, Any]:
+def _make_element(given: Joint) -> dict[str, Any]:
     joint = given.exported("NLvib")
     if joint.nlvib is None:
         raise ExchangeError(f'joint "{given.name}" has no counterpart in NLvib: leave it out')
@@ -160,7 +160,7 @@ def _element(given: Joint) -> dict[str, Any]:
     }
 
 
-def _joint(path: Path, number: int, element: Any) -> Joint:
+def _read_joint(path: Path, number: int, element: Any) -> Joint:
     label = f'"{path}": nonlinear_elements{{{number}}}'
     if not isinstance(element, dict) or "type" not in element:
         raise ExchangeError(f"{label} is no struct with a field type: give what NLvib takes")

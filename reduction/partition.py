@@ -8,7 +8,7 @@ from jaxtyping import Int
 
 from fe.sparse.factor import Symmetric
 from fe.sparse.node_matrix import NodeMatrix
-from fe.sparse.symmetric_part import PartView, part, whole_nodes
+from fe.sparse.symmetric_part import PartView, find_whole_nodes, part
 from fe.system import LinearSystem
 from reduction.array_type import Whole
 from reduction.errors import RomError
@@ -50,9 +50,9 @@ def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
     )
 
 
-def interior_part(matrix: Symmetric, rows: Rows) -> Symmetric:
+def take_interior_part(matrix: Symmetric, rows: Rows) -> Symmetric:
     """The interior's part of a matrix: a copy only where that is small, as of a mass of the nodes."""
-    if isinstance(matrix, NodeMatrix) and whole_nodes(rows) is not None:
+    if isinstance(matrix, NodeMatrix) and find_whole_nodes(rows) is not None:
         return part(matrix, rows)
     return PartView(matrix=matrix, rows=rows)
 

@@ -33,7 +33,7 @@ from reduction.nlvib import refuse_structural_damping
 PART = "structure"
 
 
-def pyharm_input(
+def make_pyharm_input(
     system: JointedSystem, first: float, last: float, *, n_harmonic: int = 6, n_sample: int = 256
 ) -> dict[str, Any]:
     """The input of pyHarm for a frequency response: dictionaries, lists and numbers alone.
@@ -59,8 +59,8 @@ def pyharm_input(
     if n_harmonic < 2:
         raise ExchangeError(f"n_harmonic = {n_harmonic} keeps the mean alone: take at least 2, which adds harmonic 1")
     refuse_structural_damping(system, "pyHarm")
-    connectors = {joint.name: _connector(joint) for joint in system.joints}
-    for name, load in _loads(system, n_harmonic).items():
+    connectors = {joint.name: _make_connector(joint) for joint in system.joints}
+    for name, load in _make_loads(system, n_harmonic).items():
         if name in connectors:
             raise ExchangeError(f'joint "{name}" has the name of a load of pyHarm: give the joint another one')
         connectors[name] = load
@@ -76,25 +76,25 @@ def pyharm_input(
 def save_pyharm(
     system: JointedSystem, path: Path | str, first: float, last: float, *, n_harmonic: int = 6, n_sample: int = 256
 ) -> None:
-    """Write `pyharm_input` as JSON; a file of that name is replaced in one step.
+    """Write `make_pyharm_input` as JSON; a file of that name is replaced in one step.
 
     Raises
     ------
     ExchangeError
         What pyHarm does not have, or a file that cannot be written.
     """
-    text = json.dumps(pyharm_input(system, first, last, n_harmonic=n_harmonic, n_sample=n_sample), allow_nan=False)
+    text = json.dumps(make_pyharm_input(system, first, last, n_harmonic=n_harmonic, n_sample=n_sample), allow_nan=False)
     write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 
-def _connector(given: Joint) -> dict[str, Any]:
+def _make_connector(given: Joint) -> dict[str, Any]:
     joint = given.exported("pyHarm")
-    dof, other, scale = _ends(joint)
+    dof, other, scale = _find_ends(joint)
     # With u = scale (q_dof - q_other) the joint's force on each is scale f(u).
     return {**_place(dof, other), **joint.pyharm(scale)}
 
 
-def _ends(joint: Joint) -> tuple[int, int | None, float]:
+def _find_ends(joint: Joint) -> tuple[int, int | None, float]:
     """Degree of freedom, the one that it moves against, and a positive scale."""
     row = joint.directions[0]
     dofs = np.flatnonzero(row)
@@ -120,7 +120,7 @@ def _place(dof: int, other: int | None = None) -> dict[str, Any]:
     return {"connect": {PART: [dof]} if other is None else {PART: [dof], "INTERNAL": [other]}, "dirs": [0]}
 
 
-def _loads(system: JointedSystem, n_harmonic: int) -> dict[str, dict[str, Any]]:
+def _make_loads(system: JointedSystem, n_harmonic: int) -> dict[str, dict[str, Any]]:
     """One forcing for each harmonic and degree of freedom that carries one."""
     loads = {}
     for harmonic, dof in np.argwhere(np.vstack([system.static, system.dynamic[1:]])):

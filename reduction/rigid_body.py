@@ -61,7 +61,7 @@ class RigidBody:
         return tuple(MOTIONS[int(name)] for name in names[np.argsort(modes)])
 
 
-def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], springs: Matrix) -> RigidBody:
+def make_rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], springs: Matrix) -> RigidBody:
     """How the contact springs hold a body.
 
     Parameters
@@ -79,7 +79,7 @@ def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3
         No such body, or one that is supported: it has no rigid-body motion.
     """
     own = assembly.columns(body)
-    motion = rigid_motions(assembly, body, points, np.zeros(3))
+    motion = make_unit_motions(assembly, body, points, np.zeros(3))
     mass, stiffness = assembly.mass[own, own], assembly.stiffness[own, own]
     # Physical coordinates alone: modal ones have squared frequencies for stiffness, and stay at rest.
     retained = slice(assembly.bodies[body].n_boundary)
@@ -89,7 +89,7 @@ def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3
     inertia = motion[own].T @ mass @ motion[own]
     # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.
     centre = np.array([inertia[1, 5], inertia[2, 3], inertia[0, 4]]) / inertia[0, 0]
-    motion = rigid_motions(assembly, body, points, centre)
+    motion = make_unit_motions(assembly, body, points, centre)
     inertia = motion[own].T @ mass @ motion[own]
     seen = motion.T @ springs @ motion
     lambda_, shape = scipy.linalg.eigh((seen + seen.T) / 2, (inertia + inertia.T) / 2)
@@ -119,7 +119,7 @@ def check_supported(bodies: Sequence[RigidBody]) -> None:
         )
 
 
-def rigid_motions(
+def make_unit_motions(
     assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], about: Real
 ) -> Float[Real, "r 6"]:
     """Reduced coordinates of the six unit motions `MOTIONS` of a body, shape (r, 6) [m/m and m/rad].
@@ -129,7 +129,7 @@ def rigid_motions(
     Parameters
     ----------
     assembly, body, points
-        As for `rigid_body`.
+        As for `make_rigid_body`.
     about
         Point where the axes of rotation meet, shape (3,) [m].
     """

@@ -171,6 +171,6 @@ class ReducedModel(Tabular):
         return full.reshape(self.n_node, 3, *shape[1:])
 
 
-def rayleigh_damped(rom: ReducedModel, damping: RayleighDamping) -> ReducedModel:
+def with_rayleigh_damping(rom: ReducedModel, damping: RayleighDamping) -> ReducedModel:
     """The reduced model with alpha M + beta K for its damping: what the full model's would be reduced to."""
     return replace(rom, damping=damping.mass_factor * rom.mass + damping.stiffness_factor * rom.stiffness)

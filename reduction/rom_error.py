@@ -65,7 +65,7 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[Rea
     RomError
         The model was not made from this system, or has fewer frequencies.
     """
-    interior = _interior(system, rom)
+    interior = _find_interior(system, rom)
     modes = rom.modes(n_mode)
     lambda_ = modes.angular_frequency**2
     error = np.zeros(n_mode)
@@ -81,7 +81,7 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[Rea
     added = np.zeros((len(interior), 0))
     block = factor.solve(np.hstack([inertia, random]))
     for step in range(MAX_STEP):
-        block = _new_directions(block, np.hstack([retained, added]), mass)
+        block = _find_new_directions(block, np.hstack([retained, added]), mass)
         if not block.shape[1]:
             break  # the added shapes span all that the inertia reaches: nothing is missing any more
         added = np.hstack([added, block])
@@ -109,7 +109,7 @@ def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> Mode
     RomError
         The model was not made from this system, has no modes, or the count proves nothing, whatever the shift.
     """
-    inner = _interior(system, rom)
+    inner = _find_interior(system, rom)
     if rom.n_boundary == rom.n_dof:
         raise RomError("the reduced model keeps no fixed-interface modes: there is nothing to check")
     try:
@@ -123,7 +123,7 @@ def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> Mode
         raise RomError(f"the fixed-interface modes cannot be counted ({error}): reduce without a check") from error
 
 
-def _interior(system: LinearSystem, rom: ReducedModel) -> Whole:
+def _find_interior(system: LinearSystem, rom: ReducedModel) -> Whole:
     """Rows of the system that are not retained, shape (i,)."""
     if system.n_node != rom.n_node or not np.array_equal(system.free, rom.free):
         raise RomError(
@@ -157,11 +157,11 @@ def _drop(
     return np.asarray(np.sqrt(ratio.clip(min=1)) - 1)
 
 
-def _new_directions(block: Matrix, known: Matrix, mass: Symmetric) -> Matrix:
+def _find_new_directions(block: Matrix, known: Matrix, mass: Symmetric) -> Matrix:
     """M-orthonormal basis of what the columns of a block add to the span of M-orthonormal known shapes."""
-    block = _unit(block, mass, 0.0)  # of any length: small bodies have short shapes
+    block = _normalise_columns(block, mass, 0.0)  # of any length: small bodies have short shapes
     for _ in range(2):  # twice is enough: the first pass leaves round-off of the removed part, the second none
-        block = _unit(block - known @ (known.T @ (mass @ block)), mass, NEW_DIRECTION)
+        block = _normalise_columns(block - known @ (known.T @ (mass @ block)), mass, NEW_DIRECTION)
         gram = block.T @ (mass @ block)
         size, direction = np.linalg.eigh((gram + gram.T) / 2)
         remaining = size > DEPENDENT
@@ -169,7 +169,7 @@ def _new_directions(block: Matrix, known: Matrix, mass: Symmetric) -> Matrix:
     return block
 
 
-def _unit(block: Matrix, mass: Symmetric, least: float) -> Matrix:
+def _normalise_columns(block: Matrix, mass: Symmetric, least: float) -> Matrix:
     """Columns of unit length in the mass norm, without those that are no longer than `least`."""
     length = np.sqrt(np.einsum("ik,ik->k", block, mass @ block))
     remaining = length > least

@@ -47,12 +47,12 @@ def settle_bodies(bodies: JoinedBodies, motions: Mapping[str, Float[Real, "r 6"]
     for motion in motions.values():
         approach = normals @ motion
         is_touched = np.abs(approach).max(axis=1, initial=0.0) > 0
-        gaps[is_touched] = remaining_gaps(approach[is_touched], gaps[is_touched])
+        gaps[is_touched] = compute_remaining_gaps(approach[is_touched], gaps[is_touched])
     contacts = tuple(replace(item, gap=float(gap)) for item, gap in zip(bodies.contacts, gaps, strict=True))
     return replace(bodies, contacts=contacts)
 
 
-def remaining_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]) -> Real:
+def compute_remaining_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]) -> Real:
     """Remaining gaps s, shape (c,) [m], of gaps g [m] that unit motions close by N R, shape (c, m)."""
     if not gaps.any():
         return gaps

@@ -73,7 +73,9 @@ class StaticState:
         Tangents with limits of their own count each by itself.
         """
         limit = np.array([item.limit_at_rest for item in self.contacts])
-        size = np.array([_size(item, force) for item, force in zip(self.contacts, self.tangential, strict=True)])
+        size = np.array(
+            [_compute_size(item, force) for item, force in zip(self.contacts, self.tangential, strict=True)]
+        )
         unlimited = np.where(size > 0, np.inf, 0.0)
         return np.asarray(np.divide(size, limit, out=unlimited, where=limit > 0))
 
@@ -109,12 +111,12 @@ def static_state(
     gap = np.array([item.gap for item in contacts])
     # Springs to the ground, too soft to be felt, let a body that a set leaves free move on until it meets the next
     # contact; rest itself is without them.
-    ground = GROUND * np.diag(np.diag(_stuck(stiffness, contacts, np.ones(len(contacts), dtype=bool))))
+    ground = GROUND * np.diag(np.diag(_stick_closed(stiffness, contacts, np.ones(len(contacts), dtype=bool))))
     closed = np.ones(len(contacts), dtype=bool)
     seen: set[bytes] = set()
     most = MAX_ROUNDS * max(len(contacts), 1)
     for round_ in range(most):
-        moved = _rest(stiffness + ground, contacts, closed, rows, k_n, gap, load)
+        moved = _find_rest(stiffness + ground, contacts, closed, rows, k_n, gap, load)
         if moved is None:
             raise JointError(FREE)
         approach = rows @ moved - gap
@@ -128,10 +130,10 @@ def static_state(
         # A set that comes again would come for ever: then the contact that is most wrong changes alone, and late the
         # last one, which ends (Murty's rule).
         if round_ > most // 2:
-            now = _changed(closed, int(wrong[-1]))
+            now = _toggle_contact(closed, int(wrong[-1]))
         elif now.tobytes() in seen:
             order = wrong[np.argsort(-np.abs(approach[wrong]) * k_n[wrong])]
-            tries = [_changed(closed, int(one)) for one in order]
+            tries = [_toggle_contact(closed, int(one)) for one in order]
             now = next((item for item in tries if item.tobytes() not in seen), tries[0])
         closed = now
     else:
@@ -139,7 +141,7 @@ def static_state(
             f"no rest was found under the static load in {MAX_ROUNDS} rounds per contact: check loads and gaps"
         )
     _refuse_open(lines or {}, contacts, closed)
-    q = _rest(stiffness, contacts, closed, rows, k_n, gap, load)
+    q = _find_rest(stiffness, contacts, closed, rows, k_n, gap, load)
     if q is None:
         raise JointError(FREE)
     approach = rows @ q - gap
@@ -158,7 +160,7 @@ def static_state(
     )
 
 
-def _rest(
+def _find_rest(
     stiffness: Matrix,
     contacts: Sequence[FrictionContact],
     closed: Bool[NDArray[np.bool_], " c"],
@@ -168,7 +170,7 @@ def _rest(
     load: Row,
 ) -> Row | None:
     """Displacement with some contacts closed and stuck; none where they leave a body free."""
-    stuck = _stuck(stiffness, contacts, closed)
+    stuck = _stick_closed(stiffness, contacts, closed)
     scale = np.sqrt(np.diag(stuck).clip(min=np.finfo(float).tiny))
     try:
         factor = scipy.linalg.cho_factor(stuck / np.outer(scale, scale), lower=True)
@@ -192,18 +194,20 @@ def _refuse_open(
             )
 
 
-def _size(contact: FrictionContact, force: Vector) -> float:
+def _compute_size(contact: FrictionContact, force: Vector) -> float:
     """What a contact's limit is compared with [N]."""
     if contact.friction is Friction.UNCOUPLED:
         return float(np.abs(force).max(initial=0.0))
     return float(np.linalg.norm(force))
 
 
-def _changed(closed: Bool[NDArray[np.bool_], " c"], one: int) -> Bool[NDArray[np.bool_], " c"]:
+def _toggle_contact(closed: Bool[NDArray[np.bool_], " c"], one: int) -> Bool[NDArray[np.bool_], " c"]:
     result = closed.copy()
     result[one] = not result[one]
     return result
 
 
-def _stuck(stiffness: Matrix, contacts: Sequence[FrictionContact], closed: Bool[NDArray[np.bool_], " c"]) -> Matrix:
+def _stick_closed(
+    stiffness: Matrix, contacts: Sequence[FrictionContact], closed: Bool[NDArray[np.bool_], " c"]
+) -> Matrix:
     return stuck_stiffness(stiffness, [item for item, on in zip(contacts, closed, strict=True) if on])

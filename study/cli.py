@@ -18,7 +18,7 @@ from cyclopts import App, CycloptsError
 from pipeline.output import removed_if_empty
 from study import console
 from study.interruption import Interruption, end_process
-from study.run_record import noted_pictures, recorded
+from study.run_record import list_noted_pictures, recorded
 
 if TYPE_CHECKING:
     from study.run_context import Answer
@@ -85,7 +85,7 @@ Exit codes: 0 done, 1 not converged or something missing, 2 bad input, 3 interru
 """
 
 
-def command_line() -> App:
+def make_command_line() -> App:
     """Make the app with all commands, none of them imported."""
     app = App(
         name="stickslip",
@@ -104,8 +104,8 @@ def command_line() -> App:
 
 def run_command(words: Sequence[str]) -> "Answer | None":
     """Answer of a command, with a page of what it has drawn; None of help and version, which have been printed."""
-    answer: Answer | None = command_line()(words)
-    if answer is None or not (pictures := noted_pictures()):
+    answer: Answer | None = make_command_line()(words)
+    if answer is None or not (pictures := list_noted_pictures()):
         return answer
     from study.page.run_page import add_run_page
 
@@ -127,7 +127,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(*GARBAGE_THRESHOLDS)
     words = list(sys.argv[1:] if arguments is None else arguments)
     with console.standard_output(as_json="--json" in words) as output:
-        code = int(_guarded(lambda: run_command(words), words, output))
+        code = int(_run_guarded(lambda: run_command(words), words, output))
     if arguments is None:
         if code == ExitCode.INTERRUPTED:
             end_process(code)
@@ -136,7 +136,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: console.Output) -> int:
+def _run_guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: console.Output) -> int:
     """Run a command; whatever it raises becomes a message and an exit code."""
     interruption = Interruption()
     try:
@@ -147,15 +147,15 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
         # Help and version have been printed already and answer nothing.
         return ExitCode.DONE if answer is None else output.answer(answer)
     except KeyboardInterrupt:
-        return _interrupted(output)
+        return _report_interruption(output)
     except Exception as error:
         # Compiled code, or the import of it, makes another error of what interrupts it.
         if interruption.has_come or isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
-            return _interrupted(output)
-        return _failed(error, words, output)
+            return _report_interruption(output)
+        return _report_failure(error, words, output)
 
 
-def _interrupted(output: console.Output) -> int:
+def _report_interruption(output: console.Output) -> int:
     return output.error(
         ExitCode.INTERRUPTED,
         "interrupted",
@@ -163,9 +163,9 @@ def _interrupted(output: console.Output) -> int:
     )
 
 
-def _failed(error: Exception, words: Sequence[str], output: console.Output) -> int:
+def _report_failure(error: Exception, words: Sequence[str], output: console.Output) -> int:
     if isinstance(error, CycloptsError):
-        return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_help_line(words)}`.")
+        return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_format_help_line(words)}`.")
     if isinstance(error, BrokenPipeError):
         return output.discard_output(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
     if isinstance(error, MemoryError):
@@ -173,7 +173,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
     # Imported here because the package of InputError may import numpy, which help has no use for.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
-    from pipeline.output import system_failure
+    from pipeline.output import describe_system_failure
     from study.merge_sentences import merge_similar
 
     if isinstance(error, CaseError):
@@ -182,11 +182,11 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
         return output.error(ExitCode.BAD_INPUT, "input", "\n".join(merge_similar(str(error).splitlines())))
     if isinstance(error, ComputationFailed):
         return output.error(ExitCode.FAILED, "computation", str(error))
-    if (sentence := system_failure(error)) is not None:
+    if (sentence := describe_system_failure(error)) is not None:
         return output.error(ExitCode.BAD_INPUT, "input", sentence)
     return output.error(ExitCode.INTERNAL, "internal", console.report_mistake(error, words))
 
 
-def _help_line(words: Sequence[str]) -> str:
+def _format_help_line(words: Sequence[str]) -> str:
     known = [name for name, _, _ in COMMANDS if words and words[0] == name]
     return " ".join(["stickslip", *known, "--help"])

@@ -16,8 +16,8 @@ def find_differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dic
     -------
     Number of values ``compared``, and the list ``different`` of objects with ``key``, ``first`` and ``second``.
     """
-    leaves = [dict(_leaves(document)) for document in (first, second)]
-    keys = [key for key in {**leaves[0], **leaves[1]} if not _alike(leaves[0].get(key), leaves[1].get(key))]
+    leaves = [dict(_list_leaves(document)) for document in (first, second)]
+    keys = [key for key in {**leaves[0], **leaves[1]} if not _is_alike(leaves[0].get(key), leaves[1].get(key))]
     keys.sort(key=lambda key: -_change(leaves[0].get(key), leaves[1].get(key)))
     return {
         "compared": len({**leaves[0], **leaves[1]}),
@@ -32,20 +32,20 @@ def describe_differences(document: Mapping[str, Any]) -> list[str]:
     for item in different[:MAX_DIFFERENCES]:
         change = _change(item["first"], item["second"])
         share = "" if change == float("inf") else f"  ({100 * change:.3g} %)"
-        lines.append(f"  {item['key']}: {_short(item['first'])} | {_short(item['second'])}{share}")
+        lines.append(f"  {item['key']}: {_format_value(item['first'])} | {_format_value(item['second'])}{share}")
     if len(different) > MAX_DIFFERENCES:
         lines.append(f"  and {len(different) - MAX_DIFFERENCES} more: --json has all")
     return lines
 
 
-def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+def _list_leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """Numbers and words of a document by their path."""
     if isinstance(value, Mapping):
         for name, item in value.items():
-            yield from _leaves(item, f"{key}.{name}" if key else str(name))
+            yield from _list_leaves(item, f"{key}.{name}" if key else str(name))
     elif isinstance(value, Sequence) and not isinstance(value, str):
         for number, item in enumerate(value):
-            yield from _leaves(item, f"{key}[{number}]")
+            yield from _list_leaves(item, f"{key}[{number}]")
     else:
         yield key, value
 
@@ -58,9 +58,9 @@ def _change(first: Any, second: Any) -> float:
     return abs(first - second) / largest if largest else 0.0
 
 
-def _alike(first: Any, second: Any) -> bool:
+def _is_alike(first: Any, second: Any) -> bool:
     return bool(first == second) or _change(first, second) <= ROUND_OFF
 
 
-def _short(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return f"{value:.8g}" if isinstance(value, float) else str(value)

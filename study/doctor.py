@@ -84,7 +84,15 @@ def examine(cache_folder: Path) -> list[CheckResult]:
     cache_folder
         Folder of stored results.
     """
-    return [_python(), *_libraries(), *_packages(), _picture(), _cholmod(), _calculix(), _cache(cache_folder)]
+    return [
+        _check_python(),
+        *_check_libraries(),
+        *_check_packages(),
+        _check_picture(),
+        _check_cholmod(),
+        _check_calculix(),
+        _check_cache(cache_folder),
+    ]
 
 
 def make_install_command(findings: Iterable[CheckResult]) -> str:
@@ -101,7 +109,7 @@ def make_install_command(findings: Iterable[CheckResult]) -> str:
     return " && ".join(parts)
 
 
-def _python() -> CheckResult:
+def _check_python() -> CheckResult:
     version = platform.python_version()
     detail = f"{version} on {platform.machine()} {platform.system()}"
     if sys.version_info < OLDEST_PYTHON:
@@ -109,7 +117,7 @@ def _python() -> CheckResult:
     return CheckResult(subject="Python", verdict="ok", detail=detail)
 
 
-def _libraries() -> list[CheckResult]:
+def _check_libraries() -> list[CheckResult]:
     return [
         CheckResult(
             subject="system libraries",
@@ -121,7 +129,7 @@ def _libraries() -> list[CheckResult]:
     ]
 
 
-def _packages() -> list[CheckResult]:
+def _check_packages() -> list[CheckResult]:
     """Python packages that stickslip itself declares; what these need in turn is pip's business."""
     try:
         declared = importlib.metadata.requires("stickslip") or []
@@ -145,7 +153,7 @@ def _packages() -> list[CheckResult]:
     return missing or [CheckResult(subject="Python packages", verdict="ok", detail=f"all {present} declared ones")]
 
 
-def _picture() -> CheckResult:
+def _check_picture() -> CheckResult:
     subject = "off-screen picture"
     if missing_libraries("pictures"):
         return CheckResult(subject=subject, verdict="missing", detail="not tried, since its libraries are missing")
@@ -164,7 +172,7 @@ def _picture() -> CheckResult:
     return CheckResult(subject=subject, verdict="missing", detail=detail, apt=("libegl1", "libgl1", "libgl1-mesa-dri"))
 
 
-def _cholmod() -> CheckResult:
+def _check_cholmod() -> CheckResult:
     path = ctypes.util.find_library("cholmod")
     if path is not None and loads(path):
         return CheckResult(
@@ -176,7 +184,7 @@ def _cholmod() -> CheckResult:
     return CheckResult(subject="CHOLMOD", verdict="missing", detail=detail, is_needed=False)
 
 
-def _calculix() -> CheckResult:
+def _check_calculix() -> CheckResult:
     path = shutil.which("ccx")
     detail = path or "ccx, the independent witness of some tests, is not there"
     return CheckResult(
@@ -184,7 +192,7 @@ def _calculix() -> CheckResult:
     )
 
 
-def _cache(folder: Path) -> CheckResult:
+def _check_cache(folder: Path) -> CheckResult:
     subject = "stored results"
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -56,11 +56,11 @@ class Interruption:
     def _raise(self, _number: int, frame: FrameType | None) -> None:
         self.has_come = True
         signal.setitimer(signal.ITIMER_REAL, LATER)
-        outside = _outside_results(frame)
+        outside = _find_frame_outside_results(frame)
         if outside is None or outside is frame:
             raise Interrupted
         # Python calls the trace function of a frame at its next line, if tracing is on at all.
-        outside.f_trace = _at_next_line
+        outside.f_trace = _interrupt
         sys.settrace(lambda *_: None)
 
     @staticmethod
@@ -71,7 +71,7 @@ class Interruption:
             sys.__unraisablehook__(unraisable)
 
 
-def _outside_results(frame: FrameType | None) -> FrameType | None:
+def _find_frame_outside_results(frame: FrameType | None) -> FrameType | None:
     """The innermost frame that does not belong to the making of a result of compiled code."""
     outside = above = frame
     while above is not None:
@@ -81,7 +81,7 @@ def _outside_results(frame: FrameType | None) -> FrameType | None:
     return outside
 
 
-def _at_next_line(_frame: FrameType, _event: str, _argument: object) -> NoReturn:
+def _interrupt(_frame: FrameType, _event: str, _argument: object) -> NoReturn:
     sys.settrace(None)
     raise Interrupted
 

@@ -33,14 +33,14 @@ def merge_similar(sentences: Sequence[str], *, naming_all: bool = False) -> list
     """
     groups: dict[str, list[str]] = {}
     for sentence in sentences:
-        groups.setdefault(_kind(sentence), []).append(sentence)
+        groups.setdefault(_strip_differences(sentence), []).append(sentence)
     by_names: dict[str, list[list[str]]] = {}
     for kind, members in groups.items():
         by_names.setdefault(QUOTED.sub('""', kind), []).append(members)
     merged = []
     for parts in by_names.values():
         whole = [sentence for members in parts for sentence in members]
-        names = list(dict.fromkeys(_quoted(whole)))
+        names = list(dict.fromkeys(_find_differing_names(whole)))
         if len(parts) > MAX_NAMES and len(names) > MAX_NAMES:
             merged.append(f"{whole[0]} (and so {_name(names[1:], naming_all)})")
         else:
@@ -52,7 +52,7 @@ def _name(names: Sequence[str], naming_all: bool) -> str:
     return ", ".join(names) if naming_all else join_first_names(names)
 
 
-def _quoted(sentences: Sequence[str]) -> list[str]:
+def _find_differing_names(sentences: Sequence[str]) -> list[str]:
     """The first names in quotes that differ between sentences."""
     columns = zip(*(QUOTED.findall(sentence) for sentence in sentences), strict=False)
     return next((list(names) for names in columns if len(set(names)) > 1), [])
@@ -64,7 +64,9 @@ def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...
     for suspicion in suspicions:
         # What is suspected is named by its place; a remark is not.
         text = str(suspicion)
-        groups.setdefault(_kind(text) if suspicion.remark or FILE.search(text) else text, []).append(suspicion)
+        groups.setdefault(_strip_differences(text) if suspicion.remark or FILE.search(text) else text, []).append(
+            suspicion
+        )
     merged = []
     for first, *others in groups.values():
         whole = _with_count([str(first), *map(str, others)])
@@ -73,7 +75,7 @@ def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...
     return tuple(merged)
 
 
-def _kind(sentence: str) -> str:
+def _strip_differences(sentence: str) -> str:
     """The sentence without what differs between files; without what it speaks of if it names no file."""
     files = [name for name in FILE.findall(sentence) if name != MANIFEST]
     if not files:

@@ -61,24 +61,24 @@ def make_provenance(words: Sequence[str], output: Path, files: Mapping[str, str]
     files
         Hashes of its input files, from `hash_files` when it started.
     """
-    command = words_of_result(words)
+    command = list_result_words(words)
     return Provenance(
         command=command,
         folder=os.path.relpath(Path.cwd(), output),
-        inputs={name: files.get(name) or digest(Path(name)) for name in list_inputs(command[1:])},
-        versions=current_versions(),
+        inputs={name: files.get(name) or hash_content(Path(name)) for name in list_inputs(command[1:])},
+        versions=list_versions(),
     )
 
 
-def current_versions() -> dict[str, str]:
+def list_versions() -> dict[str, str]:
     """Version of Python and of packages that the last digits may depend on."""
     return {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in PACKAGES}}
 
 
 def hash_files(words: Sequence[str]) -> dict[str, str]:
     """SHA-256 of each file, not of folders, that a command reads."""
-    command = words_of_result(words)
-    return {name: digest(Path(name)) for name in list_inputs(command[1:]) if Path(name).is_file()}
+    command = list_result_words(words)
+    return {name: hash_content(Path(name)) for name in list_inputs(command[1:]) if Path(name).is_file()}
 
 
 def list_inputs(words: Sequence[str]) -> list[str]:
@@ -86,14 +86,14 @@ def list_inputs(words: Sequence[str]) -> list[str]:
     named = [word for word in words if Path(word).exists()]
     for case in [Path(word) for word in named if word.endswith(".toml")]:
         with suppress(OSError, ValueError):  # a case that cannot be read is refused by its command
-            for text in _texts(tomllib.loads(case.read_text(encoding="utf-8"))):
+            for text in _list_texts(tomllib.loads(case.read_text(encoding="utf-8"))):
                 with suppress(OSError, ValueError):
                     if text and (case.parent / text).is_file():
                         named.append(str(case.parent / text))
     return list(dict.fromkeys(named))
 
 
-def digest(path: Path) -> str:
+def hash_content(path: Path) -> str:
     """SHA-256 of a file, or of all files of a folder with their names; empty where they cannot be read."""
     total = hashlib.sha256()
     try:
@@ -106,7 +106,7 @@ def digest(path: Path) -> str:
     return total.hexdigest()
 
 
-def words_of_result(words: Sequence[str]) -> list[str]:
+def list_result_words(words: Sequence[str]) -> list[str]:
     """Words of a command without those that say where its result goes or how it is told."""
     kept, left = [], iter(words)
     for word in left:
@@ -118,12 +118,12 @@ def words_of_result(words: Sequence[str]) -> list[str]:
     return kept
 
 
-def _texts(value: Any) -> Iterator[str]:
+def _list_texts(value: Any) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, Mapping):
         for item in value.values():
-            yield from _texts(item)
+            yield from _list_texts(item)
     elif isinstance(value, list):
         for item in value:
-            yield from _texts(item)
+            yield from _list_texts(item)

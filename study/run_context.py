@@ -2,7 +2,7 @@
 
 A new command is one file under `study/command` and one line in `study.cli.COMMANDS`::
 
-    app = command_app("reduce", "Fixes the boundary ...", examples=["stickslip reduce my.toml --out reduced"])
+    app = make_command_app("reduce", "Fixes the boundary ...", examples=["stickslip reduce my.toml --out reduced"])
 
     @app.default
     def reduce(case: Path, *, out: Out = Path("reduced"), options: Options = DEFAULTS) -> Answer:
@@ -232,7 +232,7 @@ class Options:
 DEFAULTS = Options()
 
 
-def command_app(name: str, details: str, *, examples: Sequence[str]) -> App:
+def make_command_app(name: str, details: str, *, examples: Sequence[str]) -> App:
     """Make the app of one command.
 
     Parameters
@@ -252,7 +252,7 @@ def command_app(name: str, details: str, *, examples: Sequence[str]) -> App:
 
 
 def format_details(details: str, *, examples: Sequence[str]) -> str:
-    """Text below the options in the help of a command, or of a command of a group; see `command_app`."""
+    """Text below the options in the help of a command, or of a command of a group; see `make_command_app`."""
     shown = "\n".join(f"    {example}" for example in examples)
     return f"{cleandoc(details)}\n\nExamples:\n\n{shown}"
 

@@ -100,18 +100,18 @@ def note_pictures(files: Iterable[Path]) -> None:
         run.pictures += files
 
 
-def noted_pictures() -> list[Path]:
+def list_noted_pictures() -> list[Path]:
     """Pictures that the command that runs has drawn."""
     return [] if (run := _RUN.get()) is None else run.pictures
 
 
-def current_provenance() -> Provenance | None:
+def get_provenance() -> Provenance | None:
     """What the result of the command that runs is made by; None in Python."""
     run = _RUN.get()
-    return None if run is None else _provenance(run)
+    return None if run is None else _note_provenance(run)
 
 
-def _provenance(run: _Run) -> Provenance | None:
+def _note_provenance(run: _Run) -> Provenance | None:
     if run.provenance is None and run.output is not None:
         # Folders are hashed when the command has read them: any folder can be named, such as a whole disk.
         run.provenance = make_provenance(run.words, run.output, run.files)
@@ -133,7 +133,7 @@ def recorded(words: Sequence[str]) -> Iterator[list[tuple[int, Mapping[str, Any]
     finally:
         _RUN.reset(token)
     if answers and run.output is not None and run.stored is not None:
-        provenance = _provenance(run)
+        provenance = _note_provenance(run)
         assert provenance is not None
         _write(run.output, run.stored, words, provenance, started, *answers[-1])
 
@@ -160,7 +160,7 @@ def find_records(stored: Path, below: Path) -> list[RunRecord]:
     return sorted(result, key=lambda record: record.finished)
 
 
-def newest_record(stored: Path, output: Path) -> RunRecord:
+def find_newest_record(stored: Path, output: Path) -> RunRecord:
     """Record of the last run that wrote into an output folder.
 
     Raises

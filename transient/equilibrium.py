@@ -29,7 +29,7 @@ from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_forces import joint_forces
 from transient.state import TransientState
-from transient.state_transition import ModalStructure, modal_structure, modes
+from transient.state_transition import ModalStructure, make_modal_structure, modes
 from transient.time_steps import StepEquation, solve_positions
 
 #: Equal parts in which the load is put on, so that sliders move as on a slow ramp.
@@ -66,13 +66,13 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
     TransientError
         A body that neither a support nor a sticking joint fixes, or no equilibrium found.
     """
-    search = _Search(modal_structure(system), load)
+    search = _Search(make_modal_structure(system), load)
     return search.follow_load(
         [] if not search.loaded or search.solve_without_slip() else [n / N_PART for n in range(1, N_PART + 1)]
     )
 
 
-def quasi_static(
+def find_quasi_static_state(
     system: JointedSystem | ModalStructure, loads: Sequence[float], slider: Vector | None = None
 ) -> TransientState:
     """State at rest after the static load has gone slowly from one share to the next, each way in equal parts.
@@ -92,7 +92,7 @@ def quasi_static(
     TransientError
         As `equilibrium`.
     """
-    search = _Search(modal_structure(system), 1.0)
+    search = _Search(make_modal_structure(system), 1.0)
     ramps = [np.linspace(before, after, N_PART + 1)[1:] for before, after in pairwise((0.0, *loads))]
     if slider is not None:
         search.slider = np.array(slider, dtype=np.float64)

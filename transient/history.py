@@ -9,7 +9,7 @@ from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
 from transient.state import TransientState
-from transient.state_transition import modal_structure
+from transient.state_transition import make_modal_structure
 from transient.stepper import Stepper
 
 
@@ -69,7 +69,7 @@ def follow(
     """
     if not segments:
         raise TransientError("a loading history without segments leads nowhere: give at least one")
-    structure = modal_structure(system)
+    structure = make_modal_structure(system)
     state = equilibrium(structure, first_load) if start is None else start
     level, load = first_level, first_load
     for segment in segments:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe.blas_threads import on_one_blas_thread
-from reduction.array_input import whole_number
+from reduction.array_input import check_whole_number
 from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
@@ -74,12 +74,12 @@ def integrate(
         Numbers out of range, a start of another system, an output row of another size, no equilibrium to start from,
         or a step whose contact forces were not found.
     """
-    if whole_number(n_period, "n_period", TransientError) < 1:
+    if check_whole_number(n_period, "n_period", TransientError) < 1:
         raise TransientError(f"n_period = {n_period} must be a whole number of at least 1")
-    if keep is not None and not 1 <= whole_number(keep, "keep", TransientError) <= n_period:
+    if keep is not None and not 1 <= check_whole_number(keep, "keep", TransientError) <= n_period:
         raise TransientError(f"keep = {keep} must lie between 1 and n_period = {n_period}")
     stepper = Stepper(system, angular_frequency, steps_per_period, start, level)
-    rows = _checked_rows(outputs or {}, system.n_dof)
+    rows = _check_rows(outputs or {}, system.n_dof)
     n_stored = n_period if keep is None else keep
     for _ in range(n_period - n_stored):
         stepper.advance()
@@ -102,7 +102,7 @@ def integrate(
     )
 
 
-def _checked_rows(outputs: Mapping[str, Vector], n_dof: int) -> dict[str, Vector]:
+def _check_rows(outputs: Mapping[str, Vector], n_dof: int) -> dict[str, Vector]:
     """Rows of the outputs as numbers; one of another size is refused."""
     rows = {name: np.asarray(row, dtype=np.float64) for name, row in outputs.items()}
     for name, row in rows.items():

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from reduction.array_type import Real, Whole
-from reduction.joint_law.joint_arrays import addresses, parameter_rows, starts
+from reduction.joint_law.joint_arrays import addresses, stack_parameters, starts
 from reduction.joint_law.registry import Joint
 from reduction.jointed_system import JointedSystem
 from transient.joint_law.function_law import force as function_force
@@ -58,7 +58,7 @@ class TransientJointTable:
     """Stiffness that weighs each slider, shape (s,) [N/m]."""
 
 
-def joint_table(system: JointedSystem) -> TransientJointTable:
+def make_joint_table(system: JointedSystem) -> TransientJointTable:
     """Joints of a system in its order; a law that is unknown to the integration in time is a `RegistryError`."""
     laws, names = [_find_law(joint) for joint in system.joints], TRANSIENT_LAWS.names()
     stuck = [np.asarray(law.stuck_stiffness(joint)) for law, joint in zip(laws, system.joints, strict=True)]
@@ -75,7 +75,7 @@ def joint_table(system: JointedSystem) -> TransientJointTable:
             starts([len(item) for item in stuck]),
             starts(n_slider),
             addresses(system.joints),
-            parameter_rows(system.joints),
+            stack_parameters(system.joints),
         ),
         n_slider=sum(n_slider),
         instant=np.array([_number(law, names, at_instants) for law in laws], dtype=np.int64),

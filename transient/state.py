@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex
 
-from reduction.array_input import finite_array, freeze_arrays
+from reduction.array_input import check_finite_array, freeze_arrays
 from reduction.array_type import Array, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
-from transient.joint_arrays import joint_table
+from transient.joint_arrays import make_joint_table
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,7 +36,7 @@ def at_rest(system: JointedSystem) -> TransientState:
     return TransientState(
         displacement=np.zeros(system.n_dof),
         velocity=np.zeros(system.n_dof),
-        slider=np.zeros(joint_table(system).n_slider),
+        slider=np.zeros(make_joint_table(system).n_slider),
     )
 
 
@@ -72,7 +72,7 @@ def start_from(
     state = TransientState(
         displacement=values.sum(axis=0).real,
         velocity=rate.sum(axis=0).real,
-        slider=np.zeros(joint_table(system).n_slider) if slider is None else slider,
+        slider=np.zeros(make_joint_table(system).n_slider) if slider is None else slider,
     )
     check_state(system, state)
     return state
@@ -80,6 +80,8 @@ def start_from(
 
 def check_state(system: JointedSystem, state: TransientState) -> None:
     """Refuse a state that does not fit the system, or has numbers that are not finite (`TransientError`)."""
-    n_slider = joint_table(system).n_slider
+    n_slider = make_joint_table(system).n_slider
     for name, size in (("displacement", system.n_dof), ("velocity", system.n_dof), ("slider", n_slider)):
-        finite_array(getattr(state, name), f"the {name} of the start", TransientError, (size,), ", as this system has")
+        check_finite_array(
+            getattr(state, name), f"the {name} of the start", TransientError, (size,), ", as this system has"
+        )

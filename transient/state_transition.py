@@ -23,7 +23,7 @@ from reduction.array_input import refuse_asymmetric, refuse_infinite, refuse_mas
 from reduction.array_type import Array, Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
-from transient.joint_arrays import TransientJointTable, joint_table
+from transient.joint_arrays import TransientJointTable, make_joint_table
 
 #: Share of the largest modal damping below which the other entries are round-off of the modes.
 DIAGONAL = 1e-9
@@ -85,7 +85,7 @@ class Transition(NamedTuple):
     """Increment by the static load, shape (2 r,)."""
 
 
-def modal_structure(system: "JointedSystem | ModalStructure") -> ModalStructure:
+def make_modal_structure(system: "JointedSystem | ModalStructure") -> ModalStructure:
     """Modes of the structure with sticking joints if they make the damping diagonal, else without joints if those do.
 
     A modal structure is returned as it is.
@@ -98,7 +98,7 @@ def modal_structure(system: "JointedSystem | ModalStructure") -> ModalStructure:
     if isinstance(system, ModalStructure):
         return system
     _check(system)
-    table = joint_table(system)
+    table = make_joint_table(system)
     stuck = decompose(system, table, table.stuck_stiffness)
     if stuck.diagonal:
         return stuck
@@ -116,7 +116,7 @@ def transition(structure: ModalStructure, angular_frequency: float, steps_per_pe
     numbers = [k for k in range(len(amplitude)) if amplitude[k].any()]
     phase = np.exp(2j * np.pi * np.outer(np.arange(steps_per_period), numbers) / steps_per_period)
     r = system.n_dof
-    build = _diagonal_step if structure.diagonal else _full_step
+    build = _make_diagonal_step if structure.diagonal else _make_full_step
     matrix, sustained, forced = build(structure, step, angular_frequency, numbers, amplitude[numbers])
     harmonic = np.ascontiguousarray((phase @ forced).real) if numbers else np.zeros((1, 2 * r))
     if structure.diagonal:
@@ -179,7 +179,7 @@ def decompose(system: JointedSystem, table: TransientJointTable, offset: Vector)
     )
 
 
-def _diagonal_step(
+def _make_diagonal_step(
     structure: ModalStructure, step: float, angular_frequency: float, numbers: list[int], amplitude: Array
 ) -> tuple[Matrix, Matrix, Array]:
     """Transition (4, r), what a constant modal force adds (2, r), what each harmonic adds (number, 2r)."""
@@ -211,7 +211,7 @@ def _diagonal_step(
     return matrix, sustained, forced
 
 
-def _full_step(
+def _make_full_step(
     structure: ModalStructure, step: float, angular_frequency: float, numbers: list[int], amplitude: Array
 ) -> tuple[Matrix, Matrix, Array]:
     """Transition (2r, 2r), what constant joint forces and the static load add (2r, d + 1), what each harmonic adds."""

@@ -13,13 +13,13 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from fe.blas_threads import on_one_blas_thread
-from reduction.array_input import real_number, whole_number
+from reduction.array_input import check_real_number, check_whole_number
 from reduction.array_type import Array, Matrix, Real, Vector
 from reduction.jointed_system import JointedSystem
 from transient.anderson_acceleration import AndersonAcceleration
 from transient.errors import StepError, TransientError
 from transient.state import TransientState
-from transient.state_transition import ModalStructure, modal_structure
+from transient.state_transition import ModalStructure, make_modal_structure
 from transient.stepper import JointHistory, PeriodRecord, Stepper
 
 #: Periods over which the decay is read off.
@@ -87,7 +87,7 @@ class SteadyMotion(JointHistory):
         if not self.periodic:
             raise TransientError(f"{self.message}: no Fourier series of one period describes it")
         n_sample = len(self.samples)
-        if not 1 <= whole_number(n_harmonic, "n_harmonic", TransientError) <= (n_sample + 1) // 2:
+        if not 1 <= check_whole_number(n_harmonic, "n_harmonic", TransientError) <= (n_sample + 1) // 2:
             raise TransientError(
                 f"n_harmonic = {n_harmonic} must lie between 1 and {(n_sample + 1) // 2}: there are {n_sample} samples"
             )
@@ -146,7 +146,7 @@ def steady_motion(
         Numbers out of range, or what `transient.integrate.integrate` refuses.
     """
     _check_numbers(tolerance, step_tolerance, max_period, acceleration, steps_per_period, max_steps_per_period)
-    structure = modal_structure(system)
+    structure = make_modal_structure(system)
     steps, n_period, step_error = steps_per_period, 0, np.nan
     coarse: Matrix | None = None
     while True:
@@ -176,7 +176,7 @@ def _check_numbers(
 ) -> None:  # fmt: skip
     """Refuse numbers that are out of range."""
     for name, value in (("tolerance", tolerance), ("step_tolerance", step_tolerance)):
-        if not 0 < real_number(value, name, TransientError) < 1:
+        if not 0 < check_real_number(value, name, TransientError) < 1:
             raise TransientError(f"{name} = {value} must lie between 0 and 1")
     for name, count in (
         ("max_period", max_period),
@@ -184,7 +184,7 @@ def _check_numbers(
         ("max_steps_per_period", max_steps_per_period),
         ("acceleration", acceleration),
     ):
-        whole_number(count, name, TransientError)
+        check_whole_number(count, name, TransientError)
     if max_period < 1 or acceleration < 0 or max_steps_per_period < steps_per_period:
         raise TransientError(
             f"max_period = {max_period} must be at least 1, acceleration = {acceleration} at least 0 and "
@@ -199,7 +199,7 @@ def _settle(
     structure = stepper.structure
     period = 2 * np.pi / stepper.angular_frequency
     slowest = min(float(np.exp(-0.5 * max(np.diag(structure.damping).min(), 0.0) * period)), SLOWEST)
-    weight = _weights(structure)
+    weight = _compute_weights(structure)
     marks = [stepper.vector * weight]
     changes: list[float] = []
     jump = AndersonAcceleration(acceleration)
@@ -210,11 +210,11 @@ def _settle(
         mark = stepper.vector * weight
         change = float(np.linalg.norm(mark - marks[-1])) / amplitude
         changes.append(change)
-        rate = _decay(changes, slowest)
+        rate = _estimate_decay(changes, slowest)
         multiple, distance = 1, change / (1 - rate)
         if distance <= tolerance:
             break
-        multiple, left = _multiple(marks, mark, amplitude, tolerance, slowest)
+        multiple, left = _find_multiple(marks, mark, amplitude, tolerance, slowest)
         if multiple:
             distance = left
             break
@@ -240,7 +240,7 @@ def _settle(
     ), record
 
 
-def _multiple(
+def _find_multiple(
     marks: list[Vector], mark: Vector, amplitude: float, tolerance: float, slowest: float
 ) -> tuple[int, float]:
     """After how many periods m > 1 the motion repeats, 0 if it does not; what is left of the transient then."""
@@ -254,7 +254,7 @@ def _multiple(
     return 0, float("nan")
 
 
-def _weights(structure: ModalStructure) -> Vector:
+def _compute_weights(structure: ModalStructure) -> Vector:
     """Square roots of the energy weights of modal displacements, modal velocities and sliders."""
     frequency = np.sqrt(np.abs(structure.eigenvalue))
     # A rigid-body mode has no energy of displacement: its displacement counts like that of the slowest other mode.
@@ -264,7 +264,7 @@ def _weights(structure: ModalStructure) -> Vector:
     return np.concatenate([frequency, np.ones_like(frequency), np.sqrt(structure.table.slider_stiffness)])
 
 
-def _decay(changes: list[float], slowest: float) -> float:
+def _estimate_decay(changes: list[float], slowest: float) -> float:
     window = min(WINDOW, len(changes) - 1)
     if window < 1 or changes[-1] == 0.0:
         return slowest

@@ -4,14 +4,14 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from reduction.array_input import finite_number, real_number, whole_number
+from reduction.array_input import check_finite_number, check_real_number, check_whole_number
 from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import StepError, TransientError
 from transient.joint_forces import joint_forces, set_instant_forces
 from transient.state import TransientState, check_state
-from transient.state_transition import ModalStructure, modal_structure, transition
+from transient.state_transition import ModalStructure, make_modal_structure, transition
 from transient.time_steps import IntegrationState, integrate_steps
 
 NONE = np.zeros((0, 0))
@@ -79,16 +79,16 @@ class Stepper:
         start: TransientState | None = None,
         level: float = 1.0,
     ) -> None:
-        omega = real_number(angular_frequency, "angular_frequency", TransientError)
+        omega = check_real_number(angular_frequency, "angular_frequency", TransientError)
         if not (np.isfinite(omega) and omega > 0):
             raise TransientError(f"angular_frequency = {omega} rad/s must be positive and finite")
-        steps = whole_number(steps_per_period, "steps_per_period", TransientError)
+        steps = check_whole_number(steps_per_period, "steps_per_period", TransientError)
         if steps < 8:
             raise TransientError(f"steps_per_period = {steps} must be a whole number of at least 8")
-        self.structure = modal_structure(system)
+        self.structure = make_modal_structure(system)
         self.angular_frequency = omega
         self.steps_per_period = steps
-        self.level = finite_number(level, "level", TransientError)
+        self.level = check_finite_number(level, "level", TransientError)
         self.transition = transition(self.structure, self.angular_frequency, self.steps_per_period)
         self.step = self.transition.step
         self.iterations = 0

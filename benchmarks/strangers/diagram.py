@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.hidden_effects_score import Share
 from benchmarks.strangers.score import CLEAR, NO_ALARM, Record, is_first, kind_of, named
-from figure.confusion import ConfusionMatrix, confusion_figure
-from figure.style import INK, LIMITS, PALE, add_title, new_figure, open_box, png
+from figure.confusion import ConfusionMatrix, draw_confusion_matrix
+from figure.style import INK, LIMITS, PALE, add_title, make_figure, open_box, png
 
 #: Bounds of the probabilities that are counted together.
 BOUNDS = (0.0, 0.3, 0.6, 0.9, 0.99, 1.0)
@@ -46,7 +46,7 @@ def list_bins(records: Sequence[Record]) -> list[Bin]:
 
 def draw_reliability(records: Sequence[Record], file: Path) -> None:
     """Share of right names over the probability that they were told with."""
-    figure = new_figure(5.5, 5.0)
+    figure = make_figure(5.5, 5.0)
     axes = figure.subplots()
     axes.plot([0, 1], [0, 1], color=PALE, lw=1, ls="--")
     for item in list_bins(records):
@@ -78,7 +78,7 @@ def draw_confusion(records: Sequence[Record], file: Path) -> None:
         subtitle=f"{len(records)} random structures; blue where most are right", count=count, right=right, rows=rows,
         columns=columns,
     )  # fmt: skip
-    file.write_bytes(png(confusion_figure(result)))
+    file.write_bytes(png(draw_confusion_matrix(result)))
 
 
 def _is_right(record: Record) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.strangers.campaign import Stranger, make
 from benchmarks.strangers.response import points_of, predict
 from correlation.campaign.read_campaign import read_campaign
-from figure.style import new_figure
+from figure.style import make_figure
 
 
 def draw(stranger: Stranger, file: Path) -> str:
@@ -23,7 +23,7 @@ def draw(stranger: Stranger, file: Path) -> str:
     campaign = read_campaign(stranger.folder)
     table, sensor = campaign.measurement, stranger.layout.sensors[0]
     late = sum(effect.delay(sensor.name) for effect in stranger.hidden)
-    figure = new_figure(5.0 * len(stranger.layout.grids), 4.0)
+    figure = make_figure(5.0 * len(stranger.layout.grids), 4.0)
     axes = figure.subplots(1, len(stranger.layout.grids), squeeze=False)[0]
     errors = []
     for test, (grid, axis) in enumerate(zip(stranger.layout.grids, axes, strict=True)):

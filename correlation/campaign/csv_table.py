@@ -38,7 +38,7 @@ class CsvTable:
             values = np.fromiter(map(float, column), dtype=np.float64, count=len(column))
         except ValueError:
             row = next(row for row, text in enumerate(column) if not _is_number(text))
-            raise self.problem(row, f'{name} = "{column[row]}" is no number; {_remedy(column[row])}') from None
+            raise self.problem(row, f'{name} = "{column[row]}" is no number; {_suggest_remedy(column[row])}') from None
         wrong = np.flatnonzero(~np.isfinite(values))
         if len(wrong):
             row = int(wrong[0])
@@ -125,7 +125,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _remedy(text: str) -> str:
+def _suggest_remedy(text: str) -> str:
     if _is_number(text.replace(",", ".", 1)):
         return "write a decimal point, not a comma"
     return "leave out what was not measured" if not text else "write one such as 1.25e-6"

@@ -17,7 +17,7 @@ ROOTS = ("gram", "meter", "radian", "second")
 FACTOR = re.compile(r"(^|(?<!^)[*/ ])([^\W\d_]+|%)(?:\^([1-9]))?")
 
 
-def familiar_root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]] | None:
+def find_familiar_root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]] | None:
     """Factor to root units, and those units as sorted (name, exponent) pairs; None if pint has to read the unit."""
     factors = list(FACTOR.finditer(unit))
     # After a slash, a product reads as more than one thing.

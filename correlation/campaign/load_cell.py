@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from correlation.campaign.measurement import CONTACT_FORCE, LOAD_CELL, MeasuredSensor, Measurement
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import read_si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.errors import CampaignError
-from reduction.load_cell import blade_contact, contact_covariance, contact_jacobian, decoupler_contact
+from reduction.load_cell import compute_blade_contact, compute_decoupler_contact, contact_covariance, contact_jacobian
 
 SIDES = ("de-coupler", "blade")
 #: Columns of a table that tell one state from another.
@@ -95,14 +95,16 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: 
         if not named[name].has_phase:
             raise table.problem(component, f'sensor "{name}" has phase = false: remove that, load cells give the phase')
     side = table.choice("side", SIDES) if "side" in table.values else SIDES[0]
-    weight = table.converted("dead_weight", lambda value: si_quantity(value, "N"), 0.0) if side == "blade" else None
+    weight = (
+        table.converted("dead_weight", lambda value: read_si_quantity(value, "N"), 0.0) if side == "blade" else None
+    )
     if weight == 0.0:
         raise table.problem("dead_weight", "is needed for a line on the blade: give what pulls the damper")
     pair = LoadCellPair(
         cells=(cells[0], cells[1]),
         **forces,
-        taper=table.converted("taper", lambda value: si_quantity(value, "rad"), example="8.53 deg"),
-        arm=table.converted("arm", lambda value: si_quantity(value, "rad"), example="45 deg"),
+        taper=table.converted("taper", lambda value: read_si_quantity(value, "rad"), example="8.53 deg"),
+        arm=table.converted("arm", lambda value: read_si_quantity(value, "rad"), example="45 deg"),
         dead_weight=weight,
     )
     table.finish()
@@ -131,7 +133,7 @@ def combine_load_cells(
     names = [sensor.name for sensor in sensors]
     tables = [measurement.where(~np.isin(measurement.sensor, [names.index(name) for p in pairs for name in p.cells]))]
     for pair in pairs:
-        first, second = (_sorted(measurement.where(measurement.sensor == names.index(name))) for name in pair.cells)
+        first, second = (_sort_rows(measurement.where(measurement.sensor == names.index(name))) for name in pair.cells)
         if len(first) != len(second) or any(
             not np.array_equal(getattr(first, name), getattr(second, name)) for name in STATE
         ):
@@ -139,9 +141,9 @@ def combine_load_cells(
                 f'load cells "{pair.cells[0]}" and "{pair.cells[1]}" were not read in the same states ({len(first)} '
                 f"and {len(second)} rows): leave out what only one of them has"
             )
-        line = decoupler_contact(first.value, second.value, pair.taper, pair.arm)
+        line = compute_decoupler_contact(first.value, second.value, pair.taper, pair.arm)
         if pair.dead_weight is not None:
-            line = blade_contact(line, np.where(first.harmonic == 0, pair.dead_weight, 0.0), pair.taper)
+            line = compute_blade_contact(line, np.where(first.harmonic == 0, pair.dead_weight, 0.0), pair.taper)
         for name, value in ((pair.tangential, line.tangential), (pair.normal, line.normal)):
             columns = {**vars(first), "sensor": np.full(len(first), names.index(name)), "value": value}
             tables.append(Measurement(**columns))
@@ -153,11 +155,11 @@ def combine_load_cells(
     numbers = np.full(len(sensors), -1)
     numbers[left] = np.arange(len(left))
     columns = {**vars(joined), "sensor": numbers[joined.sensor]}
-    stated = {name: sensor for pair in pairs for name, sensor in _stated_errors(pair, sensors).items()}
+    stated = {name: sensor for pair in pairs for name, sensor in _add_stated_errors(pair, sensors).items()}
     return Measurement(**columns), tuple(stated.get(sensors[number].name, sensors[number]) for number in left)
 
 
-def _stated_errors(pair: LoadCellPair, sensors: Sequence[MeasuredSensor]) -> dict[str, MeasuredSensor]:
+def _add_stated_errors(pair: LoadCellPair, sensors: Sequence[MeasuredSensor]) -> dict[str, MeasuredSensor]:
     """The contact forces of a pair with the errors that its cells state, where they state none themselves.
 
     Absolute noise goes through the rotation. Relative noise and the uncertainty of gains are those of the worse cell.
@@ -177,5 +179,5 @@ def _stated_errors(pair: LoadCellPair, sensors: Sequence[MeasuredSensor]) -> dic
     return result
 
 
-def _sorted(table: Measurement) -> Measurement:
+def _sort_rows(table: Measurement) -> Measurement:
     return table.where(np.lexsort([getattr(table, name) for name in STATE]))

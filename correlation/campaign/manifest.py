@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from correlation.campaign.load_cell import LoadCellPair, read_load_cells
 from correlation.campaign.measurement import CONFIGURATIONS, CONTROLS, Drive, HeldOut, MeasuredSensor, Test
-from correlation.campaign.measurement_unit import positive_si_quantity, si_factor, si_quantity
+from correlation.campaign.measurement_unit import find_si_factor, read_positive_si_quantity, read_si_quantity
 from correlation.campaign.run_entry import RunEntry, read_run
 from correlation.campaign.run_table import RunUnits
 from correlation.campaign.sensor_entry import read_sensor
@@ -126,7 +126,7 @@ def read_manifest(folder: Path) -> Manifest:
     CampaignError
         It is missing, no TOML, or holds keys or values that cannot be used: all of them, one per line.
     """
-    root = _toml(folder)
+    root = _read_toml(folder)
     schema = root.take("schema", int)
     if schema != SCHEMA:
         raise root.problem("schema", f"this version of stickslip reads schema = {SCHEMA}")
@@ -139,13 +139,13 @@ def read_manifest(folder: Path) -> Manifest:
         for table in mistakes.attempt(partial(root.tables, kind.table, required=False), ())
     ]
     tables = mistakes.attempt(lambda: root.tables("test", required=not (records or data)), ())
-    drive = mistakes.attempt(lambda: _drive(root), Drive())
-    units, frequency_factor = _units(root, drive, bool(tables), mistakes)
+    drive = mistakes.attempt(lambda: _read_drive(root), Drive())
+    units, frequency_factor = _read_units(root, drive, bool(tables), mistakes)
     sensor_tables = mistakes.attempt(lambda: root.tables("sensor", required=bool(tables or records)), ())
-    sensors = _all(mistakes, sensor_tables, read_sensor)
-    tests = _all(mistakes, tables, partial(_test, has_others=bool(runs or data)))
+    sensors = _read_all(mistakes, sensor_tables, read_sensor)
+    tests = _read_all(mistakes, tables, partial(_test, has_others=bool(runs or data)))
     pairs = mistakes.attempt(lambda: root.tables("load_cells", required=False), ())
-    sensor_names, test_names = _names(sensor_tables), _names(tables)
+    sensor_names, test_names = _list_names(sensor_tables), _list_names(tables)
     read_own_run = partial(read_run, sensors=sensor_names, tests=test_names)
     manifest = Manifest(
         title=mistakes.attempt(lambda: root.take("title", str, ""), ""),
@@ -153,21 +153,21 @@ def read_manifest(folder: Path) -> Manifest:
         units=units,
         frequency_factor=frequency_factor,
         sensors=tuple(sensors),
-        load_cells=tuple(_all(mistakes, pairs, partial(read_load_cells, sensors=sensors, names=sensor_names))),
+        load_cells=tuple(_read_all(mistakes, pairs, partial(read_load_cells, sensors=sensors, names=sensor_names))),
         tests=tuple(test for test, _ in tests),
         files=tuple(file for _, file in tests),
-        runs=tuple(_all(mistakes, runs, read_own_run)),
-        records=tuple(_all(mistakes, records, _record)),
+        runs=tuple(_read_all(mistakes, runs, read_own_run)),
+        records=tuple(_read_all(mistakes, records, _read_record)),
         data=tuple(data),
         held_out=mistakes.attempt(
-            lambda: _held_out(root.table("held_out", required=False), units.level_factor), HeldOut()
+            lambda: _read_held_out(root.table("held_out", required=False), units.level_factor), HeldOut()
         ),
     )  # fmt: skip
     mistakes.attempt(root.finish, None)
     for with_names in (sensor_tables, tables, records):
         _check_names(with_names, mistakes)
     for test, file in zip(manifest.tests, manifest.files, strict=True):
-        named = _texts([*runs, *(table for _, table in data)], "test")
+        named = _list_texts([*runs, *(table for _, table in data)], "test")
         if file is None and test.name not in named:
             mistakes.add(
                 f'{MANIFEST}: test "{test.name}" has neither a file nor a [[run]]: add one, or remove the test'
@@ -176,24 +176,26 @@ def read_manifest(folder: Path) -> Manifest:
     return manifest
 
 
-def _all(mistakes: CampaignMistakes, tables: Sequence[TomlTable], read: Callable[[TomlTable], Entry]) -> list[Entry]:
+def _read_all(
+    mistakes: CampaignMistakes, tables: Sequence[TomlTable], read: Callable[[TomlTable], Entry]
+) -> list[Entry]:
     """Entries of some tables; one that is a mistake is noted and left out."""
     entries: list[Entry | None] = [mistakes.attempt(partial(read, table), None) for table in tables]
     return [entry for entry in entries if entry is not None]
 
 
-def _names(tables: Sequence[TomlTable]) -> tuple[str, ...] | None:
+def _list_names(tables: Sequence[TomlTable]) -> tuple[str, ...] | None:
     """Names that tables state, also those with a mistake; None if one states none: any name may be meant for it."""
     has_names = all(isinstance(table.values.get("name"), str) for table in tables)
-    return _texts(tables, "name") if has_names else None
+    return _list_texts(tables, "name") if has_names else None
 
 
-def _texts(tables: Sequence[TomlTable], key: str) -> tuple[str, ...]:
+def _list_texts(tables: Sequence[TomlTable], key: str) -> tuple[str, ...]:
     """Texts that tables state at a key, also those with a mistake: what names them is none for that."""
     return tuple(dict.fromkeys(text for table in tables if isinstance(text := table.values.get(key), str)))
 
 
-def _drive(root: TomlTable) -> Drive:
+def _read_drive(root: TomlTable) -> Drive:
     table = root.table("drive", required=False)
     quantity = table.choice("quantity", DRIVES) if "quantity" in table.values else "force"
     calibrated = table.take("calibrated", bool, True)
@@ -205,7 +207,7 @@ def _drive(root: TomlTable) -> Drive:
     return Drive(quantity=quantity, unit=str(unit or "V"), calibrated=False)
 
 
-def _units(root: TomlTable, drive: Drive, required: bool, mistakes: CampaignMistakes) -> tuple[RunUnits, float]:
+def _read_units(root: TomlTable, drive: Drive, required: bool, mistakes: CampaignMistakes) -> tuple[RunUnits, float]:
     """Conventions, and the factor of frequencies; time records alone need none."""
     time_sign, peak, level_factor, frequency_factor = 1, 1.0, 1.0, 1.0
     level_unit, frequency_unit = drive.unit, "Hz"
@@ -215,8 +217,8 @@ def _units(root: TomlTable, drive: Drive, required: bool, mistakes: CampaignMist
         peak = PEAK_OF[mistakes.attempt(partial(convention.choice, "amplitude", PEAK_OF), "peak")]
         mistakes.attempt(convention.finish, None)
     if units is not None and (required or units.values):
-        read_level = partial(units.converted, "level", partial(_level_factor, drive), example=drive.unit)
-        read_frequency = partial(units.converted, "frequency", _frequency_factor, example="Hz")
+        read_level = partial(units.converted, "level", partial(_find_level_factor, drive), example=drive.unit)
+        read_frequency = partial(units.converted, "frequency", _find_frequency_factor, example="Hz")
         level_factor = mistakes.attempt(read_level, 1.0) * peak
         frequency_factor = mistakes.attempt(read_frequency, 1.0)
         level_unit, frequency_unit = (str(units.values.get(key, word)) for key, word in
@@ -229,11 +231,11 @@ def _units(root: TomlTable, drive: Drive, required: bool, mistakes: CampaignMist
     return run_units, frequency_factor
 
 
-def _level_factor(drive: Drive, unit: object) -> float:
+def _find_level_factor(drive: Drive, unit: object) -> float:
     if not drive.calibrated:
         return 1.0
     try:
-        return si_factor(str(unit), drive.unit)
+        return find_si_factor(str(unit), drive.unit)
     except ValueError as error:
         remedy = "for a drive that is not calibrated, such as volts, add a table [drive] with calibrated = false"
         if drive.quantity == "force":
@@ -241,8 +243,8 @@ def _level_factor(drive: Drive, unit: object) -> float:
         raise ValueError(f"{error}; {remedy}") from None
 
 
-def _frequency_factor(unit: object) -> float:
-    return si_factor(str(unit), "Hz")
+def _find_frequency_factor(unit: object) -> float:
+    return find_si_factor(str(unit), "Hz")
 
 
 def _check_names(tables: Sequence[TomlTable], mistakes: CampaignMistakes) -> None:
@@ -269,8 +271,8 @@ def _test(table: TomlTable, *, has_others: bool) -> tuple[Test, str | None]:
     return test, file
 
 
-def _record(table: TomlTable) -> RecordEntry:
-    units, signs = _channels(table)
+def _read_record(table: TomlTable) -> RecordEntry:
+    units, signs = _read_channels(table)
     entry = RecordEntry(
         name=table.take("name", str),
         file=table.take("file", str),
@@ -278,9 +280,9 @@ def _record(table: TomlTable) -> RecordEntry:
         signs=signs,
         force=table.take("force", str, None),
         held_out=table.take("held_out", bool, False),
-        rate=table.converted("rate", partial(positive_si_quantity, si="Hz")) if "rate" in table.values else None,
-        start=table.converted("start", lambda value: si_quantity(value, "s"), -math.inf),
-        end=table.converted("end", lambda value: si_quantity(value, "s"), math.inf),
+        rate=table.converted("rate", partial(read_positive_si_quantity, si="Hz")) if "rate" in table.values else None,
+        start=table.converted("start", lambda value: read_si_quantity(value, "s"), -math.inf),
+        end=table.converted("end", lambda value: read_si_quantity(value, "s"), math.inf),
     )
     table.finish()
     if entry.end <= entry.start:
@@ -288,7 +290,7 @@ def _record(table: TomlTable) -> RecordEntry:
     return entry
 
 
-def _channels(table: TomlTable) -> tuple[dict[str, str], dict[str, int]]:
+def _read_channels(table: TomlTable) -> tuple[dict[str, str], dict[str, int]]:
     """Units and signs of the columns of a record: each a unit, or a table of unit and sign."""
     given, units, signs = table.table("units", required=False), dict[str, str](), dict[str, int]()
     for column, value in given.values.items():
@@ -305,7 +307,7 @@ def _channels(table: TomlTable) -> tuple[dict[str, str], dict[str, int]]:
     return units, signs
 
 
-def _held_out(table: TomlTable, level_factor: float) -> HeldOut:
+def _read_held_out(table: TomlTable, level_factor: float) -> HeldOut:
     levels, repeats = table.take("levels", list, []), table.take("repeats", list, [])
     if not all(isinstance(level, int | float) and not isinstance(level, bool) for level in levels):
         raise table.problem("levels", "must be numbers in the unit of the level, e.g. [5.0]")
@@ -315,7 +317,7 @@ def _held_out(table: TomlTable, level_factor: float) -> HeldOut:
     return HeldOut(levels=tuple(level * level_factor for level in levels), repeats=tuple(repeats))
 
 
-def _toml(folder: Path) -> TomlTable:
+def _read_toml(folder: Path) -> TomlTable:
     path = folder / MANIFEST
     if path.exists() and not path.is_file():
         raise CampaignError(f"{MANIFEST}: is a folder or a device; give a campaign with an ordinary file of that name")

@@ -213,7 +213,7 @@ class HeldOut:
         """Rows of a held-out level or of a held-out repeat, shape (k,)."""
         held = np.isin(measurement.repeat, self.repeats)
         for level in self.levels:
-            held |= same_level(measurement.level, level)
+            held |= match_level(measurement.level, level)
         return held
 
 
@@ -297,7 +297,7 @@ class Campaign:
 
     def __post_init__(self) -> None:
         table = self.measurement
-        aligned = _aligned(table.frequency)
+        aligned = _align_frequencies(table.frequency)
         if not np.array_equal(aligned, table.frequency):
             object.__setattr__(self, "measurement", replace(table, frequency=aligned))
 
@@ -360,7 +360,7 @@ def number_frequencies(frequency: FloatColumn) -> IntColumn:
     return np.asarray(np.cumsum(np.diff(rising, prepend=rising[:1]) > SAME_FREQUENCY * rising)[place])
 
 
-def _aligned(frequency: FloatColumn) -> FloatColumn:
+def _align_frequencies(frequency: FloatColumn) -> FloatColumn:
     """Frequencies that are the same but for rounding made equal, to the least of them."""
     number = number_frequencies(frequency)
     least = np.full(len(frequency), np.inf)
@@ -368,6 +368,6 @@ def _aligned(frequency: FloatColumn) -> FloatColumn:
     return least[number]
 
 
-def same_level(level: FloatColumn, wanted: float) -> Mask:
+def match_level(level: FloatColumn, wanted: float) -> Mask:
     """Rows of one level, shape (k,): levels are set points, equal but for the rounding of their unit."""
     return np.isclose(level, wanted, rtol=1e-9, atol=0.0)

@@ -10,7 +10,7 @@ from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
-from correlation.campaign.familiar_unit import familiar_root_units
+from correlation.campaign.familiar_unit import find_familiar_root_units
 
 if TYPE_CHECKING:
     import pint
@@ -38,7 +38,7 @@ RAW = {
 }
 
 
-def si_factor(unit: str, si: str) -> float:
+def find_si_factor(unit: str, si: str) -> float:
     """Factor from a unit to SI.
 
     Parameters
@@ -55,11 +55,11 @@ def si_factor(unit: str, si: str) -> float:
     """
     if unit == si:
         return 1.0
-    factor, root = root_units(unit)
-    wanted_factor, wanted = root_units(si)
+    factor, root = find_root_units(unit)
+    wanted_factor, wanted = find_root_units(si)
     if root == wanted:
         return float(factor / wanted_factor)
-    if si == "Hz" and root == root_units("rad/s")[1]:
+    if si == "Hz" and root == find_root_units("rad/s")[1]:
         return float(factor) / (2 * math.pi)
     hint = HINTS.get((unit, si), "")
     if unit in RAW and si not in {"", "s", "Hz", "rad"}:
@@ -69,17 +69,17 @@ def si_factor(unit: str, si: str) -> float:
     raise ValueError(f'"{unit}" is a unit of another quantity, {needed}{hint}')
 
 
-def base_unit(unit: str) -> tuple[float, str]:
+def find_base_unit(unit: str) -> tuple[float, str]:
     """Factor to SI base units, and their name: ("mV" -> 0.001 "V" in base units of mass, length, time, current)."""
     if unit in {"m", "m/s", "m/s^2", "s", "rad", "N", "V", "Hz"}:
         return 1.0, unit
     for si in ("m", "m/s", "m/s^2", "N", "V", "s", "rad", "Hz"):
-        if root_units(unit)[1] == root_units(si)[1]:
-            return si_factor(unit, si), si
+        if find_root_units(unit)[1] == find_root_units(si)[1]:
+            return find_si_factor(unit, si), si
     raise ValueError(f'"{unit}" is no unit of a time record; give one such as "m", "m/s", "m/s^2", "N", "V" or "s"')
 
 
-def si_quantity(value: object, si: str) -> float:
+def read_si_quantity(value: object, si: str) -> float:
     """SI value of text such as "500 mm"; a ratio may be a bare number or "0.5 %".
 
     Raises
@@ -98,13 +98,13 @@ def si_quantity(value: object, si: str) -> float:
         raise ValueError(f"must be text with a number and a unit, e.g. {example}")
     if not unit and si:
         raise ValueError(f"give a unit, e.g. {example}")
-    number *= si_factor(unit, si)
+    number *= find_si_factor(unit, si)
     if not math.isfinite(number):
         raise ValueError("is not a finite number")
     return number
 
 
-def positive_si_quantity(value: object, si: str) -> float:
+def read_positive_si_quantity(value: object, si: str) -> float:
     """The same for a positive quantity.
 
     Raises
@@ -112,14 +112,14 @@ def positive_si_quantity(value: object, si: str) -> float:
     ValueError
         It is not, or no such quantity; in words, with the remedy.
     """
-    number = si_quantity(value, si)
+    number = read_si_quantity(value, si)
     if not number > 0:
         raise ValueError("must be above zero")
     return number
 
 
 @cache
-def unit_registry() -> "pint.UnitRegistry[Decimal]":
+def get_unit_registry() -> "pint.UnitRegistry[Decimal]":
     """One registry for the process: pint takes over half a second to import and to read its definitions."""
     import pint
 
@@ -129,7 +129,7 @@ def unit_registry() -> "pint.UnitRegistry[Decimal]":
 
 
 @cache
-def root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
+def find_root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
     """Factor to root units, and those units as sorted (name, exponent) pairs.
 
     Raises
@@ -137,23 +137,23 @@ def root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
     ValueError
         The unit is unknown or cannot be read; in words, with the remedy.
     """
-    if (familiar := familiar_root_units(unit)) is not None:
+    if (familiar := find_familiar_root_units(unit)) is not None:
         return familiar
     import pint
 
-    registry = unit_registry()
+    registry = get_unit_registry()
     try:
         factor, root = registry.get_root_units(registry.parse_units(unit))
     except pint.UndefinedUnitError as error:
         names = cast("Any", error).unit_names
-        raise ValueError(_unknown(names if isinstance(names, str) else next(iter(names)), unit)) from None
+        raise ValueError(_describe_unknown_unit(names if isinstance(names, str) else next(iter(names)), unit)) from None
     except Exception:  # Pint raises tokenizer, attribute and arithmetic errors of many kinds on malformed text.
         raise ValueError(f'cannot read the unit "{unit}"; write it like "N/um" or "m/s^2"') from None
     container = cast("Any", root)._units
     return Decimal(str(factor)), tuple(sorted((name, float(exponent)) for name, exponent in container.items()))
 
 
-def _unknown(name: str, unit: str) -> str:
+def _describe_unknown_unit(name: str, unit: str) -> str:
     same_letters = [known for known in FAMILIAR_UNITS if known.lower() == name.lower()]
     close = same_letters or difflib.get_close_matches(name, FAMILIAR_UNITS, 1, 0.5)
     if not close:

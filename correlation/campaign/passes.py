@@ -118,7 +118,7 @@ def find_difference(frequency: Real, size: Real, other: Real, other_size: Real) 
     """Where two curves, by rising frequency, differ over neighbouring frequencies that both have; None if nowhere."""
     if not len(frequency) or not len(other):
         return None
-    ratio = np.abs(_ratio(frequency, size, other, other_size))
+    ratio = np.abs(_compute_log_ratio(frequency, size, other, other_size))
     apart = ratio > np.log(BRANCH_FACTOR)
     runs = np.split(np.arange(len(ratio)), np.flatnonzero(np.diff(apart)) + 1)
     longest = max((rows for rows in runs if apart[rows].any()), key=len, default=np.zeros(0, dtype=np.int64))
@@ -129,14 +129,14 @@ def find_difference(frequency: Real, size: Real, other: Real, other_size: Real) 
 
 def _are_branches(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
     """Whether one of two curves that differ is above the other at all that both have, by a factor that varies."""
-    ratio = _ratio(frequency, size, other, other_size)
+    ratio = _compute_log_ratio(frequency, size, other, other_size)
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio) or (ratio.min() < 0 < ratio.max()) or np.ptp(ratio) < np.log(BRANCH_FACTOR):
         return False
     return find_difference(frequency, size, other, other_size) is not None
 
 
-def _ratio(frequency: Real, size: Real, other: Real, other_size: Real) -> Real:
+def _compute_log_ratio(frequency: Real, size: Real, other: Real, other_size: Real) -> Real:
     """Logarithm of the ratio of two curves at the frequencies of the first; NaN where the other one has none."""
     beside = np.interp(frequency, other, other_size, left=np.nan, right=np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):

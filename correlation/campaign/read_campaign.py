@@ -9,7 +9,7 @@ from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.format.toml_folder import check_folder, read_folder
 from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import SWEEPS, Campaign
-from correlation.campaign.stepped_sine import sorting
+from correlation.campaign.stepped_sine import find_sorting
 from correlation.data_quality.campaign import find_suspicions
 from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
@@ -41,7 +41,7 @@ def read_campaign(path: Path, analyse: Analyse = analyse_uncached) -> Campaign:
         names = " and ".join(f'"{item.name}"' for item in result)
         raise CampaignError(f'"{path}" is a campaign in the formats {names}: leave one of them out')
     if not result:
-        return _others(path, analyse)
+        return _read_unknown(path, analyse)
     campaign = _read(result[0], path, analyse)
     return campaign.suspected(find_suspicions(campaign))
 
@@ -65,7 +65,7 @@ def check_campaign(files: MeasuredFiles, analyse: Analyse = analyse_uncached) ->
     return campaign.suspected(find_suspicions(campaign))
 
 
-def _others(path: Path, analyse: Analyse) -> Campaign:
+def _read_unknown(path: Path, analyse: Analyse) -> Campaign:
     """A path that no format knows: what is missing in a folder says the folder's reader."""
     others = [item.holds for item in FORMATS if item.read is not read_folder]
     try:
@@ -92,7 +92,7 @@ def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
     wrong = _wrong(campaign)
     if wrong:
         raise CampaignError(f'{path}: the format "{format_.name}" gives a campaign {wrong}')
-    order = sorting(campaign.measurement)
+    order = find_sorting(campaign.measurement)
     return replace(campaign, folder=path, measurement=campaign.measurement.where(order))
 
 

@@ -115,7 +115,7 @@ def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collectio
         _refuse_stepped(columns, own, signals)
     if not signals:
         raise table.problem("columns", f"names no sensor: add one of {', '.join(sensors)}", show=False)
-    level, levels = _number(table, "level"), _levels(table, own)
+    level, levels = _number(table, "level"), _read_levels(table, own)
     if level is not None and "level" in own:
         raise table.problem("level", "is also a column: remove one of them")
     control = table.choice("control", CONTROLS) if "control" in table.values else "force"
@@ -162,21 +162,21 @@ def _refuse_stepped(
             raise columns.problem(name, wanted, show=False)
 
 
-def _levels(table: TomlTable, own: Collection[str]) -> tuple[float, ...]:
+def _read_levels(table: TomlTable, own: Collection[str]) -> tuple[float, ...]:
     values = table.take("levels", list, [])
     if values and ("time" in own or "level" in own or "level" in table.values):
         why = "is for the sweeps of a stepped sine whose level is given in no other way: remove it, or the other"
         raise table.problem("levels", why, show=False)
-    return tuple(_checked(table, "levels", value) for value in values)
+    return tuple(_check_level(table, "levels", value) for value in values)
 
 
 def _number(table: TomlTable, key: str) -> float | None:
     table.known.add(key)
     value = table.values.get(key)
-    return None if value is None else _checked(table, key, value)
+    return None if value is None else _check_level(table, key, value)
 
 
-def _checked(table: TomlTable, key: str, value: object) -> float:
+def _check_level(table: TomlTable, key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
         raise table.problem(key, "must be a number above zero, without a unit")
     if not MIN_READING <= value <= MAX_READING:

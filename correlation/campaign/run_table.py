@@ -103,18 +103,18 @@ def read_run_rows(
     needed = None if "time" in entry.own else [name for own in entry.own.values() for name in own.columns.values()]
     file = take_rows(entry.table, files.read(entry.file), entry.columns, needed=needed)
     if "time" in entry.own:
-        return _steady_state(entry, file, sensors, test, units, first)
+        return _read_steady_state(entry, file, sensors, test, units, first)
     frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).positive_values(file, "Hz")
-    sweep, of_pass = _passes(entry, file, frequency)
+    sweep, of_pass = _split_passes(entry, file, frequency)
     order = _read_whole_numbers(entry, file, "order") if "order" in entry.own else first + np.arange(len(frequency))
     force = _force(entry, file, units)
-    level = _level(entry, file, force, of_pass, units)
+    level = _read_level(entry, file, force, of_pass, units)
     phase_reference = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
     suspicions: list[Suspicion] = []
     read = list(_read_signals(entry, file, sensors, units, phase_reference, suspicions))
     if entry.sweep == BY_ORDER and not {"sweep", "order"} & {*entry.own}:
         motions = [one for one in read if sensors[one.sensor].quantity != CONTACT_FORCE]
-        named = name_branches(sweep, of_pass, level, frequency, _fundamental_amplitude(motions, len(frequency)))
+        named = name_branches(sweep, of_pass, level, frequency, _find_fundamental_amplitude(motions, len(frequency)))
         if (named != sweep).any():
             suspicions.append(_note_branches(entry, level[named != sweep]))
         sweep = named
@@ -128,7 +128,7 @@ def read_run_rows(
         frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
         sweep=sweep, repeat=repeat,
     )  # fmt: skip
-    tables = [_rows(states.where(one.there), one.sensor, one.harmonic, one.value, test) for one in read]
+    tables = [_make_rows(states.where(one.there), one.sensor, one.harmonic, one.value, test) for one in read]
     return join_rows(tables), tuple(suspicions)
 
 
@@ -157,7 +157,7 @@ def _read_signals(
                 all(len(file.column(name).values) == len(phase_reference) for name in signal.columns.values()),
                 signal.problem("its column is not as long as that of the frequency"),
             )
-            present, there, found_suspicions = _present(entry, file, signal)
+            present, there, found_suspicions = _select_present(entry, file, signal)
             value = signal.complex_values(present, sensor.unit if sensor.calibrated else "")
             suspicions += found_suspicions
             _require(
@@ -183,7 +183,7 @@ def _read_signals(
             yield _Signal(there, number, signal.harmonic, value)
 
 
-def _fundamental_amplitude(read: Sequence[_Signal], n_row: int) -> Real:
+def _find_fundamental_amplitude(read: Sequence[_Signal], n_row: int) -> Real:
     """Amplitudes of the first fundamental that was read, shape (n_row,); NaN where there is none."""
     size = np.full(n_row, np.nan)
     for one in read:
@@ -202,7 +202,7 @@ def _note_branches(entry: RunEntry, levels: Real) -> Suspicion:
     )  # fmt: skip
 
 
-def _present(
+def _select_present(
     entry: RunEntry, file: MeasuredFile, signal: SignalEntry
 ) -> tuple[MeasuredFile, NDArray[np.bool_], list[Suspicion]]:
     """Rows that have a value of a sensor, whether each row of the file has, and what looks wrong in them."""
@@ -226,7 +226,7 @@ def join_rows(tables: Sequence[Measurement]) -> Measurement:
     return Measurement(**{name: np.concatenate([[], *(getattr(table, name) for table in tables)]) for name in columns})
 
 
-def _rows(
+def _make_rows(
     states: _States, sensor: int, harmonic: int, value: Complex[NDArray[np.complex128], " n"], test: int
 ) -> Measurement:
     n = len(value)
@@ -237,7 +237,7 @@ def _rows(
     )  # fmt: skip
 
 
-def _steady_state(
+def _read_steady_state(
     entry: RunEntry, file: MeasuredFile, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, order: int
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
     """Harmonics of one steady state over time, and what they suspect of it."""
@@ -276,7 +276,7 @@ def _steady_state(
         for harmonic in range(1 if sensor.quantity in {"velocity", "acceleration"} else 0, entry.harmonics + 1):
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
             keeps_sign = sensor.has_phase or harmonic == 0
-            tables.append(_rows(states, number, harmonic, value if keeps_sign else np.abs(value), test))
+            tables.append(_make_rows(states, number, harmonic, value if keeps_sign else np.abs(value), test))
     remarks = [Suspicion(where=entry.file, sentence=words, remark=True) for words in note_rounded_time(time)]
     return join_rows(tables), (*remarks, *_suspect_steady_state(entry, result, amplitude))
 
@@ -301,7 +301,7 @@ def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) 
     return tuple(suspicions)
 
 
-def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:
+def _split_passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:
     """Sweep and number of the pass of each row, shape (n,): stated, or from the order of the rows."""
     if "sweep" in entry.own:
         column = file.column(next(iter(entry.own["sweep"].columns.values())))
@@ -339,7 +339,7 @@ def _force(entry: RunEntry, file: MeasuredFile, units: RunUnits) -> Complex[NDAr
     return np.conj(value) if units.time_sign < 0 else value
 
 
-def _level(
+def _read_level(
     entry: RunEntry,
     file: MeasuredFile,
     force: Complex[NDArray[np.complex128], " n"] | None,

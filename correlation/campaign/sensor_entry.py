@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import COMPONENTS, CONTACT_FORCE, LOAD_CELL, SI_UNIT, MeasuredSensor
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import read_si_quantity
 from correlation.campaign.toml_table import TomlTable
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -24,7 +24,11 @@ def read_sensor(table: TomlTable) -> MeasuredSensor:
         A key or a value that cannot be used.
     """
     quantity = table.choice("quantity", SI_UNIT)
-    common: dict[str, Any] = {"name": table.take("name", str), "quantity": quantity, **_readings(table, quantity)}
+    common: dict[str, Any] = {
+        "name": table.take("name", str),
+        "quantity": quantity,
+        **_read_properties(table, quantity),
+    }
     if quantity == CONTACT_FORCE:
         sensor = MeasuredSensor(**common, line=table.take("line", str), component=table.choice("component", COMPONENTS))
     elif quantity == LOAD_CELL:
@@ -32,14 +36,14 @@ def read_sensor(table: TomlTable) -> MeasuredSensor:
     else:
         sensor = MeasuredSensor(**common, **_position(table))
     # The absolute part of a stated noise is in the unit of the readings, which the direction decides.
-    noise = table.converted("noise", lambda value: _noise(value, sensor), (0.0, 0.0))
+    noise = table.converted("noise", lambda value: _read_noise(value, sensor), (0.0, 0.0))
     table.finish()
     return MeasuredSensor(**{**vars(sensor), "noise": noise})
 
 
-def _readings(table: TomlTable, quantity: str) -> dict[str, Any]:
+def _read_properties(table: TomlTable, quantity: str) -> dict[str, Any]:
     """Properties of the readings: gain, phase, unit."""
-    uncertainty = table.converted("uncertainty", lambda value: si_quantity(value, ""), 0.0)
+    uncertainty = table.converted("uncertainty", lambda value: read_si_quantity(value, ""), 0.0)
     if uncertainty < 0:
         raise table.problem("uncertainty", "must not be negative")
     calibrated = table.take("calibrated", bool, True)
@@ -64,7 +68,7 @@ def _position(table: TomlTable) -> dict[str, Any]:
     # The case's sensor of this name knows its axis.
     has_axis = point is not None or not table.values.keys().isdisjoint({"direction", "inclination"})
     direction = table.choice("direction", DIRECTIONS) if has_axis else table.take("direction", str, "")
-    inclination = table.converted("inclination", lambda value: si_quantity(value, "rad"), 0.0)
+    inclination = table.converted("inclination", lambda value: read_si_quantity(value, "rad"), 0.0)
     toward = ""
     if inclination:
         toward = table.choice("toward", tuple(axis for axis in DIRECTIONS[:3] if axis != direction))
@@ -83,19 +87,19 @@ def _position(table: TomlTable) -> dict[str, Any]:
 
 
 def _point(values: object) -> NDArray[np.float64]:
-    return np.array([si_quantity(value, "m") for value in values]) if isinstance(values, list) else np.zeros(0)
+    return np.array([read_si_quantity(value, "m") for value in values]) if isinstance(values, list) else np.zeros(0)
 
 
-def _noise(value: object, sensor: MeasuredSensor) -> tuple[float, float]:
+def _read_noise(value: object, sensor: MeasuredSensor) -> tuple[float, float]:
     """Relative [-] and absolute [unit of the sensor] part, each given once at most."""
     parts = value if isinstance(value, list) else [value]
     relative = absolute = 0.0
     for part in parts:
         text = str(part)
         if text.strip().endswith("%") or isinstance(part, int | float):
-            relative = math.hypot(relative, si_quantity(part, ""))
+            relative = math.hypot(relative, read_si_quantity(part, ""))
         elif sensor.calibrated:
-            absolute = math.hypot(absolute, si_quantity(part, sensor.unit))
+            absolute = math.hypot(absolute, read_si_quantity(part, sensor.unit))
         else:
             raise ValueError('give a share such as "1 %": the sensor is not calibrated')
     if min(relative, absolute) < 0 or not relative + absolute > 0 or relative >= 1:

@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurable import REMEDY, is_beyond, is_too_large
-from correlation.campaign.measurement_unit import COUNT, STRAIN, si_factor, si_quantity
+from correlation.campaign.measurement_unit import COUNT, STRAIN, find_si_factor, read_si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile
@@ -142,7 +142,7 @@ class SignalEntry:
         """Whether its columns or the manifest state a unit of this kind."""
         unit = self.unit or file.column(next(iter(self.columns.values()))).unit
         try:
-            return bool(unit) and not self.sensitivity and si_factor(unit, si) > 0
+            return bool(unit) and not self.sensitivity and find_si_factor(unit, si) > 0
         except ValueError:
             return False
 
@@ -199,9 +199,9 @@ class SignalEntry:
             raise self.problem(f'"{column.name}" of {file.path.name} has no unit: {remedy}')
         try:
             if not self.sensitivity:
-                return si_factor(unit, si)
+                return find_si_factor(unit, si)
             read = unit if unit in {COUNT, STRAIN} else "V"
-            return si_factor(unit, read) / si_quantity(self.sensitivity, f"{read}/({si})")
+            return find_si_factor(unit, read) / read_si_quantity(self.sensitivity, f"{read}/({si})")
         except ValueError as error:
             raise self.problem(f'"{column.name}" of {file.path.name}: {error}') from None
 

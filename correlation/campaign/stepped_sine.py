@@ -13,7 +13,7 @@ from correlation.campaign.csv_table import CsvTable, read_table
 from correlation.campaign.manifest import MANIFEST, Manifest
 from correlation.campaign.measurable import REMEDY, is_beyond, is_too_large
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Measurement, number_frequencies
-from correlation.campaign.measurement_unit import si_factor
+from correlation.campaign.measurement_unit import find_si_factor
 from correlation.errors import CampaignError
 
 COLUMNS = (
@@ -56,7 +56,7 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
     test = _index(table, "test", {name: names.index(name) for name in tests})
     with np.errstate(over="ignore", invalid="ignore"):  # what is too large is refused below
         value = table.numbers("real") + 1j * manifest.units.time_sign * table.numbers("imag")
-        value *= _unit_factors(table, manifest, sensor)
+        value *= _find_unit_factors(table, manifest, sensor)
         # A mean has no amplitude, and so no convention of one.
         value[harmonic > 0] *= manifest.units.peak
     _refuse(table, "imag", (harmonic == 0) & (value.imag != 0), "a mean (harmonic 0) has no imaginary part: write 0")
@@ -92,22 +92,22 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
         value=value,
         force=force * manifest.units.level_factor,
     )
-    order = sorting(measurement)
+    order = find_sorting(measurement)
     _refuse_duplicates(table, measurement, order)
     return measurement.where(order)
 
 
-def sorting(measurement: Measurement) -> Int[NDArray[np.int64], " k"]:
+def find_sorting(measurement: Measurement) -> Int[NDArray[np.int64], " k"]:
     """Row numbers that sort a table by `KEY`, shape (k,)."""
-    return np.lexsort(_key(measurement)[::-1])
+    return np.lexsort(_list_key_columns(measurement)[::-1])
 
 
 def find_same(measurement: Measurement, order: Sequence[int] | NDArray[np.int64]) -> Bool[NDArray[np.bool_], " k-1"]:
-    """Whether each row of a table in the order of `sorting` measures the same as the next, shape (k - 1,)."""
-    return np.asarray(np.all([np.diff(column[order]) == 0 for column in _key(measurement)], axis=0))
+    """Whether each row of a table in the order of `find_sorting` measures the same as the next, shape (k - 1,)."""
+    return np.asarray(np.all([np.diff(column[order]) == 0 for column in _list_key_columns(measurement)], axis=0))
 
 
-def _key(measurement: Measurement) -> list[NDArray[Any]]:
+def _list_key_columns(measurement: Measurement) -> list[NDArray[Any]]:
     """Columns of `KEY`; a campaign makes frequencies equal that differ by rounding alone, so that they are one here."""
     columns = {name: getattr(measurement, name) for name in KEY}
     return [*(columns | {"frequency": number_frequencies(measurement.frequency)}).values()]
@@ -143,7 +143,7 @@ def _index(table: CsvTable, name: str, known: Mapping[str, int]) -> Int[NDArray[
     return np.array([known[word] for word in column], dtype=np.int64)
 
 
-def _unit_factors(
+def _find_unit_factors(
     table: CsvTable, manifest: Manifest, sensor: Int[NDArray[np.int64], " k"]
 ) -> Float[NDArray[np.float64], " k"]:
     """Factor to SI of each row, shape (k,)."""
@@ -159,7 +159,7 @@ def _unit_factors(
         if not unit:
             raise table.problem(row, f'unit is missing; write "{measured.unit}"')
         try:
-            factors[pair] = si_factor(unit, measured.unit)
+            factors[pair] = find_si_factor(unit, measured.unit)
         except ValueError as error:
             article = "an" if measured.quantity.startswith("a") else "a"
             reads = f'for sensor "{measured.name}", which measures {article} {measured.quantity}'

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement_unit import base_unit
+from correlation.campaign.measurement_unit import find_base_unit
 from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
@@ -107,7 +107,7 @@ class TimeRecord:
         return mean
 
 
-def record_of_columns(
+def make_record_of_columns(
     file: MeasuredFile,
     *,
     name: str,
@@ -148,7 +148,7 @@ def record_of_columns(
     values, si = [], []
     for column in channels:
         try:
-            si.append(base_unit(units[column])[1])
+            si.append(find_base_unit(units[column])[1])
         except ValueError as error:
             raise CampaignError(f'record "{name}": units.{column}: {error}') from None
         entry = SignalEntry(

@@ -31,85 +31,100 @@ def write_campaign(campaign: Campaign, folder: Path) -> None:
         Data that have no table here, or a test without rows, which a reader refuses.
     """
     if campaign.data:
-        listed = ", ".join(dict.fromkeys(f"{datum.type} {_text(datum.name)}" for datum in campaign.data))
+        listed = ", ".join(dict.fromkeys(f"{datum.type} {_quote_text(datum.name)}" for datum in campaign.data))
         raise CampaignError(f"{listed}: only steady states and time records are written; copy the folder of the others")
     for number, test in enumerate(campaign.tests):
         if not (campaign.measurement.test == number).any():
-            raise CampaignError(f"test {_text(test.name)} has no rows: leave it out of the campaign to be written")
+            raise CampaignError(
+                f"test {_quote_text(test.name)} has no rows: leave it out of the campaign to be written"
+            )
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    tests, records = (_file_names(item) for item in (campaign.tests, campaign.records))
-    (folder / MANIFEST).write_text("\n".join(_manifest(campaign, tests, records)) + "\n", encoding="utf-8")
+    tests, records = (_choose_file_names(item) for item in (campaign.tests, campaign.records))
+    (folder / MANIFEST).write_text("\n".join(_format_manifest(campaign, tests, records)) + "\n", encoding="utf-8")
     for number, file in enumerate(tests):
-        (folder / f"test_{file}.csv").write_text("\n".join(_table(campaign, number)) + "\n", encoding="utf-8")
+        (folder / f"test_{file}.csv").write_text("\n".join(_format_table(campaign, number)) + "\n", encoding="utf-8")
     for record, file in zip(campaign.records, records, strict=True):
         rows = np.vstack([record.time, record.values]).T.tolist()
-        lines = [",".join(map(_field, [TIME, *record.channels])), *(",".join(map(repr, row)) for row in rows)]
+        lines = [",".join(map(_quote_field, [TIME, *record.channels])), *(",".join(map(repr, row)) for row in rows)]
         (folder / f"record_{file}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _manifest(campaign: Campaign, tests: Sequence[str], records: Sequence[str]) -> Iterator[str]:
+def _format_manifest(campaign: Campaign, tests: Sequence[str], records: Sequence[str]) -> Iterator[str]:
     yield f"schema = {SCHEMA}"
-    yield f"title = {_text(campaign.title)}"
+    yield f"title = {_quote_text(campaign.title)}"
     drive = campaign.drive
     if drive != Drive():
-        yield from ("", "[drive]", f"quantity = {_text(drive.quantity)}")
+        yield from ("", "[drive]", f"quantity = {_quote_text(drive.quantity)}")
         yield from () if drive.calibrated else ("calibrated = false",)
     yield from ("", "[convention]", 'time = "exp(+i omega t)"', 'amplitude = "peak"')
-    yield from ("", "[units]", f"level = {_text(drive.unit)}", 'frequency = "Hz"')
+    yield from ("", "[units]", f"level = {_quote_text(drive.unit)}", 'frequency = "Hz"')
     for sensor in campaign.sensors:
-        yield from ("", "[[sensor]]", *_sensor(sensor))
+        yield from ("", "[[sensor]]", *_format_sensor(sensor))
     for test, file in zip(campaign.tests, tests, strict=True):
-        yield from ("", "[[test]]", f"name = {_text(test.name)}", f"configuration = {_text(test.configuration)}")
+        yield from (
+            "",
+            "[[test]]",
+            f"name = {_quote_text(test.name)}",
+            f"configuration = {_quote_text(test.configuration)}",
+        )
         yield from ("settling = true",) if test.settling else ()
         yield from ('control = "response"',) if test.control == "response" else ()
-        yield f"file = {_text(f'test_{file}.csv')}"
+        yield f"file = {_quote_text(f'test_{file}.csv')}"
     for record, file in zip(campaign.records, records, strict=True):
-        yield from ("", "[[record]]", f"name = {_text(record.name)}", f"file = {_text(f'record_{file}.csv')}")
+        yield from (
+            "",
+            "[[record]]",
+            f"name = {_quote_text(record.name)}",
+            f"file = {_quote_text(f'record_{file}.csv')}",
+        )
         if record.force is not None:
-            yield f"force = {_text(record.force)}"
+            yield f"force = {_quote_text(record.force)}"
         if record.held_out:
             yield "held_out = true"
         units = zip((TIME, *record.channels), ("s", *record.units), strict=True)
-        yield f"units = {{ {', '.join(f'{_text(channel)} = {_text(unit)}' for channel, unit in units)} }}"
+        yield f"units = {{ {', '.join(f'{_quote_text(channel)} = {_quote_text(unit)}' for channel, unit in units)} }}"
     if campaign.held_out.levels or campaign.held_out.repeats:
         levels, repeats = campaign.held_out.levels, campaign.held_out.repeats
         yield from ("", "[held_out]", f"levels = {[float(level) for level in levels]}", f"repeats = {[*repeats]}")
 
 
-def _sensor(sensor: MeasuredSensor) -> Iterator[str]:
-    yield f"name = {_text(sensor.name)}"
-    yield f"quantity = {_text(sensor.quantity)}"
+def _format_sensor(sensor: MeasuredSensor) -> Iterator[str]:
+    yield f"name = {_quote_text(sensor.name)}"
+    yield f"quantity = {_quote_text(sensor.quantity)}"
     if sensor.quantity == CONTACT_FORCE:
-        yield f"line = {_text(sensor.line or '')}"
-        yield f"component = {_text(sensor.component or '')}"
+        yield f"line = {_quote_text(sensor.line or '')}"
+        yield f"component = {_quote_text(sensor.component or '')}"
     elif sensor.quantity == LOAD_CELL:
-        yield f"cell = {_text(sensor.cell or '')}"
+        yield f"cell = {_quote_text(sensor.cell or '')}"
     else:
         if sensor.direction:
-            yield f"direction = {_text(sensor.direction)}"
+            yield f"direction = {_quote_text(sensor.direction)}"
         if sensor.place is not None:
-            yield f"place = {_text(sensor.place)}"
+            yield f"place = {_quote_text(sensor.place)}"
         if sensor.coordinates is not None:
-            yield f"coordinates = [{', '.join(_text(f'{x!r} m') for x in sensor.coordinates.tolist())}]"
+            yield f"coordinates = [{', '.join(_quote_text(f'{x!r} m') for x in sensor.coordinates.tolist())}]"
         if sensor.relative_to is not None:
-            yield f"relative_to = {_text(sensor.relative_to)}"
+            yield f"relative_to = {_quote_text(sensor.relative_to)}"
         if sensor.inclination:
-            yield from (f"inclination = {_text(f'{sensor.inclination!r} rad')}", f"toward = {_text(sensor.toward)}")
+            yield from (
+                f"inclination = {_quote_text(f'{sensor.inclination!r} rad')}",
+                f"toward = {_quote_text(sensor.toward)}",
+            )
     if sensor.uncertainty:
         yield f"uncertainty = {float(sensor.uncertainty)!r}"
     if not sensor.calibrated:
-        yield from ("calibrated = false", f"reading_unit = {_text(sensor.reading_unit)}")
+        yield from ("calibrated = false", f"reading_unit = {_quote_text(sensor.reading_unit)}")
     if not sensor.has_phase:
         yield "phase = false"
     relative, absolute = sensor.noise
     parts = [repr(float(relative))] if relative else []
-    parts += [_text(f"{float(absolute)!r} {sensor.unit}")] if absolute else []
+    parts += [_quote_text(f"{float(absolute)!r} {sensor.unit}")] if absolute else []
     if parts:
         yield f"noise = [{', '.join(parts)}]"
 
 
-def _table(campaign: Campaign, test: int) -> Iterator[str]:
+def _format_table(campaign: Campaign, test: int) -> Iterator[str]:
     table = campaign.measurement.where(campaign.measurement.test == test)
     forces = [""] * len(table)
     if np.array_equal(table.force, table.level):
@@ -117,8 +132,8 @@ def _table(campaign: Campaign, test: int) -> Iterator[str]:
     else:
         yield ",".join((*COLUMNS, FORCE))
         forces = [f",{force!r}" for force in table.force.tolist()]
-    name = _field(campaign.tests[test].name)
-    sensors = [(_field(sensor.name), sensor.unit) for sensor in campaign.sensors]
+    name = _quote_field(campaign.tests[test].name)
+    sensors = [(_quote_field(sensor.name), sensor.unit) for sensor in campaign.sensors]
     columns = (table.order, table.repeat, table.sweep, table.level, table.frequency, table.sensor, table.harmonic)
     values = (table.value.real, table.value.imag)
     for order, repeat, sweep, level, frequency, number, harmonic, real, imag, force in zip(
@@ -131,7 +146,7 @@ def _table(campaign: Campaign, test: int) -> Iterator[str]:
         )
 
 
-def _file_names(named: Sequence[object]) -> list[str]:
+def _choose_file_names(named: Sequence[object]) -> list[str]:
     """Names that every file system takes: numbers first, so that no two are alike."""
     return [
         f"{number:02d}_"
@@ -144,10 +159,10 @@ def _name(named: object) -> str:
     return str(getattr(named, "name", ""))
 
 
-def _text(text: str) -> str:
+def _quote_text(text: str) -> str:
     # Basic strings of TOML escape like JSON does.
     return json.dumps(text, ensure_ascii=False)
 
 
-def _field(text: str) -> str:
+def _quote_field(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if any(letter in text for letter in ',"\n') else text

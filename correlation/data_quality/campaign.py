@@ -44,17 +44,17 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     result = [
         item
         for check in (
-            _phases,
-            _constant_harmonics,
+            _suspect_phases,
+            _suspect_constant_harmonics,
             partial(find_dead_channels, dead=dead),
-            _sensors_at_one_place,
-            partial(_copied_channels, dead=dead),
-            _missing_levels,
-            _missing_frequencies,
-            _missing_points,
-            _missing_sensors,
-            _missing_repeats,
-            _sweeps,
+            _suspect_sensors_at_one_place,
+            partial(_suspect_copied_channels, dead=dead),
+            _suspect_missing_levels,
+            _suspect_missing_frequencies,
+            _suspect_missing_points,
+            _suspect_missing_sensors,
+            _suspect_missing_repeats,
+            _suspect_sweeps,
             find_zero_readings,
         )
         for item in check(campaign)
@@ -71,11 +71,11 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     return (*result, *channels, *find_drive_suspicions(campaign), *levels, *drifts, *trends)
 
 
-def _phases(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_phases(campaign: Campaign) -> Iterator[Suspicion]:
     for test, sensor, rows in channels(campaign):
         if not campaign.sensors[sensor].has_phase:
             continue
-        lines = {level: line(campaign.measurement.where(rows), level) for level in _levels(campaign, rows)}
+        lines = {level: line(campaign.measurement.where(rows), level) for level in _list_levels(campaign, rows)}
         frequency, value = lines[min(lines)]
         if len(frequency) < 5 or any((line.real < 0).any() for _, line in lines.values()):
             continue
@@ -97,27 +97,27 @@ def _phases(campaign: Campaign) -> Iterator[Suspicion]:
             evidence = f"imag reaches {np.abs(value.imag).max() / value.real.max():.3g} times what real does"
         if evidence:
             yield Suspicion(
-                where=_where(campaign, test, sensor),
+                where=_name_channel(campaign, test, sensor),
                 sentence=f"real is never negative and {evidence}: are these amplitude and phase? "
                 "Write real = amplitude cos(phase) and imag = amplitude sin(phase)",
                 of_test=True,
             )
 
 
-def _constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for harmonic in np.unique(table.harmonic[table.harmonic != 1]):
         for test, sensor, rows in channels(campaign, harmonic=int(harmonic), forces=True):
             value = table.value[rows]
             if len(np.unique(table.frequency[rows])) >= 3 and (value == value[0]).all():
                 yield Suspicion(
-                    where=_where(campaign, test, sensor),
+                    where=_name_channel(campaign, test, sensor),
                     sentence=f"harmonic {harmonic} reads {value[0]:.4g} {campaign.sensors[sensor].unit} at all "
                     f"{len(value)} points: a dead channel, or one that was never evaluated? Remove its rows",
                 )
 
 
-def _sensors_at_one_place(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_sensors_at_one_place(campaign: Campaign) -> Iterator[Suspicion]:
     """Sensors of one quantity that read one point along one axis: a remark if no test has two of them."""
     groups: dict[tuple[object, ...], list[str]] = {}
     for sensor in campaign.sensors:
@@ -150,7 +150,7 @@ def _group_sensors(campaign: Campaign) -> Iterator[set[str]]:
         yield set(record.channels)
 
 
-def _copied_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:
+def _suspect_copied_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:
     for test, sensor, rows in channels(campaign, forces=True):
         rows = rows & ~dead
         table = campaign.measurement.where(rows)
@@ -161,13 +161,13 @@ def _copied_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) ->
         pairs, copies = int(same_point.sum()), int((same_point & same_value).sum())
         if copies >= 3 and copies > BY_CHANCE * pairs:
             yield Suspicion(
-                where=_where(campaign, test, sensor),
+                where=_name_channel(campaign, test, sensor),
                 sentence=f"{copies} of {pairs} pairs of repeats agree in every digit: are they copies? "
                 "Noise is taken from the repeats; measure them, or write more digits",
             )
 
 
-def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
     """Runs without a level that other runs of their sweep have; a few states that were read twice do not count."""
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
@@ -187,7 +187,7 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
                 )
 
 
-def _missing_frequencies(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_missing_frequencies(campaign: Campaign) -> Iterator[Suspicion]:
     """Runs without frequencies that are common to most runs of their level and direction."""
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
@@ -216,7 +216,7 @@ def _describe_missing(full: frozenset[float], grid: frozenset[float]) -> str:
     return f"{len(missing)} of {len(full)} frequencies, {where}, which others have: {asked}?"
 
 
-def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_missing_points(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for number in range(len(campaign.tests)):
         own = table.where(table.test == number)
@@ -249,7 +249,7 @@ def _describe_short_runs(
     return f", in {join_first_names(named)}" if named else ""
 
 
-def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for number, sensor in enumerate(campaign.sensors):
         there = [bool((table.sensor[table.test == test] == number).any()) for test in range(len(campaign.tests))]
@@ -267,7 +267,7 @@ def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
                 )
 
 
-def _missing_repeats(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_missing_repeats(campaign: Campaign) -> Iterator[Suspicion]:
     """Missing repeats of a test, if later numbers exist."""
     table = campaign.measurement
     for number, test in enumerate(campaign.tests):
@@ -281,7 +281,7 @@ def _missing_repeats(campaign: Campaign) -> Iterator[Suspicion]:
             )
 
 
-def _sweeps(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
     for number, test in enumerate(campaign.tests):
         for sweep in (1, -1):
             rows = (campaign.measurement.test == number) & (campaign.measurement.sweep == sweep)
@@ -312,11 +312,11 @@ def channels(
                 yield test, number, rows
 
 
-def _where(campaign: Campaign, test: int, sensor: int) -> str:
+def _name_channel(campaign: Campaign, test: int, sensor: int) -> str:
     return f'test "{campaign.tests[test].name}", sensor "{campaign.sensors[sensor].name}"'
 
 
-def _levels(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"]) -> list[float]:
+def _list_levels(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"]) -> list[float]:
     return [float(level) for level in np.unique(campaign.measurement.level[rows])]
 
 

@@ -28,17 +28,17 @@ RUN = 4
 def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes, each with its evidence."""
     checks = (
-        _constant_phase,
+        _suspect_constant_phase,
         find_sensors_swapped_in_a_repeat,
         find_forces_swapped_in_a_repeat,
-        _signs,
-        _unnamed_sweeps,
-        _settling,
+        _suspect_signs,
+        _suspect_unnamed_sweeps,
+        _suspect_settling,
     )
     return tuple(item for check in checks for item in check(campaign))
 
 
-def _signs(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_signs(campaign: Campaign) -> Iterator[Suspicion]:
     """Phases with another reference, or with the wrong sign."""
     turned = [*find_turned_runs(campaign)]
     yield from turned
@@ -47,7 +47,7 @@ def _signs(campaign: Campaign) -> Iterator[Suspicion]:
             yield suspicion
 
 
-def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     real: dict[int, list[str]] = {}
     for number, sensor in enumerate(campaign.sensors):
@@ -60,7 +60,7 @@ def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
                 real.setdefault(test, []).append(f'sensor "{sensor.name}"')
                 continue
             levels = [table.where(rows & (table.level == level)) for level in np.unique(table.level[rows])]
-            known = [spread for spread in map(_phase_over_peak, levels) if spread is not None]
+            known = [spread for spread in map(_compute_phase_range, levels) if spread is not None]
             if known and max(known) < CONSTANT:
                 spreads[campaign.tests[test].name] = max(known)
         if spreads:
@@ -92,7 +92,7 @@ def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
     )
 
 
-def _phase_over_peak(table: Measurement) -> float | None:
+def _compute_phase_range(table: Measurement) -> float | None:
     """Range of the phase over the points above half of the power of a clear peak [rad]; None without one."""
     frequency, index = np.unique(table.frequency, return_inverse=True)
     mean = np.zeros(len(frequency), dtype=np.complex128)
@@ -109,7 +109,7 @@ def _phase_over_peak(table: Measurement) -> float | None:
     return float(np.ptp(np.unwrap(np.angle(mean[above[0] - 1 : above[-1] + 2]))))
 
 
-def _unnamed_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_unnamed_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for number, test in enumerate(campaign.tests):
         rows = table.test == number
@@ -139,7 +139,7 @@ def _turns(frequency: Float[NDArray[np.float64], " n"]) -> bool:
     return len(change) == 1 and bool(change[0] >= RUN and len(step) - change[0] >= RUN)
 
 
-def _settling(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_settling(campaign: Campaign) -> Iterator[Suspicion]:
     for drift in find_drifts(campaign):
         tests = [test for test in campaign.tests if (test.configuration == "free") == drift.free]
         if not drift.settles or all(test.settling for test in tests):

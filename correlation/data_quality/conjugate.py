@@ -53,7 +53,7 @@ def find_conjugate_tests(
         if (judged := _judge(scaled[here], predicted[here])) and judged[0] == CONJUGATE:
             yield Suspicion(
                 where=f'test "{test.name}"',
-                sentence=f"{_evidence(judged, 'the model')}: do the numbers belong to the other time factor? "
+                sentence=f"{_describe_evidence(judged, 'the model')}: do the numbers belong to the other time factor? "
                 "If so, change the sign in convention.time of the manifest",
                 of_test=True,
             )
@@ -94,7 +94,7 @@ def find_conjugate_tests(
                 )
             elif judged:
                 yield Suspicion(
-                    where=where, sentence=f"{_evidence(judged, 'the model')}: {_format_question(judged[0])}"
+                    where=where, sentence=f"{_describe_evidence(judged, 'the model')}: {_format_question(judged[0])}"
                 )
 
 
@@ -115,18 +115,18 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
             arranged = arrange_repeats(table, [index])
             values = arranged.value[0]
             for column, repeat in enumerate(arranged.repeat):
-                if judged := _judge(values[:, column], _mean(np.delete(values, column, axis=1))):
+                if judged := _judge(values[:, column], _average_repeats(np.delete(values, column, axis=1))):
                     result.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
         for (repeat, explanation), sensors in result.items():
             names = ", ".join(f'"{name}"' for name, _ in sensors)
             judged = min((item for _, item in sensors), key=lambda item: item[1])
             yield Suspicion(
                 where=f'test "{test.name}", repeat {repeat}, {names}',
-                sentence=f"{_evidence(judged, 'the other repeats')}: {_format_question(explanation)}",
+                sentence=f"{_describe_evidence(judged, 'the other repeats')}: {_format_question(explanation)}",
             )
 
 
-def _mean(values: Complex[NDArray[np.complex128], "n r"]) -> Values:
+def _average_repeats(values: Complex[NDArray[np.complex128], "n r"]) -> Values:
     """Mean of the available repeats; NaN without any."""
     there = np.isfinite(values)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -148,7 +148,7 @@ def _judge(value: Values, expected: Values) -> tuple[str, float, float] | None:
     return (explanation, own, other) if other > OTHER and own < OWN else None
 
 
-def _evidence(judged: tuple[str, float, float], reference: str) -> str:
+def _describe_evidence(judged: tuple[str, float, float], reference: str) -> str:
     explanation, own, other = judged
     return f"the phases agree with {reference} to {own:.2f}, and to {other:.2f} with {explanation} (1 is perfect)"
 

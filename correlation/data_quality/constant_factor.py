@@ -94,7 +94,7 @@ def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[i
     quantities = {campaign.sensors[item].quantity for item in sensors}
     factors = [_find_constant_ratio(readings, readings.sensor == item, readings.ratio.real) for item in sensors]
     known = {**AMPLITUDES, **(UNITS[next(iter(quantities))] if len(quantities) == 1 else {})}
-    factor = _nearest(known, float(np.median(factors)))
+    factor = _find_nearest(known, float(np.median(factors)))
     miss = float(np.abs(np.array(factors) - np.log(factor)).max())
     if miss < FACTOR_TOLERANCE:
         true, read = known[factor]
@@ -113,14 +113,14 @@ def _find_common_factor(campaign: Campaign, readings: _Readings, sensors: list[i
 def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
     """Factor of one channel alone, if the others agree with the model."""
     for sensor in sensors:
-        apart = _ratios_to_others(readings, sensor)
+        apart = _compute_ratios_to_others(readings, sensor)
         if campaign.sensors[sensor].has_phase and not np.nanmedian(np.abs(apart.imag)) < PHASE:
             continue
         factor = _find_constant_ratio(readings, np.isfinite(apart), apart.real)
         size = np.abs(readings.ratio.real)
         fit = max(float(np.median(size[readings.sensor == item])) for item in sensors if item != sensor)
         units = UNITS[campaign.sensors[sensor].quantity]
-        nearest = _nearest({**units, **AMPLITUDES}, factor)
+        nearest = _find_nearest({**units, **AMPLITUDES}, factor)
         known = abs(np.log(nearest))
         close = min(max(WITHIN * fit, FACTOR_TOLERANCE), NEAR * known) if nearest in units else FACTOR_TOLERANCE
         if known > BESIDE * fit and abs(factor - np.log(nearest)) < close:
@@ -136,7 +136,7 @@ def _find_channel_factor(campaign: Campaign, readings: _Readings, sensors: list[
             )
 
 
-def _ratios_to_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.complex128], " n"]:
+def _compute_ratios_to_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.complex128], " n"]:
     """Ratios of one channel by the medians of the others in the same states; NaN in rows of others, or without any."""
     own = readings.sensor == sensor
     state, number = np.unique(readings.state[~own], return_inverse=True)
@@ -157,7 +157,7 @@ def _find_constant_ratio(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"
     return middle if apart < max(2 * FACTOR_TOLERANCE, NEAR * abs(middle)) else np.nan
 
 
-def _nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:
+def _find_nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:
     """The known factor nearest to one of some logarithm."""
     return min(known, key=lambda item: abs(np.log(item) - factor))
 

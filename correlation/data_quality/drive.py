@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.campaign.measurement_unit import root_units, si_factor
+from correlation.campaign.measurement_unit import find_root_units, find_si_factor
 from correlation.row_group import group_rows
 
 #: Forces of one level.
@@ -42,12 +42,12 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         Campaign; only measured forces are used.
     """
     for number, test in enumerate(campaign.tests):
-        forces = {} if test.control == "response" else _forces(campaign, number)
+        forces = {} if test.control == "response" else _list_forces(campaign, number)
         where, unit = f'test "{test.name}"', campaign.drive.unit
         ratios = {level: float(np.median(force)) / level for level, force in forces.items() if np.median(force) > 0}
-        factor = common_factor(list(ratios.values())) if campaign.drive.calibrated else None
+        factor = find_common_factor(list(ratios.values())) if campaign.drive.calibrated else None
         if factor is not None and min(abs(np.log(ratio)) for ratio in ratios.values()) > np.log(ANOTHER):
-            likely = likely_units(factor, unit)
+            likely = list_likely_units(factor, unit)
             asked = f"is {' or '.join(likely)}?" if likely else "is the sensitivity of the force, or the level, right?"
             sentence = f"the measured force is {factor:.3g} times its set point at all levels: {asked}"
             yield Suspicion(where=where, sentence=sentence, of_test=bool(likely))
@@ -55,11 +55,13 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         others = dict(_suspect_levels(ratios, unit))
         for level, sentence in others.items():
             yield Suspicion(where=f"{where}, level {level:.4g} {unit}", sentence=sentence)
-        for level, sentence in _clipped({level: forces[level] for level in forces if level not in others}, unit):
+        for level, sentence in _suspect_clipping(
+            {level: forces[level] for level in forces if level not in others}, unit
+        ):
             yield Suspicion(where=f"{where}, level {level:.4g} {unit}", sentence=sentence)
 
 
-def _forces(campaign: Campaign, test: int) -> dict[float, Forces]:
+def _list_forces(campaign: Campaign, test: int) -> dict[float, Forces]:
     """Measured forces of each state by level, lowest first, of levels with enough of them; empty if not measured."""
     table = campaign.measurement
     here = table.test == test
@@ -76,7 +78,7 @@ def _forces(campaign: Campaign, test: int) -> dict[float, Forces]:
     return forces
 
 
-def common_factor(ratios: Sequence[float]) -> float | None:
+def find_common_factor(ratios: Sequence[float]) -> float | None:
     """The common factor of forces over their set points; None if it is not the same for all.
 
     Parameters
@@ -90,7 +92,7 @@ def common_factor(ratios: Sequence[float]) -> float | None:
     )
 
 
-def likely_units(factor: float, unit: str) -> list[str]:
+def list_likely_units(factor: float, unit: str) -> list[str]:
     """Likely units of forces that are a given factor times their set points, in words.
 
     Parameters
@@ -100,12 +102,12 @@ def likely_units(factor: float, unit: str) -> list[str]:
     unit
         Unit that both are said to have.
     """
-    si = next((si for si in UNITS if root_units(si)[1] == root_units(unit)[1]), "")
+    si = next((si for si in UNITS if find_root_units(si)[1] == find_root_units(unit)[1]), "")
     return [
         f"{what} in {name} instead of {unit}"
         for what, own in (("the force", factor), ("the level", 1 / factor))
         for name in ((*UNITS[si], si) if si else ())
-        if name != unit and abs(np.log(own * si_factor(name, unit))) < FACTOR_TOLERANCE
+        if name != unit and abs(np.log(own * find_si_factor(name, unit))) < FACTOR_TOLERANCE
     ]
 
 
@@ -166,7 +168,7 @@ def is_in_cycle(meant: Mapping[float, float], level: float) -> bool:
     return at == level
 
 
-def _clipped(forces: Mapping[float, Forces], unit: str) -> Iterator[tuple[float, str]]:
+def _suspect_clipping(forces: Mapping[float, Forces], unit: str) -> Iterator[tuple[float, str]]:
     """Levels that the force does not reach although it reaches the lowest one, with messages."""
     if len(forces) < 2:
         return

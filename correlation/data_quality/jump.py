@@ -13,8 +13,8 @@ def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Remark on each state that is excluded in some or all repeats; a jump is not a mistake."""
     return tuple(
         Suspicion(
-            where=_where(campaign, of, float(of.curves.frequency[state])),
-            sentence=_sentence(of, int(state)),
+            where=_name_state(campaign, of, float(of.curves.frequency[state])),
+            sentence=_describe_state(of, int(state)),
             remark=True,
         )
         for of in find_branches(campaign)
@@ -22,12 +22,12 @@ def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     )
 
 
-def _where(campaign: Campaign, branches: Branches, frequency: float) -> str:
+def _name_state(campaign: Campaign, branches: Branches, frequency: float) -> str:
     level = f"{branches.curves.level:g} {campaign.drive.unit}"
     return f"{name_configuration(branches.curves.free)} test, {level}, {frequency:g} Hz"
 
 
-def _sentence(branches: Branches, state: int) -> str:
+def _describe_state(branches: Branches, state: int) -> str:
     if branches.is_empty[state]:
         return (
             f"repeats scatter far more than at the frequencies beside it: {CAUSES}; the point is left out of every fit"
@@ -47,13 +47,13 @@ def _sentence(branches: Branches, state: int) -> str:
         elif repeats:
             they, are = ("it", "is") if len(repeats) == 1 else ("they", "are")
             clauses.append(
-                f"{_numbered(repeats)}{of_sweep} {are} on another branch than most: {they} jumped at another "
+                f"{_name_repeats(repeats)}{of_sweep} {are} on another branch than most: {they} jumped at another "
                 f"frequency and {are} left out here"
             )
     return "; ".join(clauses)
 
 
-def _numbered(repeats: tuple[int, ...]) -> str:
+def _name_repeats(repeats: tuple[int, ...]) -> str:
     """Repeats in words, such as "repeats 1 to 5"."""
     first, last = repeats[0], repeats[-1]
     if len(repeats) == 1:

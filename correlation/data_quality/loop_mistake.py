@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.campaign.measurement import Suspicion
 from correlation.data_type.loop_prediction import predict_loop
-from correlation.data_type.measured_loop import MIN_DEVIATION, ForceLoop, loop_features
+from correlation.data_type.measured_loop import MIN_DEVIATION, ForceLoop, compute_loop_features
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 
@@ -40,7 +40,7 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
     CampaignError
         The model lacks the place.
     """
-    if loop.place is None or not (before := _misfit(model, loop)) > GROSS:
+    if loop.place is None or not (before := _compute_misfit(model, loop)) > GROSS:
         return
     first = loop.loops.plateaus[0]
     offsets = -first.displacement_offset[0], -first.force_offset[0]
@@ -52,7 +52,7 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
         (scale, NONE): f"with {change}: are they {units}? If so, correct the unit of their column"
         for scale, (change, units) in UNITS.items()
     } | {((1.0, 1.0), offsets): at_rest}
-    left = {change: _misfit(model, _changed(loop, *change)) for change in questions}
+    left = {change: _compute_misfit(model, _change_loop(loop, *change)) for change in questions}
     # A loop in full stick has a single stiffness: the unit of force or of displacement may be wrong.
     result = [
         change for change in sorted(left, key=lambda one: left[one]) if left[change] < min(MENDED, before / BETTER)
@@ -65,14 +65,14 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
         )
 
 
-def _changed(loop: ForceLoop, scale: tuple[float, float], offset: tuple[float, float]) -> ForceLoop:
+def _change_loop(loop: ForceLoop, scale: tuple[float, float], offset: tuple[float, float]) -> ForceLoop:
     """The loop with scaled signals and offsets."""
     x, f = scale[0] * (loop.displacement + offset[0]), scale[1] * (loop.force + offset[1])
     return replace(loop, displacement=x, force=f, loops=analyse_loop(x, f))
 
 
-def _misfit(model: Model, loop: ForceLoop) -> float:
+def _compute_misfit(model: Model, loop: ForceLoop) -> float:
     """Root mean square error [standard deviations]; infinite without a prediction of each number."""
-    features = loop_features(loop)
+    features = compute_loop_features(loop)
     error = (predict_loop(model, loop) - features.value) / features.deviation
     return float(np.sqrt(np.mean(error**2))) if len(error) and np.isfinite(error).all() else np.inf

@@ -42,12 +42,12 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
     model = model[model > 0]
     result = []
     for number, test in enumerate(campaign.tests):
-        low, high, evidence = _resonance(campaign, number)
+        low, high, evidence = _find_resonance(campaign, number)
         if not evidence or not len(model):
             continue
-        wrong = find_wrong_frequency_unit(partial(_nearest, model, low, high))
+        wrong = find_wrong_frequency_unit(partial(_compute_nearest_distance, model, low, high))
         if wrong is not None:
-            at = model[int(np.argmin(_distance(model * wrong.factor, low, high)))]
+            at = model[int(np.argmin(_compute_distance(model * wrong.factor, low, high)))]
             sentence = (
                 f"{evidence}, which is {wrong.words} the model's resonance of {at:.4g} Hz: is the column in "
                 f'{wrong.likely}? If so, write "{wrong.likely}" instead of "{wrong.stated}" as the unit of that '
@@ -79,7 +79,7 @@ def find_swapped_sensors(
     measured, model = np.full((2, n, n), np.nan, dtype=np.complex128)
     for i, j in permutations(range(n), 2):
         if campaign.sensors[i].quantity == campaign.sensors[j].quantity:
-            measured[i, j], model[i, j] = _ratios(campaign, table, predicted, i, j)
+            measured[i, j], model[i, j] = _compute_ratios(campaign, table, predicted, i, j)
     with np.errstate(divide="ignore", invalid="ignore"):
         measured_logarithm, predicted_logarithm = np.log(measured), np.log(model)
     result: list[tuple[float, int, int, str]] = []
@@ -111,7 +111,7 @@ def find_swapped_sensors(
     return tuple(suspicions)
 
 
-def _ratios(
+def _compute_ratios(
     campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"], i: int, j: int
 ) -> tuple[complex, complex]:
     """Ratio of two channels as measured and as predicted; NaN where they have too few points in common."""
@@ -125,7 +125,7 @@ def _ratios(
     both = np.array([table.value[rows_i], table.value[rows_j], predicted[rows_i], predicted[rows_j]]) * scale
     if not (first.has_phase and second.has_phase):
         both = np.abs(both).astype(np.complex128)
-    return _ratio(both[0], both[1]), _ratio(both[2], both[3])
+    return _compute_ratio(both[0], both[1]), _compute_ratio(both[2], both[3])
 
 
 def _others_confirm(measured: Logarithms, predicted: Logarithms, i: int, j: int) -> bool:
@@ -146,7 +146,7 @@ def _others_confirm(measured: Logarithms, predicted: Logarithms, i: int, j: int)
     return bool((apart[:, 1] < AFTER_SWAPPING * apart[:, 0]).all() and right < AFTER_SWAPPING * apart[:, 0].min())
 
 
-def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
+def _find_resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
     """Resonance frequency of a test [Hz], at the peak of its lowest level or else within its band, and in words."""
     for _, sensor, rows in (item for item in channels(campaign) if item[0] == test):
         table = campaign.measurement.where(rows)
@@ -163,19 +163,21 @@ def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
     return low, high, f"the column frequency covers {low:.4g} to {high:.4g}"
 
 
-def _distance(model: Float[NDArray[np.float64], " m"], low: float, high: float) -> Float[NDArray[np.float64], " m"]:
+def _compute_distance(
+    model: Float[NDArray[np.float64], " m"], low: float, high: float
+) -> Float[NDArray[np.float64], " m"]:
     """Natural logarithm of the factor between each resonance and a band, shape (m,) [-]."""
     return np.maximum(0.0, np.maximum(np.log(low / model), np.log(model / high)))
 
 
-def _nearest(
+def _compute_nearest_distance(
     model: Float[NDArray[np.float64], " m"], low: float, high: float, factor: float
 ) -> Float[NDArray[np.float64], " 1"]:
     """That of the nearest resonance, with a factor on all of them."""
-    return np.asarray(_distance(factor * model, low, high).min(keepdims=True))
+    return np.asarray(_compute_distance(factor * model, low, high).min(keepdims=True))
 
 
-def _ratio(x: Complex[NDArray[np.complex128], " f"], y: Complex[NDArray[np.complex128], " f"]) -> complex:
+def _compute_ratio(x: Complex[NDArray[np.complex128], " f"], y: Complex[NDArray[np.complex128], " f"]) -> complex:
     with np.errstate(invalid="ignore", divide="ignore"):
         return complex(np.vdot(y, x) / np.vdot(y, y).real)
 

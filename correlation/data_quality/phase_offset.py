@@ -81,11 +81,11 @@ def find_phase_offset(
     # All points have equal weight: near a resonance with an error all phases are shifted.
     together = complex(np.mean(np.exp(1j * phase[there])))
     angle = float(np.angle(together))
-    left = _size(np.angle(np.exp(1j * (phase[there] - angle))))
-    clear = abs(angle) > max(LEAST, TIMES * left) and _size(np.concatenate(moved)) > max(LEAST, MOVED * left)
+    left = _compute_size(np.angle(np.exp(1j * (phase[there] - angle))))
+    clear = abs(angle) > max(LEAST, TIMES * left) and _compute_size(np.concatenate(moved)) > max(LEAST, MOVED * left)
     return PhaseOffset(angle, together.real, left) if abs(together) > TURNED and clear else None
 
 
-def _size(angles: Angles) -> float:
+def _compute_size(angles: Angles) -> float:
     """Quantile of the angles' magnitudes at `MOST`."""
     return float(np.quantile(np.abs(angles), MOST))

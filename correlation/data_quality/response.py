@@ -14,12 +14,12 @@ from correlation.data_quality.response_size import find_wrong_size
 from correlation.data_quality.time_base import find_wrong_time_base
 from correlation.data_type.measured_loop import ForceLoop
 from correlation.data_type.measured_response import MeasuredResponse
-from correlation.data_type.mode import MeasuredMode, linear_modes, shape_at_sensors
+from correlation.data_type.mode import MeasuredMode, compute_linear_modes, shape_at_sensors
 from correlation.data_type.mode_set import group_modes
 from correlation.data_type.registry import Datum
 from correlation.data_type.ring_down import FreeDecay
 from correlation.errors import CampaignError
-from correlation.modal.assurance import modal_assurance
+from correlation.modal.assurance import compute_modal_assurance
 from correlation.model import Model
 
 Frequencies = Float[NDArray[np.float64], " m"]
@@ -45,7 +45,7 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
     result: list[Suspicion] = []
     for name, modes in tests:
         try:
-            result += _wrong_frequency_unit(model, name, modes) or _wrong_sensors(model, name, modes)
+            result += _suspect_frequency_unit(model, name, modes) or _suspect_sensors(model, name, modes)
         except CampaignError:
             continue  # the comparison says it: a sensor that the model has not
     for item in data:
@@ -59,9 +59,9 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
     return tuple(result)
 
 
-def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]) -> list[Suspicion]:
+def _suspect_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]) -> list[Suspicion]:
     """Common factor of a unit between all measured modes and those of the model."""
-    candidates = [_partners(model, mode) for mode in modes]
+    candidates = [_list_partners(model, mode) for mode in modes]
 
     def distance(factor: float) -> Frequencies:
         pairs = zip(modes, candidates, strict=True)
@@ -80,19 +80,19 @@ def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]
     ]
 
 
-def _partners(model: Model, mode: MeasuredMode) -> Frequencies:
+def _list_partners(model: Model, mode: MeasuredMode) -> Frequencies:
     """Frequencies of the model's modes that may correspond to a measured one, by shape if there is one [Hz]."""
-    frequency, _, shapes = linear_modes(model, mode.configuration)
+    frequency, _, shapes = compute_linear_modes(model, mode.configuration)
     elastic = frequency > 0
     frequency, shapes = frequency[elastic], shapes[:, elastic]
     if not mode.sensors:
         return frequency
     seen = shape_at_sensors(model, mode.sensors, frequency, shapes)
     moves = np.abs(seen).max(axis=0, initial=0.0) > 0
-    return np.asarray(frequency[moves][modal_assurance(mode.shape[:, None], seen[:, moves])[0] > MIN_MAC])
+    return np.asarray(frequency[moves][compute_modal_assurance(mode.shape[:, None], seen[:, moves])[0] > MIN_MAC])
 
 
-def _wrong_sensors(model: Model, name: str, modes: Sequence[MeasuredMode]) -> Iterator[Suspicion]:
+def _suspect_sensors(model: Model, name: str, modes: Sequence[MeasuredMode]) -> Iterator[Suspicion]:
     """Sensors that are swapped, or one that is reversed."""
     for group in group_modes(model, modes):
         mistake = group.mistake

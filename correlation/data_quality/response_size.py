@@ -16,7 +16,7 @@ from correlation.campaign.measurement import ROTATION_UNIT, SI_UNIT, Suspicion
 from correlation.data_quality.size_cause import list_causes
 from correlation.data_quality.wrong_unit import format_times
 from correlation.data_type.measured_response import MeasuredResponse
-from correlation.data_type.mode import find_partner, linear_modes, motion_sensors
+from correlation.data_type.mode import compute_linear_modes, find_partner, list_motion_sensors
 from correlation.data_type.mode_set import correct_modes
 from correlation.model import DERIVATIVE, Model
 from geometry.plain_number import format_number
@@ -72,7 +72,7 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
         A sensor that the model has not as one of motion.
     """
     ratios = _read_ratios(model, response)
-    sensors = motion_sensors(model, response.sensors)
+    sensors = list_motion_sensors(model, response.sensors)
     quantities = [sensor.quantity for sensor in sensors]
     if (power := _find_power(ratios, quantities)) and len(set(quantities)) == 1:
         yield _suspect_quantity(response, quantities[0], power, ratios)
@@ -86,9 +86,9 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
 
 
 def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
-    frequency, _, shapes = linear_modes(model, response.configuration)
+    frequency, _, shapes = compute_linear_modes(model, response.configuration)
     system = model.in_configuration(response.configuration).system
-    sensors = motion_sensors(model, response.sensors)
+    sensors = list_motion_sensors(model, response.sensors)
     rows = np.array([sensor.gain * sensor.row for sensor in sensors])
     # The gain of a sensor or drive in volts or percent is not known, and any factor may be it.
     calibrated = np.array(

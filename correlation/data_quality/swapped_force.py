@@ -47,11 +47,13 @@ def find_swapped_forces(
     """
     scatter = _scatter(campaign.measurement, table)
     every = np.ones(len(table.value), dtype=np.bool_)
-    for i, j in _pairs(campaign):
+    for i, j in _list_pairs(campaign):
         parts = [("", every)]
         parts += [(f" at {level:.4g} {campaign.drive.unit}", table.level == level) for level in np.unique(table.level)]
         for where, part in parts:
-            if result := _find_clearest_harmonic(_distances_from_model(table, predicted, scatter, (i, j), part)):
+            if result := _find_clearest_harmonic(
+                _compute_distances_from_model(table, predicted, scatter, (i, j), part)
+            ):
                 yield Suspicion(
                     where=f'sensors "{campaign.sensors[i].name}" and "{campaign.sensors[j].name}" look swapped{where}',
                     sentence=f"{_describe(result)} between the model's values of both, and {result[2]:.0%} if they are "
@@ -61,7 +63,7 @@ def find_swapped_forces(
                     break  # at all levels
 
 
-def _distances_from_model(
+def _compute_distances_from_model(
     table: FeatureTable,
     predicted: Complex[NDArray[np.complex128], " k"],
     scatter: Float[NDArray[np.float64], " k"],
@@ -74,7 +76,7 @@ def _distances_from_model(
         rows = np.array(table.common_rows(*pair, harmonic))
         rows = rows[:, np.isfinite(predicted[rows]).all(axis=0) & part[rows].all(axis=0)]
         if rows.size:
-            distances = _distances(table.value[rows], predicted[rows], scatter[rows].max(axis=0))
+            distances = _compute_distances(table.value[rows], predicted[rows], scatter[rows].max(axis=0))
             evidence.append((harmonic, *distances))
     return evidence
 
@@ -90,11 +92,11 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     for test in range(len(campaign.tests)):
         table = campaign.measurement.where(campaign.measurement.test == test)
         harmonics = np.unique(table.harmonic).tolist()
-        for i, j in _pairs(campaign):
+        for i, j in _list_pairs(campaign):
             values = {harmonic: arrange_repeats(table, (i, j), harmonic).value for harmonic in harmonics}
             result = []
             for column, repeat in enumerate(np.unique(table.repeat).tolist()):
-                evidence = _distances_from_others(values, column)
+                evidence = _compute_distances_from_others(values, column)
                 if clearest := _find_clearest_harmonic(evidence):
                     result.append((clearest, repeat))
             if result:
@@ -108,7 +110,7 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                 )
 
 
-def _distances_from_others(values: dict[int, Repeats], column: int) -> list[tuple[int, float, float]]:
+def _compute_distances_from_others(values: dict[int, Repeats], column: int) -> list[tuple[int, float, float]]:
     """For each harmonic, the distances of one repeat from the median of the others."""
     evidence = []
     for harmonic, both in values.items():
@@ -118,16 +120,16 @@ def _distances_from_others(values: dict[int, Repeats], column: int) -> list[tupl
             others = others[:, there]
             usual = np.nanmedian(others.real, axis=2) + 1j * np.nanmedian(others.imag, axis=2)
             noise = np.nanmax(np.abs(others - usual[:, :, None]), axis=(0, 2))
-            evidence.append((harmonic, *_distances(both[:, there, column], usual, noise)))
+            evidence.append((harmonic, *_compute_distances(both[:, there, column], usual, noise)))
     return evidence
 
 
-def _pairs(campaign: Campaign) -> list[tuple[int, int]]:
+def _list_pairs(campaign: Campaign) -> list[tuple[int, int]]:
     forces = [number for number, sensor in enumerate(campaign.sensors) if sensor.quantity == CONTACT_FORCE]
     return list(combinations(forces, 2))
 
 
-def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]) -> tuple[float, float]:
+def _compute_distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]) -> tuple[float, float]:
     """Distances of a pair from its expected and from its swapped values, over that between both (medians)."""
     apart = np.abs(usual[0] - usual[1])
     rows = (apart > MIN_DISTANCE * noise) & (apart > 0)

@@ -74,7 +74,7 @@ def find_sensors_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         pairs = [(i, j) for i, j in combinations(range(len(sensors)), 2) if sensors[i].quantity == sensors[j].quantity]
         for i, j in pairs:
             pair = sensors[i], sensors[j]
-            q = _logarithm(arranged, (i, j), pair)
+            q = _compute_logarithm(arranged, (i, j), pair)
             for swap in _find_swaps(arranged, q, campaign.drive.unit, BY_CHANCE / len(pairs)):
                 yield _suspect(test.name, pair, arranged.repeat, swap)
 
@@ -91,7 +91,7 @@ def _suspect(test: str, pair: tuple[MeasuredSensor, MeasuredSensor], repeats: li
     )
 
 
-def _logarithm(
+def _compute_logarithm(
     arranged: RepeatArray, pair: tuple[int, int], sensors: tuple[MeasuredSensor, MeasuredSensor]
 ) -> Logarithms:
     first, second = arranged.value[list(pair)]
@@ -136,7 +136,7 @@ def _compare_with_others(q: Logarithms) -> _RepeatDeviation:
         rest = np.delete(q, column, axis=1)
         there = np.isfinite(q[:, column]) & np.isfinite(rest).any(axis=1)
         own, rest = q[there, column], rest[there]
-        usual = _median(rest)
+        usual = _compute_median(rest)
         result.own[there, column] = np.abs(wrap_phases(own - usual))
         result.swapped[there, column] = np.abs(wrap_phases(own + usual))
         result.change[there, column] = np.abs(wrap_phases(2 * usual))
@@ -165,9 +165,9 @@ def _find_clearest_swap(
     for column in range(deviation.own.shape[1]):
         own, swapped, change, scatter = (values[:, column] for values in deviation)
         if count > 2:
-            usual = _quantile_of_scatter(arranged.level, scatter, 2 * (count - 2), chance)
+            usual = _compute_scatter_quantile(arranged.level, scatter, 2 * (count - 2), chance)
         else:  # all other runs of both say what is usual
-            usual = _quantile_of_scatter(arranged.level[~part], own[~part], 2, chance)
+            usual = _compute_scatter_quantile(arranged.level[~part], own[~part], 2, chance)
         with np.errstate(invalid="ignore"):
             tells = part & (change > max(MIN_CHANGE, usual))
         if tells.sum() < FEWEST:
@@ -179,7 +179,7 @@ def _find_clearest_swap(
     return min(result, key=lambda swap: swap.swapped, default=None)
 
 
-def _quantile_of_scatter(
+def _compute_scatter_quantile(
     level: Float[NDArray[np.float64], " n"], scatter: Float[NDArray[np.float64], " n"], freedom: int, chance: float
 ) -> float:
     """What scatter makes of q by chance, from its medians at each level, which have so many degrees of freedom each."""
@@ -197,14 +197,14 @@ def _find_odd_repeat(arranged: RepeatArray, q: Logarithms, part: Mask) -> int:
     for frequency, own in zip(arranged.frequency[part], q[part], strict=True):
         same = rest[arranged.frequency[~part] == frequency].ravel()
         if np.isfinite(same).any() and np.isfinite(own).all():
-            distances.append(np.abs(wrap_phases(own - _median(same[None])[0])))
+            distances.append(np.abs(wrap_phases(own - _compute_median(same[None])[0])))
     if len(distances) < FEWEST:
         return -1
     first, second = np.median(np.array(distances), axis=0)
     return 0 if first > CLEARER * second else 1 if second > CLEARER * first else -1
 
 
-def _median(q: Complex[NDArray[np.complex128], "n r"]) -> Complex[NDArray[np.complex128], " n"]:
+def _compute_median(q: Complex[NDArray[np.complex128], "n r"]) -> Complex[NDArray[np.complex128], " n"]:
     """Median over the available columns, with phases relative to the first of them."""
     first = q[np.arange(len(q)), np.argmax(np.isfinite(q), axis=1)]
     apart = wrap_phases(q - first[:, None])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Suspicion
 from correlation.data_quality.frequency_unit import SAME_FREQUENCY
 from correlation.data_type.backbone import MAX_FREQUENCY_FACTOR
-from correlation.data_type.mode import linear_modes
+from correlation.data_type.mode import compute_linear_modes
 from correlation.data_type.ring_down import FreeDecay
 from correlation.model import Model
 
@@ -39,12 +39,12 @@ def find_wrong_time_base(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
         Ring-down with its modes.
     """
     measured = np.array([float(mode.frequency[np.argmin(mode.amplitude)]) for mode in decay.modes])
-    frequency = linear_modes(model, decay.configuration)[0]
+    frequency = compute_linear_modes(model, decay.configuration)[0]
     frequency = frequency[frequency > 0]
     if not len(measured) or not len(frequency):
         return
     result = find_time_base_factor(measured, frequency)
-    lost = _distance(measured, frequency) > np.log(MAX_FREQUENCY_FACTOR)
+    lost = _compute_distance(measured, frequency) > np.log(MAX_FREQUENCY_FACTOR)
     both = f"the modes of the model are at {_list(frequency)} Hz"
     if result is not None:
         yield Suspicion(
@@ -69,14 +69,14 @@ def find_time_base_factor(measured: Frequencies, model: Frequencies) -> float | 
     measured, model
         Frequencies, shape (m,) [Hz] each.
     """
-    if _distance(measured, model).min() < SAME_FREQUENCY:
+    if _compute_distance(measured, model).min() < SAME_FREQUENCY:
         return None
     near = TOGETHER if len(measured) > 1 else ALONE
-    best = min(TIME_BASE_MISTAKES, key=lambda factor: float(_distance(measured, factor * model).max()))
-    return best if _distance(measured, best * model).max() < near else None
+    best = min(TIME_BASE_MISTAKES, key=lambda factor: float(_compute_distance(measured, factor * model).max()))
+    return best if _compute_distance(measured, best * model).max() < near else None
 
 
-def _distance(measured: Frequencies, model: Frequencies) -> Frequencies:
+def _compute_distance(measured: Frequencies, model: Frequencies) -> Frequencies:
     """Distance of each measured frequency from the nearest of the model, shape (m,) [natural logarithm]."""
     return np.asarray(np.abs(np.log(measured[:, None] / model)).min(axis=1))
 

@@ -70,7 +70,7 @@ def find_wrong_units(
     points, predicted
         Points and the prediction of the model there, shape (k,).
     """
-    runs = _runs(campaign, points, predicted)
+    runs = _arrange_runs(campaign, points, predicted)
     power, beside = _find_powers_of_ten(runs)
     moves = np.array([sensor.quantity != CONTACT_FORCE for sensor in campaign.sensors])
     result: list[Suspicion] = []
@@ -91,7 +91,7 @@ def find_wrong_units(
     return tuple(result)
 
 
-def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
+def _arrange_runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
     table, of_model = find_model_ratios(campaign, points, predicted)
     logarithm = np.log10(np.abs(of_model))
     turned = np.where(np.array([item.has_phase for item in campaign.sensors])[table.sensor], np.angle(of_model), 0.0)

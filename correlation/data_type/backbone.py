@@ -76,7 +76,7 @@ def predict_backbone(model: Model, sensor: str, near: float, amplitudes: Real) -
     seen = next((item for item in model.sensors if item.name == sensor and isinstance(item, Sensor)), None)
     if seen is None:
         raise CampaignError(f'the model has no sensor of motion "{sensor}": add it to the case')
-    mode = _driven(model, near)
+    mode = _make_driven_mode(model, near)
     ratio = mode.angular_frequency / (2 * np.pi * near)
     if not 1 / MAX_FREQUENCY_FACTOR < ratio < MAX_FREQUENCY_FACTOR:
         return np.full(len(amplitudes), np.nan), np.full(len(amplitudes), np.nan)
@@ -108,7 +108,7 @@ class _Mode:
         return complex(self.shape @ self.balance.system.mass @ state.coefficients[1])
 
 
-def _driven(model: Model, near: float) -> _Mode:
+def _make_driven_mode(model: Model, near: float) -> _Mode:
     system = model.system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     omega = np.sqrt(np.maximum(modes.lambda_, 0.0))
@@ -134,7 +134,7 @@ def _follow(mode: _Mode, sensor: Sensor, first: float, highest: float) -> list[t
     state: SteadyState | None = None
     for _ in range(MOST_LEVELS):
         balance = mode.balance.at_level(2 * damping * omega**2 * coordinate)
-        state = _phase_resonance(mode, balance, omega, damping, state)
+        state = _find_phase_resonance(mode, balance, omega, damping, state)
         if state is None:
             break
         omega, moved = state.angular_frequency, abs(mode.coordinate(state))
@@ -151,7 +151,7 @@ def _follow(mode: _Mode, sensor: Sensor, first: float, highest: float) -> list[t
     return points
 
 
-def _phase_resonance(
+def _find_phase_resonance(
     mode: _Mode, balance: HarmonicBalance, omega: float, damping: float, before: SteadyState | None
 ) -> SteadyState | None:
     """The state at which the modal coordinate lags by a quarter of a period; none if no search arrives there."""

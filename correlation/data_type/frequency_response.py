@@ -14,7 +14,7 @@ from scipy.ndimage import binary_erosion
 from correlation.campaign.measurable import MAX_READING, MIN_READING, REMEDY
 from correlation.campaign.measured_files import take_rows, with_rows, without_padding
 from correlation.campaign.measurement import CONFIGURATIONS, MeasuredSensor, Measurement
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import read_si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.linear_response import predict_linear_response
@@ -31,7 +31,7 @@ from correlation.noise.smoothness import estimate_curve_noise
 from correlation.signal.frequency_response import (
     Excitation,
     FrequencyResponse,
-    coherence_limit,
+    compute_coherence_limit,
     estimate_frequency_response,
 )
 from correlation.signal.record import note_rounded_time
@@ -74,9 +74,9 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
             "frequency", "name the column of the frequency (responses of an analyser) or of the time (a record to "
             "estimate them from), one of them", show=False,
         )  # fmt: skip
-    names = _columns(*own.values(), *signals.values(), *coherent.values())
+    names = _list_columns(*own.values(), *signals.values(), *coherent.values())
     # A line that one sensor lacks is one of the others; a sample is one of all channels.
-    needed = None if "time" in own else _columns(*own.values())
+    needed = None if "time" in own else _list_columns(*own.values())
     file = take_rows(table, context.files.read(table.take("file", str)), names, needed=needed)
     file = without_padding(file, own["time"].columns.values()) if "time" in own else file
     level = _read_level(table)
@@ -115,7 +115,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         coherence=coherence[:, there],
         level=None if level is None else level * context.units.level_factor,
         repeat=table.take("repeat", int, 1),
-        coherence_limit=coherence_limit(averages, value.size),
+        coherence_limit=compute_coherence_limit(averages, value.size),
         held_out=table.take("held_out", bool, False),
         window=window,
         decay=decay,
@@ -143,7 +143,7 @@ def _read_window(table: TomlTable) -> tuple[Window, float]:
 
 
 def _time_constant(value: object) -> float:
-    constant = si_quantity(value, "s")
+    constant = read_si_quantity(value, "s")
     if not constant > 0:
         raise ValueError("is the time in which the window falls to 1/e: give one above zero")
     return constant
@@ -162,7 +162,7 @@ def _read_level(table: TomlTable) -> float | None:
     return float(level)
 
 
-def _columns(*entries: SignalEntry) -> list[str]:
+def _list_columns(*entries: SignalEntry) -> list[str]:
     """Names of all columns of some entries."""
     return [name for entry in entries for name in entry.columns.values()]
 
@@ -181,17 +181,17 @@ def _read_lines(
     value = np.full((len(sensors), len(frequency)), np.nan, dtype=np.complex128)
     coherence = np.ones(value.shape)
     for row, sensor in enumerate(sensors):
-        names = _columns(*(given[sensor.name] for given in (signals, coherent) if sensor.name in given))
-        columns = {name: file.column(name) for name in (*names, *_columns(*own.values()))}
+        names = _list_columns(*(given[sensor.name] for given in (signals, coherent) if sensor.name in given))
+        columns = {name: file.column(name) for name in (*names, *_list_columns(*own.values()))}
         if any(len(column.values) != len(frequency) for column in columns.values()):
             raise signals[sensor.name].problem("its columns are not as long as that of the frequency")
         there = np.all([np.isfinite(columns[name].values) for name in names], axis=0)
         if not there.any() or table.values.get("missing") != "skip":
             there[:] = True  # what is missing is refused below
         present = with_rows(file, columns, there)
-        value[row, there] = _per_force(signals[sensor.name], own.get("force"), present, sensor, context)
+        value[row, there] = _divide_by_force(signals[sensor.name], own.get("force"), present, sensor, context)
         if sensor.name in coherent:
-            coherence[row, there] = _coherence(coherent[sensor.name], present)
+            coherence[row, there] = _read_coherence(coherent[sensor.name], present)
     return frequency, value if context.units.time_sign > 0 else value.conj(), coherence
 
 
@@ -228,7 +228,7 @@ def _find_dead(value: Complex[NDArray[np.complex128], "c f"], sensors: Sequence[
     return tuple(f'"{name}" has one value at all lines: a dead channel? Remove it from the columns' for name in dead)
 
 
-def _per_force(
+def _divide_by_force(
     signal: SignalEntry, force: SignalEntry | None, file: MeasuredFile, sensor: MeasuredSensor, context: DataContext
 ) -> Complex[NDArray[np.complex128], " f"]:
     """A response per unit of force, in SI as far as it is calibrated: as it is in the file, or over its force."""
@@ -250,7 +250,7 @@ def _per_force(
     return signal.complex_values(file, f"({unit})/({level_si})")
 
 
-def _coherence(signal: SignalEntry, file: MeasuredFile) -> Frequencies:
+def _read_coherence(signal: SignalEntry, file: MeasuredFile) -> Frequencies:
     values = signal.real_values(file, "")
     wrong = (values < 0) | (values > 1 + ROUNDED)
     if wrong.any():
@@ -273,7 +273,7 @@ def _estimate(
     if "force" not in own:
         raise table.problem("columns.force", 'is missing: add force = "COLUMN", the channel that drives', show=False)
     kinds = [kind.value for kind in Excitation]
-    block = table.converted("block", lambda value: si_quantity(value, "s"), np.nan)
+    block = table.converted("block", lambda value: read_si_quantity(value, "s"), np.nan)
     excitation = Excitation(table.choice("excitation", kinds)) if "excitation" in table.values else Excitation.RANDOM
     result = estimate_frequency_response(
         own["time"].or_unit(file, "s").real_values(file, "s"),
@@ -302,7 +302,7 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
     with np.errstate(divide="ignore", invalid="ignore"):
         curve = np.log(np.where(response.value == 0, np.nan, response.value))
     curve.imag[:] = np.unwrap(np.nan_to_num(curve.imag))
-    noise = np.array([_relative_noise(response.frequency, row) for row in response.value])
+    noise = np.array([_estimate_relative_noise(response.frequency, row) for row in response.value])
     # Noise would draw all states to where the response is smallest: steps are shrunk by what it makes of them, and
     # count as far as their points are coherent.
     step, chance = np.nan_to_num(np.abs(np.diff(curve, axis=1))), np.hypot(noise[:, 1:], noise[:, :-1])
@@ -330,7 +330,7 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
     )
 
 
-def _relative_noise(frequency: Frequencies, value: Complex[NDArray[np.complex128], " f"]) -> Frequencies:
+def _estimate_relative_noise(frequency: Frequencies, value: Complex[NDArray[np.complex128], " f"]) -> Frequencies:
     """Noise that a curve shows over its values, shape (f,) [-]: the coherence of few averages does not tell it."""
     there, result = np.isfinite(value) & (value != 0), np.zeros(len(value))
     deviation, _ = estimate_curve_noise(frequency[there], value[there])
@@ -338,7 +338,7 @@ def _relative_noise(frequency: Frequencies, value: Complex[NDArray[np.complex128
     return result
 
 
-def response_features(response: MeasuredResponse) -> Features:
+def compute_response_features(response: MeasuredResponse) -> Features:
     """Frequencies and damping ratios of the modes that the responses show."""
     modes = response.modes
     label = [
@@ -364,7 +364,7 @@ def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
-def response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
+def make_response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
     """Modulus of the response of each sensor beside that of the model, linear with its closed contacts stuck."""
     predicted, there = predict_linear_response(model, response), np.isfinite(response.value)
     return [
@@ -387,9 +387,9 @@ DATA_TYPES.register(
         table="frf",
         holds="frequency responses, or records to estimate them from",
         read=read_frequency_response,
-        features=response_features,
+        features=compute_response_features,
         predict=predict_response,
         states=list_states,
-        panels=response_panels,
+        panels=make_response_panels,
     )
 )

@@ -5,7 +5,7 @@ from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from correlation.data_type.measured_response import MeasuredResponse
-from correlation.data_type.mode import motion_sensors
+from correlation.data_type.mode import list_motion_sensors
 from correlation.model import DERIVATIVE, Model
 from fe.dense_modes import compute_dense_modes
 from reduction.stuck import stick_at_rest
@@ -33,7 +33,7 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
         loss = np.einsum("rm,rs,sm->m", shapes, system.structural_damping, shapes)
     force = shapes.T @ system.dynamic[1]
     motion = force[:, None] / (modes.lambda_[:, None] + s**2 + s * rate[:, None] + 1j * loss[:, None])
-    sensors = motion_sensors(configured, response.sensors)
+    sensors = list_motion_sensors(configured, response.sensors)
     relative = shapes @ motion
     rows = []
     for sensor in sensors:

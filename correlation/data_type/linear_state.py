@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from correlation.campaign.measurement import Campaign, Test
 from correlation.campaign.run_table import join_rows
-from correlation.campaign.stepped_sine import sorting
+from correlation.campaign.stepped_sine import find_sorting
 from correlation.data_type.frequency_response import list_states
 from correlation.data_type.measured_response import MeasuredResponse
 
@@ -36,7 +36,7 @@ def count_free_responses(campaign: Campaign) -> tuple[Campaign, tuple[str, ...]]
     numbered = enumerate(responses, start=len(campaign.tests))
     states = [list_states(replace(response, level=level, test=number), names) for number, response in numbered]
     measurement = join_rows([campaign.measurement, *(rows for rows in states if rows is not None)])
-    counted = replace(campaign, tests=tests, measurement=measurement.where(sorting(measurement)))
+    counted = replace(campaign, tests=tests, measurement=measurement.where(find_sorting(measurement)))
     return counted, tuple(response.name for response in responses)
 
 

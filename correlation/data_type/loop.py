@@ -3,12 +3,12 @@
 import numpy as np
 
 from correlation.campaign.measured_files import take_rows, without_padding
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import read_si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.loop_indication import list_loop_indications
 from correlation.data_type.loop_prediction import predict_curve, predict_loop
-from correlation.data_type.measured_loop import ForceLoop, describe_periods, length_unit, loop_features
+from correlation.data_type.measured_loop import ForceLoop, compute_loop_features, describe_periods, length_unit
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Motion, Panel
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
@@ -52,13 +52,13 @@ def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
     level = None
     if line is not None:
         si = context.units.level_si
-        level = table.converted("level", lambda value: si_quantity(value, si), example=f"5 {si}".rstrip())
+        level = table.converted("level", lambda value: read_si_quantity(value, si), example=f"5 {si}".rstrip())
     loop = ForceLoop(
         name=table.take("name", str),
         displacement=x,
         force=f,
         loops=loops,
-        frequency=table.converted("frequency", lambda value: si_quantity(value, "Hz"), example="0.5 Hz"),
+        frequency=table.converted("frequency", lambda value: read_si_quantity(value, "Hz"), example="0.5 Hz"),
         place=place,
         line=line,
         sensor=table.choice("sensor", [sensor.name for sensor in context.sensors]) if line is not None else None,
@@ -78,7 +78,7 @@ def list_loop_motions(model: Model, loop: ForceLoop) -> list[Motion]:
     return [] if row is None else [(row, float(np.ptp(loop.displacement)) / 2)]
 
 
-def loop_panels(model: Model, loop: ForceLoop) -> list[Panel]:
+def make_loop_panels(model: Model, loop: ForceLoop) -> list[Panel]:
     """A settled period of each plateau beside the model's loop."""
     measured, predicted = [], []
     unit, factor = length_unit(max(plateau.amplitude[0] for plateau in loop.loops.plateaus))
@@ -107,10 +107,10 @@ DATA_TYPES.register(
         table="loop",
         holds="force-displacement loops over time",
         read=read_loop,
-        features=loop_features,
+        features=compute_loop_features,
         predict=predict_loop,
         states=None,
-        panels=loop_panels,
+        panels=make_loop_panels,
         indications=list_loop_indications,
         motions=list_loop_motions,
         coverage=describe_periods,

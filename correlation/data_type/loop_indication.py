@@ -6,7 +6,7 @@ import numpy as np
 
 from correlation.data_type.indication import Indication
 from correlation.data_type.loop_prediction import predict_curve
-from correlation.data_type.measured_loop import MIN_DEVIATION, ForceLoop, Numbers, length_unit, loop_features
+from correlation.data_type.measured_loop import MIN_DEVIATION, ForceLoop, Numbers, compute_loop_features, length_unit
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 from geometry.plain_number import format_number
@@ -29,7 +29,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
     predicted
         What it predicts for the features of each.
     """
-    measured = [loop_features(loop) for loop in loops]
+    measured = [compute_loop_features(loop) for loop in loops]
     indications = []
     for kind, words in (("work", "work per cycle"), ("stiffness", "secant stiffness")):
         ratios, values, answers = [], [], []
@@ -43,7 +43,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
         if there.any():
             # All loops have the calibration of their channels in common: the mean is no better known than one.
             difference = float(np.mean(np.array(ratios)[there]))
-            measured_range, predicted_range = (_range_in_words(np.array(item)[there]) for item in (values, answers))
+            measured_range, predicted_range = (_describe_range(np.array(item)[there]) for item in (values, answers))
             unit = "J" if kind == "work" else "N/m"
             indications.append(
                 Indication(
@@ -112,7 +112,7 @@ def _indicate_growth(loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -
     ]  # fmt: skip
 
 
-def _range_in_words(numbers: Numbers) -> str:
+def _describe_range(numbers: Numbers) -> str:
     low, high = (format_number(float(item), 3) for item in (numbers.min(), numbers.max()))
     return low if low == high else f"{low} to {high}"
 

@@ -35,10 +35,12 @@ def predict_loop(model: Model, loop: ForceLoop) -> Numbers:
         The model lacks the place, the line or the sensor.
     """
     if loop.line is not None:
-        curve = driven_loop(model, loop)
-        rows = [*_numbers(curve), np.nan if curve is None else float(np.ptp(curve[0])) / 2]
+        curve = predict_driven_loop(model, loop)
+        rows = [*_compute_numbers(curve), np.nan if curve is None else float(np.ptp(curve[0])) / 2]
         return np.array(rows * len(loop.loops.plateaus))
-    return np.concatenate([_numbers(imposed_loop(model, loop, plateau)) for plateau in loop.loops.plateaus])
+    return np.concatenate(
+        [_compute_numbers(predict_imposed_loop(model, loop, plateau)) for plateau in loop.loops.plateaus]
+    )
 
 
 def predict_curve(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signal, Signal] | None:
@@ -49,10 +51,10 @@ def predict_curve(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Sign
     CampaignError
         The model lacks the place, the line or the sensor.
     """
-    return imposed_loop(model, loop, plateau) if loop.line is None else driven_loop(model, loop)
+    return predict_imposed_loop(model, loop, plateau) if loop.line is None else predict_driven_loop(model, loop)
 
 
-def imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signal, Signal] | None:
+def predict_imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signal, Signal] | None:
     """Displacement and force of one predicted period, shape (512,) each [m, N]; None without a steady state.
 
     Raises
@@ -87,7 +89,7 @@ def imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signa
     return x, grip * (_signal(imposed) - x)
 
 
-def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
+def predict_driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
     """The same of a contact line in the structure under its loads.
 
     Raises
@@ -126,7 +128,7 @@ def _signal(coefficients: NDArray[np.complex128]) -> Signal:
     return np.asarray((np.exp(1j * phase) @ coefficients).real)
 
 
-def _numbers(curve: tuple[Signal, Signal] | None) -> list[float]:
+def _compute_numbers(curve: tuple[Signal, Signal] | None) -> list[float]:
     """Features of one predicted period, by the same reading as those that were measured."""
     if curve is None:
         return [np.nan] * len(FEATURES)

@@ -83,7 +83,7 @@ class ForceLoop:
         return self.loops.suspicions
 
 
-def loop_features(loop: ForceLoop) -> Features:
+def compute_loop_features(loop: ForceLoop) -> Features:
     """Numbers of each plateau."""
     label: list[str] = []
     unit: list[str] = []
@@ -93,7 +93,7 @@ def loop_features(loop: ForceLoop) -> Features:
         unit_of, factor = length_unit(plateau.amplitude[0])
         at = f"at {factor * plateau.amplitude[0]:.4g} {unit_of}"
         rows = [(name, getattr(plateau, name), f"{words} {at}", si, scale) for (name, words, si), scale in
-                zip(FEATURES, _scales(plateau), strict=True)]  # fmt: skip
+                zip(FEATURES, _compute_scales(plateau), strict=True)]  # fmt: skip
         if loop.line is not None:
             rows.append(("amplitude", plateau.amplitude, "amplitude", "m", plateau.amplitude[0]))
         for name, (mean, scatter), words, si, scale in rows:
@@ -126,7 +126,7 @@ def describe_periods(loop: ForceLoop) -> str:
     return sentence
 
 
-def _scales(plateau: Plateau) -> tuple[float, float, float]:
+def _compute_scales(plateau: Plateau) -> tuple[float, float, float]:
     """Sizes that the features of a plateau are uncertain in proportion to: those of the loop as a whole."""
     force = abs(plateau.secant_stiffness[0]) * plateau.amplitude[0]
     work = np.pi * force * plateau.amplitude[0]  # of an ellipse as wide as the stroke and as high as the force

@@ -15,7 +15,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONFIGURATIONS
-from correlation.campaign.measurement_unit import positive_si_quantity
+from correlation.campaign.measurement_unit import read_positive_si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
 from correlation.errors import CampaignError
@@ -78,8 +78,8 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
     CampaignError
         A key or value that cannot be used, or a shape at a sensor that there is not.
     """
-    frequency = table.converted("frequency", partial(positive_si_quantity, si="Hz"), example="122.25 Hz")
-    damping = table.converted("damping", partial(positive_si_quantity, si=""), np.nan)
+    frequency = table.converted("frequency", partial(read_positive_si_quantity, si="Hz"), example="122.25 Hz")
+    damping = table.converted("damping", partial(read_positive_si_quantity, si=""), np.nan)
     shape = table.take("shape", dict, {})
     known = {sensor.name for sensor in context.sensors}
     for sensor, value in shape.items():
@@ -94,11 +94,11 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
         configuration=table.choice("configuration", CONFIGURATIONS),
         frequency=frequency,
         frequency_deviation=table.converted(
-            "frequency_deviation", partial(positive_si_quantity, si="Hz"), FREQUENCY_DEVIATION * frequency
+            "frequency_deviation", partial(read_positive_si_quantity, si="Hz"), FREQUENCY_DEVIATION * frequency
         ),
         damping=damping,
         damping_deviation=table.converted(
-            "damping_deviation", partial(positive_si_quantity, si=""), DAMPING_DEVIATION * damping
+            "damping_deviation", partial(read_positive_si_quantity, si=""), DAMPING_DEVIATION * damping
         ),
         sensors=tuple(shape),
         shape=np.array([*shape.values()], dtype=np.complex128),
@@ -108,7 +108,7 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
     return mode
 
 
-def mode_features(mode: MeasuredMode) -> Features:
+def compute_mode_features(mode: MeasuredMode) -> Features:
     """Frequency and, where it was measured, damping ratio."""
     label, unit = ["frequency"], ["Hz"]
     value, deviation = [mode.frequency], [mode.frequency_deviation]
@@ -126,13 +126,13 @@ def predict_mode(model: Model, mode: MeasuredMode) -> Float[NDArray[np.float64],
     CampaignError
         A sensor of the shape that the model has not as one of motion.
     """
-    frequency, damping, shapes = linear_modes(model, mode.configuration)
+    frequency, damping, shapes = compute_linear_modes(model, mode.configuration)
     partner = find_partner(model, mode, frequency, shapes)
     value = [frequency[partner], damping[partner]] if partner is not None else [np.nan, np.nan]
     return np.array(value[: 2 if np.isfinite(mode.damping) else 1])
 
 
-def linear_modes(
+def compute_linear_modes(
     model: Model, configuration: str
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "r m"]]:
     """Frequencies [Hz], damping ratios [-] and shapes, shape (r, m), of the model with its closed contacts stuck."""
@@ -193,12 +193,12 @@ def shape_at_sensors(
     return np.array(
         [
             sensor.gain * (sensor.row @ shapes) * (2j * np.pi * frequency) ** DERIVATIVE[sensor.quantity]
-            for sensor in motion_sensors(model, sensors)
+            for sensor in list_motion_sensors(model, sensors)
         ]
     )
 
 
-def motion_sensors(model: Model, names: Sequence[str]) -> list[Sensor]:
+def list_motion_sensors(model: Model, names: Sequence[str]) -> list[Sensor]:
     """Sensors of motion of a model by their names.
 
     Raises
@@ -219,7 +219,7 @@ DATA_TYPES.register(
         table="mode",
         holds="natural frequencies with damping ratios and shapes",
         read=read_mode,
-        features=mode_features,
+        features=compute_mode_features,
         predict=predict_mode,
         states=None,
         panels=None,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from correlation.data_type.mode import (
     MAX_FREQUENCY_FACTOR,
     MeasuredMode,
-    linear_modes,
-    motion_sensors,
+    compute_linear_modes,
+    list_motion_sensors,
     shape_at_sensors,
 )
 from correlation.modal.sensor_mistake import SensorMistake, find_sensor_mistake
@@ -69,7 +69,7 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[Compare
             groups.setdefault((mode.configuration, mode.sensors), []).append(mode)
     for (configuration, sensors), own in groups.items():
         measured = sorted(own, key=lambda mode: mode.frequency)
-        frequency, damping, shapes = linear_modes(model, configuration)
+        frequency, damping, shapes = compute_linear_modes(model, configuration)
         near = (frequency > measured[0].frequency / MAX_FREQUENCY_FACTOR) & (
             frequency < measured[-1].frequency * MAX_FREQUENCY_FACTOR
         )
@@ -80,7 +80,7 @@ def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[Compare
             continue
         mistake = find_sensor_mistake(
             np.array([mode.frequency for mode in measured]), np.array([mode.shape for mode in measured]).T,
-            frequency, seen, [sensor.quantity for sensor in motion_sensors(model, sensors)],
+            frequency, seen, [sensor.quantity for sensor in list_motion_sensors(model, sensors)],
         )  # fmt: skip
         yield ComparedModes(
             configuration=configuration, sensors=sensors, modes=tuple(measured), frequency=frequency,

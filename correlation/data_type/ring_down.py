@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measured_files import take_rows, without_padding
 from correlation.campaign.measurement import CONFIGURATIONS
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import read_si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.backbone import predict_backbone
@@ -152,8 +152,8 @@ def _read(table: TomlTable, context: DataContext, analyse: Callable[..., tuple[R
     file = take_rows(
         table, context.files.read(table.take("file", str)), [*time.columns.values(), *value.columns.values()]
     )
-    start, end = (table.converted(key, lambda value: si_quantity(value, "s"), np.nan) for key in ("start", "end"))
-    near = table.converted("modes", _frequencies, NO_MODES)
+    start, end = (table.converted(key, lambda value: read_si_quantity(value, "s"), np.nan) for key in ("start", "end"))
+    near = table.converted("modes", _read_frequencies, NO_MODES)
     file = without_padding(file, time.columns.values())
     instants = time.or_unit(file, "s").real_values(file, "s")
     signal = value.real_values(file, sensor.unit)
@@ -183,21 +183,21 @@ def _read(table: TomlTable, context: DataContext, analyse: Callable[..., tuple[R
     return decay
 
 
-def _frequencies(values: object) -> tuple[float, ...]:
-    frequencies = tuple(si_quantity(value, "Hz") for value in (values if isinstance(values, list) else [values]))
+def _read_frequencies(values: object) -> tuple[float, ...]:
+    frequencies = tuple(read_si_quantity(value, "Hz") for value in (values if isinstance(values, list) else [values]))
     if not all(frequency > 0 for frequency in frequencies):
         raise ValueError("frequencies must be above zero")
     return frequencies
 
 
-def ring_down_features(decay: FreeDecay) -> Features:
+def compute_ring_down_features(decay: FreeDecay) -> Features:
     """Frequency and damping ratio of each mode at a few amplitudes."""
     label: list[str] = []
     unit: list[str] = []
     value: list[float] = []
     deviation: list[float] = []
     for mode in decay.modes:
-        for row in chosen_rows(mode):
+        for row in choose_rows(mode):
             at = f"at {mode.amplitude[row]:.3g} {decay.unit}"
             label += [f"frequency {at}", f"damping ratio {at}"]
             unit += ["Hz", "-"]
@@ -220,7 +220,7 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
     configured = model.in_configuration(decay.configuration)
     predicted = []
     for mode in decay.modes:
-        rows = chosen_rows(mode)
+        rows = choose_rows(mode)
         near = float(mode.frequency[np.argmin(mode.amplitude)])
         frequency, damping = predict_backbone(configured, decay.sensor, near, mode.amplitude[rows])
         predicted.append(np.column_stack([frequency, damping]).ravel())
@@ -265,7 +265,7 @@ def list_ring_down_indications(
         place = _place(model, decay)
         names.setdefault(place, {})[decay.sensor] = decay.unit
         for mode in decay.modes:
-            rows = chosen_rows(mode)
+            rows = choose_rows(mode)
             of_mode = numbers[first : first + 2 * len(rows)].reshape(-1, 2)
             first += 2 * len(rows)
             at = float(np.median(mode.frequency[rows]))
@@ -287,7 +287,7 @@ def list_ring_down_indications(
         for number, (kind, words, factor, unit_of) in enumerate(TRENDS):
             quantity = f"{words} of the {place[0]} mode at {frequency:.3g} Hz at {sensor}"
             own = [item[number] for item in of_decays]
-            indications.append(_indication(kind, quantity, own, names[place][first_name], factor, unit_of))
+            indications.append(_make_indication(kind, quantity, own, names[place][first_name], factor, unit_of))
     return indications
 
 
@@ -325,7 +325,7 @@ class _Trend(NamedTuple):
         return cls(amplitudes, measured, expected, change, change - of_model, span**2 / moment)
 
 
-def _indication(
+def _make_indication(
     kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str
 ) -> Indication:
     """Common trend of several decays; their scatter counts where it exceeds their deviations."""
@@ -352,7 +352,7 @@ def _indication(
     )  # fmt: skip
 
 
-def chosen_rows(mode: RingDown) -> NDArray[np.int64]:
+def choose_rows(mode: RingDown) -> NDArray[np.int64]:
     """Rows of a backbone that are compared, by falling amplitude, evenly in its logarithm, shape (up to 6,)."""
     first, last = np.log(mode.amplitude[0]), np.log(mode.amplitude[-1])
     wanted = np.linspace(first + ENDS * (last - first), last - ENDS * (last - first), N_AMPLITUDE)
@@ -366,7 +366,7 @@ DATA_TYPES.register(
         table="ring_down",
         holds="free decays over time",
         read=read_ring_down,
-        features=ring_down_features,
+        features=compute_ring_down_features,
         predict=predict_ring_down,
         states=None,
         panels=None,

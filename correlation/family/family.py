@@ -153,17 +153,17 @@ def measured_families(campaign: Campaign) -> tuple[Family, ...]:
     jointed = ~campaign.is_free
     table = table.where(jointed[table.test]) if len(table) else table
     families: dict[tuple[int, int, float], list[FamilyCurve]] = {}
-    for rows in _passes(table):
+    for rows in _split_passes(table):
         first = table.where(rows[:1])
         key = int(first.sensor[0]), int(first.harmonic[0]), _set_point(float(first.level[0]))
-        families.setdefault(key, []).append(_curve(campaign, table.where(rows)))
+        families.setdefault(key, []).append(_make_curve(campaign, table.where(rows)))
     return tuple(
         Family(sensor=campaign.sensors[sensor].name, harmonic=harmonic, level=level, curves=tuple(curves))
         for (sensor, harmonic, level), curves in sorted(families.items(), key=lambda item: item[0])
     )
 
 
-def _passes(table: Measurement) -> list[NDArray[np.int64]]:
+def _split_passes(table: Measurement) -> list[NDArray[np.int64]]:
     """Rows of each pass, in ascending frequency."""
     if not len(table):
         return []
@@ -179,7 +179,7 @@ def _set_point(level: float) -> float:
     return float(f"{level:.9g}")
 
 
-def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
+def _make_curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
     test = campaign.tests[int(table.test[0])]
     # In a test at constant response the force is not prescribed.
     force = table.force / table.level if test.control == "force" else np.ones(len(table))
@@ -192,14 +192,14 @@ def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
     )  # fmt: skip
 
 
-def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
+def number_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
     """Number of the point of the test to which each reading belongs, curve after curve, shape (p,).
 
     The frequencies of repeats may differ slightly. Readings belong to one point if they are nearest to the same
     frequency of a longer curve, and clearly nearer than to the next one. If one curve has several such readings, the
     others form separate points.
     """
-    place, reach = _places(curves)
+    place, reach = _find_places(curves)
     result: list[int] = []
     fresh = len(place)
     for curve in curves:
@@ -215,7 +215,7 @@ def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
     return np.array(result, dtype=np.int64)
 
 
-def _places(curves: Sequence[FamilyCurve]) -> tuple[Values, Values]:
+def _find_places(curves: Sequence[FamilyCurve]) -> tuple[Values, Values]:
     """Frequencies of the longest curve, then those of others that are near none of them, and capture ranges [Hz]."""
     place, reach = np.zeros(0), np.zeros(0)
     for curve in sorted(curves, key=lambda item: -len(item.frequency)):

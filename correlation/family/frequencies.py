@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import SAME_FREQUENCY
-from correlation.family.family import Family, common_points
+from correlation.family.family import Family, number_points
 
 #: Largest number of different frequency sequences of curves; those with the longest steps drag sliders furthest.
 MOST_WAYS = 3
@@ -29,7 +29,7 @@ def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Va
     most, fewest
         Largest and smallest number of frequencies [-].
     """
-    measured = _points(families)
+    measured = _average_frequencies(families)
     if len(measured) == 1:
         return measured
     length = np.diff(measured) / (measured[-1] - measured[0])
@@ -70,12 +70,12 @@ def find_stops(families: Sequence[Family], frequency: Values) -> tuple[tuple[int
     return tuple(sorted(ways, key=lambda way: (len(way), way))[:MOST_WAYS])
 
 
-def _points(families: Sequence[Family]) -> Values:
+def _average_frequencies(families: Sequence[Family]) -> Values:
     """Mean frequencies of the measured points; those of several levels are merged if they differ as repeats do."""
     result: list[float] = []
     apart = 0.0
     for family in families:
-        point = common_points(family.curves)
+        point = number_points(family.curves)
         count, total = np.bincount(point), np.bincount(point, family.frequency)
         mean = total / np.maximum(count, 1)
         apart = max(apart, float(np.abs(family.frequency - mean[point]).max(initial=0.0)))

@@ -62,15 +62,18 @@ def estimate_frequency_offsets(
     own, common = (int(FURTHEST * item / step + ROUND_OFF) for item in (set_up, model))
     grid = step * np.arange(-own - common, own + common + 1)
     cost = np.array(
-        [[look.get(key, 0.0) for key in keys] for look in (outside_of_limits(families, bands, noise, o) for o in grid)]
+        [
+            [look.get(key, 0.0) for key in keys]
+            for look in (sum_outside_of_limits(families, bands, noise, o) for o in grid)
+        ]
     )
     # Smallest offsets first, so that they are preferred at equal cost.
     moved = sorted(range(-own, own + 1), key=abs)
-    price = np.array([penalty(step * item, set_up) for item in moved])[:, None]
+    price = np.array([compute_penalty(step * item, set_up) for item in moved])[:, None]
     best, result = np.inf, np.zeros(len(keys), dtype=np.int64)
     for m in sorted(range(-common, common + 1), key=abs):
         costs = cost[np.array(moved) + m + own + common] + price
-        total = float(costs.min(axis=0).sum()) + penalty(step * m, model)
+        total = float(costs.min(axis=0).sum()) + compute_penalty(step * m, model)
         if total < best:
             best, result = total, np.array(moved)[costs.argmin(axis=0)] + m
     return {key: float(step * number) for key, number in zip(keys, result, strict=True)}
@@ -105,12 +108,12 @@ def split_frequency_part(
     return shift, changes - shift[:, None, None] * own
 
 
-def penalty(offset: float, deviation: float) -> float:
+def compute_penalty(offset: float, deviation: float) -> float:
     """Cost of an offset [-]."""
     return (offset / deviation) ** 2 if deviation else 0.0
 
 
-def outside_of_limits(
+def sum_outside_of_limits(
     families: Sequence[Family],
     bands: Sequence[PredictedBand],
     noise: Sequence[ReadingNoise],

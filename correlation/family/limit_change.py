@@ -26,8 +26,8 @@ from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.problem import LimitCurve
-from hbsolve.limits.slider_bounds import SliderBox, slider_box
-from hbsolve.limits.sliders import slider_table
+from hbsolve.limits.slider_bounds import SliderBox, make_slider_box
+from hbsolve.limits.sliders import make_slider_table
 from hbsolve.solution import newton_from, solve_at
 from hbsolve.state import SteadyState, in_harmonics_of, make_initial_sliders
 from hbsolve.steady_state import FEW_STARTS, from_many_starts
@@ -94,7 +94,7 @@ class Variant:
         condensed = own.at(known.angular_frequency)
         point = LimitPoint(
             balance=own, condensed=condensed, linear=own.linear(condensed), measure=objective.measure(own, condensed),
-            sliders=slider_table(own), box=self.box,
+            sliders=make_slider_table(own), box=self.box,
         )  # fmt: skip
         settled = point.settle(known.motion, known.initial_slider)
         if settled is None and (near := find_state(own, condensed, known.motion, known.initial_slider)) is not None:
@@ -162,7 +162,7 @@ def _shift_search_box(curve: LimitCurve, changed: Model) -> SliderBox:
     before, omega = curve.problem.balance, float(curve.angular_frequency[0])
     after = HarmonicBalance(system=changed.system, n_harmonic=before.n_harmonic, n_sample=before.n_sample)
     try:
-        rest, own = (slider_box(balance, balance.at(omega), reach=curve.box.reach) for balance in (before, after))
+        rest, own = (make_slider_box(balance, balance.at(omega), reach=curve.box.reach) for balance in (before, after))
     except NoSteadyState:
         return curve.box
     return replace(

@@ -78,7 +78,7 @@ class LimitReadings:
     by_preload: tuple[LimitChange, ...] = ()
 
 
-def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
+def make_reading_objective(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
     """Quantity bounded by the limits of a sensor's harmonic: an amplitude of displacement, or a force."""
     if not isinstance(sensor, LineSensor):
         return OutputHarmonic(row=sensor.row, harmonic=harmonic)
@@ -122,12 +122,12 @@ def read_limits(
     """
     balance, sensors = curve.problem.balance, {item.name: item for item in model.sensors}
     solver = ModelSolver.from_model(model, False, None)
-    finely = _finer_solvers(model, balance)
+    finely = _make_finer_solvers(model, balance)
     scales = make_variants(curve, model, force_span, preload_span)
     errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
     for states in wanted:
-        objective = objective_of(model, sensors[states.sensor], states.harmonic)
+        objective = make_reading_objective(model, sensors[states.sensor], states.harmonic)
         value, searched, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
         by_contact, slope = np.zeros((len(errors.tangents), *value.shape)), np.full(value.shape, np.nan)
         changed = [np.full((len(scale.variants), *value.shape), np.nan) for scale in scales]
@@ -136,7 +136,7 @@ def read_limits(
             state = _find_limit_state(balance, curve, at, states.motion[side, at], slider, SolveEffort.FEW_STARTS)
             if state is None:
                 continue
-            refined = _refined_readings(states, state, curve, at, slider, [(solver, solver), *finely])
+            refined = _refine_readings(states, state, curve, at, slider, [(solver, solver), *finely])
             readings = refined.values
             if len(readings) < 3:
                 continue
@@ -147,11 +147,11 @@ def read_limits(
             searched[side, at] = refined.error
             for scale, others in zip(scales, changed, strict=True):
                 others[:, side, at] = [
-                    _other_reading(states, objective, list(LimitSide)[side], balance, state, refined, variant)
+                    _read_variant(states, objective, list(LimitSide)[side], balance, state, refined, variant)
                     for variant in scale.variants
                 ]
             if errors.tangents:
-                *rates, slope[side, at] = _rates(states, state, solver, [*errors.tangents, frequency])
+                *rates, slope[side, at] = _compute_rates(states, state, solver, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
         # At a single frequency a change may be zero by chance.
         by_chance = [_average_over_neighbours(item) for item in (sampled, last, np.diff(moved, axis=0))]
@@ -186,7 +186,7 @@ def _sort_limits(
     )
 
 
-def _finer_solvers(model: Model, balance: HarmonicBalance) -> list[tuple[ModelSolver, ModelSolver]]:
+def _make_finer_solvers(model: Model, balance: HarmonicBalance) -> list[tuple[ModelSolver, ModelSolver]]:
     """Solvers with more samples, then more harmonics; the second of each pair has the check sensors."""
     checked, finely = _with_check_sensors(model), []
     for number, times in enumerate(HARMONICS):
@@ -215,7 +215,7 @@ class _Refined(NamedTuple):
     """Solver of the last balance."""
 
 
-def _refined_readings(
+def _refine_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     solvers: Sequence[tuple[ModelSolver, ModelSolver]],
 ) -> _Refined:  # fmt: skip
@@ -229,7 +229,7 @@ def _refined_readings(
         if refined_state is None:
             break
         state, reached = refined_state, solver
-        readings.append(_reading(states, state, solver))
+        readings.append(_read_value(states, state, solver))
         # A mean that is caused by vibration is no more accurate than the vibration, even if the mean is small.
         vibration = 0.0 if states.harmonic else solver.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
@@ -241,7 +241,7 @@ def _refined_readings(
     return _Refined(readings, error, False, state, reached)
 
 
-def _other_reading(
+def _read_variant(
     states: LimitStates, objective: Objective, side: LimitSide, balance: HarmonicBalance, state: SteadyState,
     refined: _Refined, variant: Variant,
 ) -> float:  # fmt: skip
@@ -256,10 +256,10 @@ def _other_reading(
     solver, result = variant.refine(refined.solver.balance, own, state, refined.state, effort)
     if result is None:
         return np.nan
-    return _reading(states, result, solver) / (variant.factor if states.harmonic else 1.0)
+    return _read_value(states, result, solver) / (variant.factor if states.harmonic else 1.0)
 
 
-def _reading(states: LimitStates, state: SteadyState, solver: ModelSolver) -> float:
+def _read_value(states: LimitStates, state: SteadyState, solver: ModelSolver) -> float:
     """Amplitude, or signed mean."""
     z = solver.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
     return float(abs(z) if states.harmonic else z.real)
@@ -294,7 +294,7 @@ def _is_converged(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[N
     return bool((np.abs(np.abs(now) - np.abs(before)) <= SEARCH_ERROR * size).all())
 
 
-def _rates(
+def _compute_rates(
     states: LimitStates, state: SteadyState, solver: ModelSolver, tangents: Sequence[Tangent]
 ) -> Float[NDArray[np.float64], " t"]:
     """Change of the reading by each tangent of the numerical error, shape (t,)."""

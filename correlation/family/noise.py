@@ -45,7 +45,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from correlation.campaign.measurement import Campaign
-from correlation.family.family import Family, common_points
+from correlation.family.family import Family, number_points
 from correlation.noise.variance import compute_margin, fit_variance_law
 
 Values = Float[NDArray[np.float64], " n"]
@@ -140,7 +140,7 @@ def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> Re
         All families of the campaign.
     """
     stated = {sensor.name: sensor.noise for sensor in campaign.sensors if any(sensor.noise)}
-    tables = [_table(family) for family in families]
+    tables = [_make_table(family) for family in families]
     noise: dict[tuple[str, int], ReadingNoise] = {}
     for key in dict.fromkeys((family.sensor, family.harmonic) for family in families):
         group = [table for table in tables if (table.family.sensor, table.family.harmonic) == key]
@@ -148,11 +148,11 @@ def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> Re
             relative, absolute = stated[key[0]]
             result = ReadingNoise(relative=relative, absolute=absolute, source="stated")
         else:
-            result = _noise(group)
-        noise[key] = replace(result, gain=min(_gain_scatter(group), MOST_GAIN) if key[1] else 0.0)
+            result = _estimate_noise(group)
+        noise[key] = replace(result, gain=min(_estimate_gain_scatter(group), MOST_GAIN) if key[1] else 0.0)
     forces = {sensor.name for sensor in campaign.sensors if sensor.line is not None}
     moving = [table for table in tables if table.family.sensor not in forces and table.family.harmonic > 0]
-    return RepeatErrors(noise=noise, frequency=_frequency_jitter(moving))
+    return RepeatErrors(noise=noise, frequency=_estimate_frequency_jitter(moving))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -200,9 +200,9 @@ class _Table:
             return np.asarray(np.where(there, apart, 0.0) @ slope / size)
 
 
-def _table(family: Family) -> _Table:
+def _make_table(family: Family) -> _Table:
     """Table of the curves; readings of a point are moved along their curve to its mean frequency."""
-    point, number = common_points(family.curves), family.curve_number
+    point, number = number_points(family.curves), family.curve_number
     names, place = np.unique(point, return_inverse=True)
     frequency = np.bincount(place, family.frequency) / np.bincount(place)
     order = np.argsort(frequency)
@@ -210,11 +210,11 @@ def _table(family: Family) -> _Table:
     rank[order] = np.arange(len(names))
     value = np.full((len(family.curves), len(names)), np.nan)
     column = rank[place]
-    value[number, column] = family.value + _carried(family, frequency[order][column])
+    value[number, column] = family.value + _compute_carried_change(family, frequency[order][column])
     return _Table(family=family, frequency=frequency[order], value=value)
 
 
-def _carried(family: Family, target: Values) -> Values:
+def _compute_carried_change(family: Family, target: Values) -> Values:
     """Change of each curve from the measured frequency to one nearby, shape (p,)."""
     result, number = np.zeros(family.n_point), family.curve_number
     for row, curve in enumerate(family.curves):
@@ -228,22 +228,22 @@ def _carried(family: Family, target: Values) -> Values:
     return result
 
 
-def _noise(tables: Sequence[_Table]) -> ReadingNoise:
+def _estimate_noise(tables: Sequence[_Table]) -> ReadingNoise:
     """Noise from the roughness of curves, else from the scatter at each frequency."""
-    for source, estimate in (("curves", _roughness(tables)), ("scatter", _scatter(tables))):
+    for source, estimate in (("curves", _compute_roughness(tables)), ("scatter", _scatter(tables))):
         squared, scatter, dof, effective = estimate
         if not scatter.any():
             continue
         # Readings with few digits may agree exactly.
         a2, b2 = fit_variance_law(squared, np.maximum(scatter, 1e-12 * float(scatter.max())), dof)
-        covariance = _law_covariance(squared, a2, b2, effective)
+        covariance = _compute_law_covariance(squared, a2, b2, effective)
         return ReadingNoise(
             relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source=source, covariance=covariance
         )
     return ReadingNoise()
 
 
-def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
+def _compute_roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
     """Squares of readings, variances, their degrees of freedom, and effective ones with correlated neighbours."""
     parts = [np.zeros((4, 0))]
     for table in tables:
@@ -255,7 +255,7 @@ def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
         rough = apart[:, 1:-1] - share * apart[:, :-2] - (1 - share) * apart[:, 2:]
         there = np.isfinite(rough)
         seen = there.sum(axis=0)
-        rows = _roughness_rows(share, table.slope)
+        rows = _make_roughness_rows(share, table.slope)
         left = (rows**2).sum(axis=1)
         # Subtraction of the mean of n curves removes the share 1 / n of the variance.
         whole = left * (1 - 1 / np.maximum(count[1:-1], 2))
@@ -287,7 +287,7 @@ def _scatter(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
     return np.concatenate(parts, axis=1)
 
 
-def _law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple[float, float, float]:
+def _compute_law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple[float, float, float]:
     """V of the noise law, see `ReadingNoise.covariance`."""
     top = max(float(squared.max()), np.finfo(float).tiny)
     columns = np.array([squared / top, np.ones_like(squared)])
@@ -300,7 +300,7 @@ def _law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple
     return float(inverse[0, 0] / top**2), float(inverse[0, 1] / top), float(inverse[1, 1])
 
 
-def _roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], "q p"]:
+def _make_roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], "q p"]:
     """K, the matrix from the readings of a curve to its roughnesses, shape (p - 2, p) [-]."""
     n = len(share)
     rows = np.zeros((n, n + 2))
@@ -310,7 +310,7 @@ def _roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], 
     return rows - np.outer(rows @ slope, slope) / size if size else rows
 
 
-def _gain_scatter(tables: Sequence[_Table]) -> float:
+def _estimate_gain_scatter(tables: Sequence[_Table]) -> float:
     """Standard deviation of the factor of a repeat beyond noise, at the level at which repeats agree best [-]."""
     result: list[float] = []
     for table in tables:
@@ -326,7 +326,7 @@ def _gain_scatter(tables: Sequence[_Table]) -> float:
     return min(result, default=0.0)
 
 
-def _frequency_jitter(tables: Sequence[_Table]) -> float:
+def _estimate_frequency_jitter(tables: Sequence[_Table]) -> float:
     """Frequency jitter at the level with the best agreement: elsewhere friction histories shift the resonance too."""
     result: list[float] = []
     for level in sorted({table.family.level for table in tables}):

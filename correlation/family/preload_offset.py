@@ -20,9 +20,9 @@ from correlation.family.correction import FamilyCorrection, SetUp, Values
 from correlation.family.family import Family
 from correlation.family.frequency_offset import (
     FURTHEST,
+    compute_penalty,
     estimate_frequency_offsets,
-    outside_of_limits,
-    penalty,
+    sum_outside_of_limits,
 )
 from correlation.family.noise import ReadingNoise
 from correlation.noise.scatter import USUAL_JITTER
@@ -65,8 +65,10 @@ def estimate_preload_offsets(
             costs = []
             for step in span * steps:
                 tried = {key: value + step * np.eye(n_group)[group] for key, value in offsets.items()}
-                outside = outside_of_limits([item.corrected(tried) for item in corrections], bands, noise, frequency)
-                costs.append([outside.get(key, 0.0) + penalty(tried[key][group], SCATTER) for key in keys])
+                outside = sum_outside_of_limits(
+                    [item.corrected(tried) for item in corrections], bands, noise, frequency
+                )
+                costs.append([outside.get(key, 0.0) + compute_penalty(tried[key][group], SCATTER) for key in keys])
             for key, best in zip(keys, np.argmin(costs, axis=0), strict=True):
                 offsets[key][group] += span * steps[best]
     return offsets

@@ -28,7 +28,7 @@ from scipy.special import bdtrc, chdtri, ndtr, ndtri
 
 from correlation.family.band import PredictedBand
 from correlation.family.correction import SetUp
-from correlation.family.family import Family, common_points
+from correlation.family.family import Family, number_points
 from correlation.family.noise import ReadingNoise
 from correlation.metric.band import coverage, interval_score, tightness
 
@@ -129,7 +129,7 @@ class FamilyVerdict:
     def leaves_band(self) -> bool:
         """Whether the family leaves its band significantly."""
         far = any(item.deviations > self.critical_deviation for item in self.departures)
-        places = len(np.unique(common_points(self.family.curves)[self.outside]))
+        places = len(np.unique(number_points(self.family.curves)[self.outside]))
         return far or (len(self.departures) > SHARE * self.n_compared and places >= self.critical_count)
 
 
@@ -167,7 +167,7 @@ def judge_family(
     freedom = np.fmin(noise.freedom(limit, beside_noise), CERTAIN)
     clear = -float(ndtri(CHANCE / (2 * max(n_reading, 1))))
     compared = np.isfinite(limit).all(axis=0)
-    deviations, side = _distance(value, limit, deviation, freedom)
+    deviations, side = _compute_distance(value, limit, deviation, freedom)
     curve = family.curve_number
     departures = [
         Departure(
@@ -182,17 +182,17 @@ def judge_family(
     inside, tight, score = np.nan, np.nan, np.nan
     if compared.any():
         x, ends = value[compared], limit[:, compared]
-        inside = coverage(x[None], *_widen(ends, (_student(freedom) * deviation)[:, compared]))
+        inside = coverage(x[None], *_widen(ends, (_find_student_bound(freedom) * deviation)[:, compared]))
         alpha = 1 / (len(x) + 1)
         low, high = _widen(ends, compute_noise_width(alpha) * deviation[:, compared])
         size = interval_score(x[None], low, high, alpha)
         score = float(np.mean(size) / max(float(np.mean(np.abs(x))), 1e-300))
-        tight = _tightness(family, limit)
+        tight = _compute_tightness(family, limit)
     return FamilyVerdict(
         family=family, band=band, limit=limit, deviation=deviation, coverage=inside, tightness=tight, score=score,
         departures=tuple(departures), critical_deviation=max(clear, OUTSIDE), outside=deviations > OUTSIDE,
         critical_count=_count_critical_points(
-            common_points(family.curves)[compared], noise.freedom(limit[:, compared]), CHANCE * len(value) / n_reading
+            number_points(family.curves)[compared], noise.freedom(limit[:, compared]), CHANCE * len(value) / n_reading
         ),
     )  # fmt: skip
 
@@ -211,7 +211,7 @@ def _widen(ends: Both, by: Both) -> Both:
     return np.array([low, np.maximum(ends[1] + by[1], low)])
 
 
-def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tuple[Values, NDArray[np.int64]]:
+def _compute_distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tuple[Values, NDArray[np.int64]]:
     """Distance of readings outside their limits in standard deviations, 0 inside, and index of the limit."""
     beyond = np.nan_to_num(np.array([limit[0] - value, value - limit[1]]), nan=-np.inf)
     side = np.argmax(beyond, axis=0)
@@ -219,16 +219,16 @@ def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tup
     distance = np.maximum(beyond[side, rows], 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         deviations = np.where(distance > 0, distance / deviation[side, rows], 0.0)
-    return _normal(deviations, freedom[side, rows]), side
+    return _convert_to_normal(deviations, freedom[side, rows]), side
 
 
-def _normal(deviations: Values, freedom: Values) -> Values:
+def _convert_to_normal(deviations: Values, freedom: Values) -> Values:
     """Standard deviations of a normal distribution with the same tail probability as Student's t, shape (p,)."""
     return (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(deviations**2 / freedom))
 
 
-def _student(freedom: Both) -> Both:
-    """Student's t that `_normal` converts to `OUTSIDE`, shape (2, p)."""
+def _find_student_bound(freedom: Both) -> Both:
+    """Student's t that `_convert_to_normal` converts to `OUTSIDE`, shape (2, p)."""
     scaled = (8 * freedom + 3) / (8 * freedom + 1) * OUTSIDE
     return np.sqrt(freedom * np.expm1(scaled**2 / freedom))
 
@@ -243,16 +243,16 @@ def _count_critical_points(point: NDArray[np.int64], freedom: Both, chance: floa
     mean = 1 / max(float(np.mean(1 / freedom)) if freedom.size else 0.0, 1 / CERTAIN)
     quantile = (np.arange(N_QUANTILE) + 0.5) / N_QUANTILE
     estimate = np.sqrt(chdtri(mean, 1 - quantile) / mean)
-    reading = 2 * ndtr(-_student(np.array(mean)) * estimate)
+    reading = 2 * ndtr(-_find_student_bound(np.array(mean)) * estimate)
     places = 1 - (1 - reading) ** count.max(initial=1)
     number = np.arange(1, len(place) + 2)
     reached = bdtrc(number[:, None] - 1, len(place), places).mean(axis=1)
     return int(number[np.argmax(reached < chance)])
 
 
-def _tightness(family: Family, limit: Float[NDArray[np.float64], "2 p"]) -> float:
+def _compute_tightness(family: Family, limit: Float[NDArray[np.float64], "2 p"]) -> float:
     """Tightness of the band; readings are moved along the middle of the band to the mean frequency of their point."""
-    point, curve = common_points(family.curves), family.curve_number
+    point, curve = number_points(family.curves), family.curve_number
     names, column = np.unique(point, return_inverse=True)
     middle, width = limit.mean(axis=0), np.maximum(limit[1] - limit[0], 0.0)
     there = np.isfinite(middle)

@@ -80,11 +80,11 @@ def find_branches(campaign: Campaign) -> tuple[Branches, ...]:
 
 def separate_branches(curves: CurveSet) -> Branches:
     """Separate the branches of one level."""
-    noise = np.array([_noise(curves, number) for number in range(len(curves.value))])
+    noise = np.array([_estimate_noise(curves, number) for number in range(len(curves.value))])
     excluded = np.zeros(curves.value.shape, dtype=bool)
     ways = [np.flatnonzero(curves.sweep == way) for way in np.unique(curves.sweep)]
     for rows in ways:
-        for state in _states_between_jumps(curves.frequency, curves.value[rows], noise[rows]):
+        for state in _find_states_between_jumps(curves.frequency, curves.value[rows], noise[rows]):
             excluded[rows, state] = find_minority(curves.value[rows, state], noise[rows, state])
     bistable = _find_bistable(curves, np.where(excluded, np.nan, curves.value), noise)
     for state in np.flatnonzero(find_scattered(curves, bistable) & ~excluded.any(axis=0)).tolist():
@@ -163,14 +163,14 @@ def find_minority(
     return result
 
 
-def _noise(curves: CurveSet, number: int) -> Float[NDArray[np.float64], " n"]:
+def _estimate_noise(curves: CurveSet, number: int) -> Float[NDArray[np.float64], " n"]:
     value, noise = curves.value[number], np.full(len(curves.frequency), np.nan)
     there = np.isfinite(value)
     noise[there], _ = estimate_curve_noise(curves.frequency[there], value[there], parts=curves.parts)
     return noise
 
 
-def _states_between_jumps(
+def _find_states_between_jumps(
     frequency: Float[NDArray[np.float64], " n"], value: Curves, noise: Float[NDArray[np.float64], "r n"]
 ) -> Iterator[int]:
     """States that are before a jump in some repeats and after it in others."""
@@ -193,7 +193,7 @@ def _find_bistable(
     repeats = np.intersect1d(curves.repeat[curves.sweep == 1], curves.repeat[curves.sweep == -1])
     if not len(repeats):
         return np.zeros(value.shape[1], dtype=bool)
-    up, down = ([_row(curves, way, repeat) for repeat in repeats] for way in (1, -1))
+    up, down = ([_find_row(curves, way, repeat) for repeat in repeats] for way in (1, -1))
     own = np.hypot(noise[up], noise[down])
     pairs = zip(value[up], value[down], own, strict=True)
     apart = np.array([_without_shift(curves.frequency, *pair) for pair in pairs])
@@ -217,13 +217,13 @@ def _find_in_one_sweep(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]
     up, down = (np.isfinite(curves.value[rows]).any(axis=0) for rows in ways)
     if not (up.any() and down.any()):
         return np.zeros(len(bistable), dtype=bool)
-    first, back = (np.abs(_mean(curves.value[rows])[0]) for rows in ways)
+    first, back = (np.abs(_average_readings(curves.value[rows])[0]) for rows in ways)
     frequency = curves.frequency
     apart = bistable.any() or find_difference(frequency[up], first[up], frequency[down], back[down]) is not None
     return np.asarray((up != down) & apart)
 
 
-def _row(curves: CurveSet, way: int, repeat: int) -> int:
+def _find_row(curves: CurveSet, way: int, repeat: int) -> int:
     return int(np.flatnonzero((curves.sweep == way) & (curves.repeat == repeat))[0])
 
 
@@ -264,25 +264,25 @@ def find_scattered(curves: CurveSet, bistable: Bool[NDArray[np.bool_], " n"]) ->
         inverse = 1 / curves.value
     for value in (curves.value, inverse):
         there = np.isfinite(value)
-        mean = _mean(value)
+        mean = _average_readings(value)
         for way in np.unique(curves.sweep):
             rows = curves.sweep == way
-            mean[rows] = np.where(bistable, _mean(value[rows]), mean[rows])
+            mean[rows] = np.where(bistable, _average_readings(value[rows]), mean[rows])
         n_mean = np.where(bistable, len(np.unique(curves.sweep)), 1)
         n = there.sum(axis=0)
         squares = np.where(there, np.abs(value - mean) ** 2, 0.0).sum(axis=0)
-        result &= _outlying(np.where(n >= FEWEST, np.sqrt(squares / np.maximum(n - n_mean, 1)), np.nan))
+        result &= _find_outlying(np.where(n >= FEWEST, np.sqrt(squares / np.maximum(n - n_mean, 1)), np.nan))
     return result
 
 
-def _mean(value: Curves) -> Curves:
+def _average_readings(value: Curves) -> Curves:
     """Mean of the readings of each state, in the shape of the readings."""
     there = np.isfinite(value)
     mean = np.where(there, value, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
     return np.array(np.broadcast_to(mean, value.shape))
 
 
-def _outlying(scatter: Float[NDArray[np.float64], " n"]) -> Bool[NDArray[np.bool_], " n"]:
+def _find_outlying(scatter: Float[NDArray[np.float64], " n"]) -> Bool[NDArray[np.bool_], " n"]:
     result = np.zeros(len(scatter), dtype=bool)
     known = np.flatnonzero(np.isfinite(scatter))
     if len(known) <= FEWEST:

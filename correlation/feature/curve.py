@@ -51,13 +51,13 @@ def list_curves(campaign: Campaign) -> list[CurveSet]:
     is_free = campaign.is_free[table.test]
     for free in np.unique(is_free):
         for level in np.unique(table.level[is_free == free]):
-            rows = _largest_motion(campaign, (is_free == free) & (table.level == level))
+            rows = _find_largest_motion(campaign, (is_free == free) & (table.level == level))
             if rows.any():
-                result.append(_arranged(campaign, rows, bool(free)))
+                result.append(_arrange_curves(campaign, rows, bool(free)))
     return result
 
 
-def _arranged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: bool) -> CurveSet:
+def _arrange_curves(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: bool) -> CurveSet:
     table = campaign.measurement.where(rows)
     number = number_frequencies(table.frequency)
     runs, curve = group_rows([table.sweep, table.repeat])
@@ -75,7 +75,7 @@ def _arranged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: boo
     )  # fmt: skip
 
 
-def _largest_motion(campaign: Campaign, there: Bool[NDArray[np.bool_], " k"]) -> Bool[NDArray[np.bool_], " k"]:
+def _find_largest_motion(campaign: Campaign, there: Bool[NDArray[np.bool_], " k"]) -> Bool[NDArray[np.bool_], " k"]:
     """Rows of the fundamental of the sensor with the largest motion; one with a phase if there is any."""
     table = campaign.measurement
     follows = np.array([sensor.line is None for sensor in campaign.sensors])

@@ -138,7 +138,7 @@ def arrange_campaign(campaign: Campaign) -> Observation:
         sensor=names[sensor],
         harmonic=table.harmonic[first],
         sweep=sweep[first],
-        force=_mean_force(table, row, state),
+        force=_average_force(table, row, state),
     )
     there = np.isfinite(repeat)
     count = np.bincount(row, np.isfinite(value), len(first)) / np.maximum(there.sum(axis=1), 1)
@@ -152,7 +152,7 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     )  # fmt: skip
 
 
-def _mean_force(
+def _average_force(
     table: Measurement, row: Int[NDArray[np.int64], " rows"], state: Int[NDArray[np.int64], " rows"]
 ) -> Float[NDArray[np.float64], " k"]:
     """Mean force of the steady state of each point, over its sensors, repeats and sweeps, shape (k,) [N]."""
@@ -224,7 +224,7 @@ def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
 
 def take_training_part(campaign: Campaign) -> Observation:
     """Training data: without held-out levels and repeats, and without points that lack a majority branch."""
-    return _parts(campaign)[0]
+    return _split_parts(campaign)[0]
 
 
 def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
@@ -238,7 +238,7 @@ def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
     CampaignError
         Nothing is held out.
     """
-    fitted, tested = _parts(campaign)
+    fitted, tested = _split_parts(campaign)
     if not len(tested.points):
         raise CampaignError(
             f"{campaign.folder}: nothing is held out, so that neither a fit nor an effect can be tested: "
@@ -248,16 +248,16 @@ def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
     return fitted, tested
 
 
-def _parts(campaign: Campaign) -> tuple[Observation, Observation]:
+def _split_parts(campaign: Campaign) -> tuple[Observation, Observation]:
     everything = arrange_campaign(campaign)
     steady = everything.where(np.asarray(np.isfinite(everything.repeat).any(axis=1)))
     held_out_repeats = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
     at_level = np.isin(steady.points.level, campaign.held_out.levels)
     tests = held_out_repeats[None, :] if held_out_repeats.any() else at_level[:, None]
-    return _taken(steady, ~(at_level[:, None] | held_out_repeats[None, :])), _taken(steady, tests)
+    return _take_repeats(steady, ~(at_level[:, None] | held_out_repeats[None, :])), _take_repeats(steady, tests)
 
 
-def _taken(seen: Observation, chosen: Bool[NDArray[np.bool_], "#k #R"]) -> Observation:
+def _take_repeats(seen: Observation, chosen: Bool[NDArray[np.bool_], "#k #R"]) -> Observation:
     """Some repeats of some rows; rows without any of them are dropped."""
     taken = np.isfinite(seen.repeat) & chosen
     return replace(seen, taken=taken).where(np.asarray(taken.any(axis=1)))

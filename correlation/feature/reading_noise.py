@@ -72,10 +72,10 @@ def smooth_noise(points: Points, value: ComplexColumn, *, has_phase: bool) -> No
             result, _ = estimate_curve_noise(points.frequency[rows], value[rows], parts=parts)
             own = points.sweep[rows] == way
             noise[rows[own]] = result[own]
-    return _filled(points, np.abs(value), noise)
+    return _fill_short_curves(points, np.abs(value), noise)
 
 
-def _filled(points: Points, size: FloatColumn, noise: Noise) -> Noise:
+def _fill_short_curves(points: Points, size: FloatColumn, noise: Noise) -> Noise:
     """Noise with that of short curves taken relative from other curves of the same harmonic."""
     for harmonic in np.unique(points.harmonic):
         rows = points.harmonic == harmonic

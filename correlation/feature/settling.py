@@ -70,10 +70,10 @@ def find_drifts(campaign: Campaign) -> list[Drift]:
     drifts = []
     for free in sorted({item.free for item in curves}):
         own = [item for item in curves if item.free == free]
-        repeats = _in_order(campaign, own)
+        repeats = _order_repeats(campaign, own)
         if len(repeats) < FEWEST:
             continue
-        changes = np.array([change for item in own for change in _changes(item, repeats)])
+        changes = np.array([change for item in own for change in _list_changes(item, repeats)])
         if len(changes):
             frequency, amplitude = np.nanmean(changes, axis=0).T
             drifts.append(Drift(free=free, repeat=repeats, frequency=frequency, amplitude=amplitude))
@@ -123,14 +123,16 @@ def find_unsettled(campaign: Campaign) -> Mask:
     return unsettled
 
 
-def _in_order(campaign: Campaign, curves: list[CurveSet]) -> Int[NDArray[np.int64], " R"]:
+def _order_repeats(campaign: Campaign, curves: list[CurveSet]) -> Int[NDArray[np.int64], " R"]:
     """Repeats in the mean order of their readings."""
     table = campaign.measurement
     numbers = np.unique(np.concatenate([item.repeat for item in curves]))
     return np.asarray(numbers[np.argsort([table.order[table.repeat == item].mean() for item in numbers])])
 
 
-def _changes(curves: CurveSet, repeats: Int[NDArray[np.int64], " R"]) -> Iterator[Float[NDArray[np.float64], "R 2"]]:
+def _list_changes(
+    curves: CurveSet, repeats: Int[NDArray[np.int64], " R"]
+) -> Iterator[Float[NDArray[np.float64], "R 2"]]:
     """Shift and factor of each repeat, for each sweep of a level."""
     for way in np.unique(curves.sweep):
         rows = [np.flatnonzero((curves.sweep == way) & (curves.repeat == item)) for item in repeats]

@@ -25,7 +25,7 @@ from correlation.campaign.measurement import (
     Mask,
     MeasuredSensor,
     Measurement,
-    same_level,
+    match_level,
 )
 from correlation.errors import CampaignError
 from correlation.feature.reading_noise import LEAST_REPEATED, smooth_noise
@@ -88,21 +88,21 @@ def average_points(measurement: Measurement, rows: Mask) -> Averages:
     table = measurement.where(rows)
     if not len(table):
         raise CampaignError("nothing was measured at these levels and repeats; choose among those of the campaign")
-    starts = starts_of(table, POINT)
+    starts = find_starts(table, POINT)
     n = np.diff([*starts, len(table)])
     point = np.repeat(np.arange(len(starts)), n)
     # About the mean of its sweep: the difference between sweeps is not noise, and is reported as `spread`.
-    sweep_starts = starts_of(table, (*POINT, "sweep"))
+    sweep_starts = find_starts(table, (*POINT, "sweep"))
     sweep_n = np.diff([*sweep_starts, len(table)])
-    sweep_mean = _summed(table.value, sweep_starts) / sweep_n
+    sweep_mean = _sum_groups(table.value, sweep_starts) / sweep_n
     residual = table.value - np.repeat(sweep_mean, sweep_n)
     parts = np.where(table.harmonic[starts] == 0, 1, 2)  # a mean is real
-    squares = _squares(point, residual)
-    all_starts = starts_of(measurement, POINT)
+    squares = _sum_squares(point, residual)
+    all_starts = find_starts(measurement, POINT)
     return Averages(
         first=table.where(starts),
         point=np.searchsorted(all_starts, np.flatnonzero(rows)[starts], side="right") - 1,
-        mean=_summed(table.value, starts) / n,
+        mean=_sum_groups(table.value, starts) / n,
         n=n,
         squares=squares,
         dof=(parts * (n - np.bincount(point[sweep_starts]))).astype(np.float64),
@@ -120,21 +120,21 @@ def _repeat_effects(table: Measurement, point: IntColumn, residual: ComplexColum
     order = np.lexsort((table.repeat, point))
     key = np.stack([point[order], table.repeat[order]])
     starts = np.flatnonzero(np.concatenate([[True], (key[:, 1:] != key[:, :-1]).any(axis=0)]))
-    summed = _summed(residual[order], starts)
-    return _squares(point[order][starts], summed)
+    summed = _sum_groups(residual[order], starts)
+    return _sum_squares(point[order][starts], summed)
 
 
-def _summed(value: ComplexColumn, starts: IntColumn) -> ComplexColumn:
+def _sum_groups(value: ComplexColumn, starts: IntColumn) -> ComplexColumn:
     """Sums of consecutive groups."""
     return np.asarray(np.add.reduceat(value, starts), dtype=np.complex128)
 
 
-def _squares(point: IntColumn, value: ComplexColumn) -> FloatColumn:
+def _sum_squares(point: IntColumn, value: ComplexColumn) -> FloatColumn:
     """Squared moduli summed over the rows of each point."""
     return np.bincount(point, value.real**2 + value.imag**2).astype(np.float64)
 
 
-def starts_of(table: Measurement, names: tuple[str, ...]) -> IntColumn:
+def find_starts(table: Measurement, names: tuple[str, ...]) -> IntColumn:
     """First row of each group of a sorted table."""
     new = np.zeros(len(table), dtype=bool)
     new[0] = True
@@ -192,7 +192,7 @@ def average_campaign(campaign: Campaign) -> FeatureTable:
     """Means of all points of a campaign; their deviations are NaN where the noise is unknown."""
     measurement = sort_by_point(campaign.measurement)
     average = average_points(measurement, np.ones(len(measurement), dtype=bool))
-    return _table(average, *_noise(campaign, average))
+    return _make_table(average, *_estimate_noise(campaign, average))
 
 
 def extract_features(
@@ -210,9 +210,9 @@ def extract_features(
     if repeats is not None:
         rows &= np.isin(measurement.repeat, list(repeats))
     if levels is not None:
-        rows &= np.any([same_level(measurement.level, level) for level in levels] or [~rows], axis=0)
+        rows &= np.any([match_level(measurement.level, level) for level in levels] or [~rows], axis=0)
     chosen = average_points(measurement, rows)
-    return _table(chosen, *_known_noise(campaign, chosen))
+    return _make_table(chosen, *_estimate_known_noise(campaign, chosen))
 
 
 def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
@@ -232,11 +232,11 @@ def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
     measurement = sort_by_point(campaign.measurement)
     held = campaign.held_out.rows(measurement)
     training, tested, everything = (average_points(measurement, rows) for rows in (~held, held, np.ones_like(held)))
-    variance, together = (item[tested.point] for item in _known_noise(campaign, everything))
-    return _table(training, *_known_noise(campaign, training)), _table(tested, variance, together)
+    variance, together = (item[tested.point] for item in _estimate_known_noise(campaign, everything))
+    return _make_table(training, *_estimate_known_noise(campaign, training)), _make_table(tested, variance, together)
 
 
-def _table(average: Averages, variance: FloatColumn, together: FloatColumn) -> FeatureTable:
+def _make_table(average: Averages, variance: FloatColumn, together: FloatColumn) -> FeatureTable:
     return FeatureTable(
         **{name: getattr(average.first, name) for name in POINT},
         value=average.mean,
@@ -246,9 +246,9 @@ def _table(average: Averages, variance: FloatColumn, together: FloatColumn) -> F
     )
 
 
-def _known_noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
-    """As `_noise`; unknown noise is an error."""
-    variance, together = _noise(campaign, average)
+def _estimate_known_noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
+    """As `_estimate_noise`; unknown noise is an error."""
+    variance, together = _estimate_noise(campaign, average)
     unknown = np.flatnonzero(~np.isfinite(variance))
     if len(unknown):
         row, first = unknown[0], average.first
@@ -260,17 +260,17 @@ def _known_noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, Fl
     return variance, together
 
 
-def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
+def _estimate_noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
     """Variance of one value, NaN where unknown, and number of values that count as one, per point, shape (k,) each."""
     first, dof, squares = average.first, average.dof, average.squares
     variance, together = np.full(len(first), np.nan), np.ones(len(first))
-    blocks = starts_of(first, ("test", "sensor", "harmonic"))
+    blocks = find_starts(first, ("test", "sensor", "harmonic"))
     for start, stop in zip(blocks, [*blocks[1:], len(first)], strict=True):
         block = slice(start, stop)
         n_repeated = np.count_nonzero(dof[block])
         if n_repeated < LEAST_REPEATED * (stop - start):
             sensor_of = campaign.sensors[first.sensor[start]]
-            single = _single_noise(sensor_of, first.where(np.arange(start, stop)), average.mean[block])
+            single = _estimate_single_noise(sensor_of, first.where(np.arange(start, stop)), average.mean[block])
             if not n_repeated or np.isfinite(single).all():
                 variance[block] = single**2
                 continue
@@ -282,7 +282,7 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
     return variance, together
 
 
-def _single_noise(sensor: MeasuredSensor, rows: Measurement, mean: ComplexColumn) -> FloatColumn:
+def _estimate_single_noise(sensor: MeasuredSensor, rows: Measurement, mean: ComplexColumn) -> FloatColumn:
     """Noise of a block that was read once, stated or estimated from its curves, shape (k,); NaN if unknown."""
     if any(sensor.noise):
         return np.asarray(np.hypot(sensor.noise[0] * np.abs(mean), sensor.noise[1]))

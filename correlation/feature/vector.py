@@ -90,7 +90,7 @@ class FeatureVector:
                     largest[state[row]] = int(row)
             for row in np.flatnonzero((points.harmonic > 0) & rows):
                 reference[row] = largest.get(state[row], -1)
-        reference[fundamental & ~_dips(points, value, fundamental, reference)] = -1
+        reference[fundamental & ~_find_dips(points, value, fundamental, reference)] = -1
         return cls(
             points=points,
             fundamental=fundamental,
@@ -190,7 +190,7 @@ class FeatureVector:
         return np.concatenate([features.real, features.imag[~self.real_only]])
 
 
-def _dips(
+def _find_dips(
     points: Points,
     value: Coefficients,
     fundamental: Bool[NDArray[np.bool_], " k"],

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 
 from correlation.file.column import Column, MeasuredFile
-from correlation.file.quantity import OF_UNIT, named_quantities
-from correlation.file.unit_label import unit_text
+from correlation.file.quantity import OF_UNIT, find_named_quantities
+from correlation.file.unit_label import read_unit
 
 #: Formats whose columns are arrays with numbers beside them.
 OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
@@ -41,10 +41,12 @@ def add_abscissas(file: MeasuredFile) -> MeasuredFile:
     groups: dict[tuple[str, int], list[Column]] = {}
     for column in file.columns:
         if len(column.values) >= FEWEST and not column.words:
-            groups.setdefault((_path(file, column), len(column.values)), []).append(column)
+            groups.setdefault((_find_path(file, column), len(column.values)), []).append(column)
     added: dict[str, Column] = {}
     units: dict[str, str] = {}
-    above = cache(lambda: next((step for facts in (_numbers(file, ""), file.facts) if (step := _step(facts))), None))
+    above = cache(
+        lambda: next((step for facts in (_list_numbers(file, ""), file.facts) if (step := _step(facts))), None)
+    )
     for (path, length), columns in groups.items():
         beside = groups.get(("", length), []) if path else []
         if any(_may_be_abscissa(one) for one in [*columns, *beside]):
@@ -52,7 +54,7 @@ def add_abscissas(file: MeasuredFile) -> MeasuredFile:
         if (abscissa := _of_pair(file, path, length) or _of_rate(file, path, columns, above)) is not None:
             added[columns[0].name] = abscissa
             label = file.facts.get(f"{path}{_mark(file)}quantity{_mark(file)}label", "")
-            units |= {one.name: unit_text(label) for one in columns if not one.unit and label}
+            units |= {one.name: read_unit(label) for one in columns if not one.unit and label}
     result: list[Column] = []
     for column in file.columns:
         result += [added[column.name]] if column.name in added else []
@@ -66,7 +68,7 @@ def _of_rate(
     """The time of some columns by a sampling rate or step beside them, above them, or among their attributes."""
     if any(np.iscomplexobj(one.values) for one in columns):
         return None
-    step = _step(columns[0].facts) or _step(_numbers(file, path)) or above()
+    step = _step(columns[0].facts) or _step(_list_numbers(file, path)) or above()
     if step is None:
         return None
     values = step * np.arange(len(columns[0].values))
@@ -98,9 +100,9 @@ def _of_pair(file: MeasuredFile, path: str, length: int) -> Column | None:
     if not re.search(r"(?:^|[./])y_values$", path):
         return None
     of_x = f"{path.removesuffix('y_values')}x_values"
-    numbers = {key: number for key, text in _numbers(file, of_x).items() if (number := _number(text)) is not None}
+    numbers = {key: number for key, text in _list_numbers(file, of_x).items() if (number := _number(text)) is not None}
     step, first = numbers.get("increment"), numbers.get("start_value", 0.0)
-    unit = unit_text(file.facts.get(f"{of_x}{_mark(file)}quantity{_mark(file)}label", ""))
+    unit = read_unit(file.facts.get(f"{of_x}{_mark(file)}quantity{_mark(file)}label", ""))
     if step is None or not step > 0 or unit not in {"s", "Hz"} or numbers.get("number_of_values", length) != length:
         return None
     kind = "time" if unit == "s" else "frequency"
@@ -110,7 +112,7 @@ def _of_pair(file: MeasuredFile, path: str, length: int) -> Column | None:
 
 def _tells_abscissa(column: Column) -> bool:
     """Whether the unit or the name of a column says a time, a frequency or a phase."""
-    return bool({OF_UNIT.get(column.unit, ""), *named_quantities(column.name)} & NO_HISTORY)
+    return bool({OF_UNIT.get(column.unit, ""), *find_named_quantities(column.name)} & NO_HISTORY)
 
 
 def _may_be_abscissa(column: Column) -> bool:
@@ -121,16 +123,16 @@ def _may_be_abscissa(column: Column) -> bool:
     return bool((steps > 0).all() or (steps < 0).all())
 
 
-def _numbers(file: MeasuredFile, path: str) -> dict[str, str]:
+def _list_numbers(file: MeasuredFile, path: str) -> dict[str, str]:
     """Single numbers within a path of a file, by their short names."""
     return {
         column.name.removeprefix(path).lstrip("./"): repr(float(column.values[0].real))
         for column in file.columns
-        if len(column.values) == 1 and not column.words and _path(file, column) == path
+        if len(column.values) == 1 and not column.words and _find_path(file, column) == path
     }
 
 
-def _path(file: MeasuredFile, column: Column) -> str:
+def _find_path(file: MeasuredFile, column: Column) -> str:
     if file.format in OF_TEXT:
         return ""
     return re.sub(r"[(\[][\d:,]+[)\]]$", "", column.name).rpartition(_mark(file))[0]

@@ -173,7 +173,7 @@ class MeasuredFile:
         raise CampaignError(f'{self.path.name}: has no column "{name}"; {choice}')
 
 
-def unique_names(names: Sequence[str], numbered: str = "{} ({})") -> list[str]:
+def make_unique_names(names: Sequence[str], numbered: str = "{} ({})") -> list[str]:
     """The same names; a repeated one gets the number of its occurrence, such as "acc (2)"."""
     taken: set[str] = set()
     unique: list[str] = []

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from correlation.file.column import Column
-from correlation.file.unit_label import names_no_unit, unit_text
+from correlation.file.unit_label import names_no_unit, read_unit
 
 #: "tip (dB re 1 m/N)", "FRF_dB", "dB(1e-6 m/s2)", "dBg" or "decibels": what is attached, the reference and its unit.
 DECIBEL = re.compile(
@@ -38,7 +38,7 @@ def read_decibels(column: Column) -> Column:
     attached, label_unit = (match["attached"] or "").lower(), match["unit"].strip()
     if attached and attached not in ATTACHED:
         return replace(column, unit="", unit_label=f"dB{match['attached']}")
-    unit = ATTACHED.get(attached) or unit_text(label_unit)
+    unit = ATTACHED.get(attached) or read_unit(label_unit)
     reference = float(match["reference"] or 1.0)
     with np.errstate(over="ignore"):
         values = reference * 10 ** (column.values / 20)

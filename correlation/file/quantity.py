@@ -35,7 +35,7 @@ NAMED = {
 READ_IN_VOLTS = frozenset([*MOTION_WORDS, "force"])
 
 
-def named_quantities(name: str) -> set[str]:
+def find_named_quantities(name: str) -> set[str]:
     """Quantities that words of a name say."""
     words = set(re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
     return {quantity for quantity, family in NAMED.items() if words & family}
@@ -49,13 +49,13 @@ def fits_name(name: str, unit: str) -> bool | None:
     name
         Name of a column without its unit.
     unit
-        Unit as `unit_text` gives it.
+        Unit as `read_unit` gives it.
 
     Returns
     -------
     None if the name says no quantity.
     """
-    named = named_quantities(name)
+    named = find_named_quantities(name)
     if not named:
         return None
     quantity = OF_UNIT.get(unit, "")

@@ -32,7 +32,7 @@ def read_file(path: Path) -> MeasuredFile:
     CampaignError
         No such file, no known format, or a damaged file: one sentence with file, place, value and remedy.
     """
-    format_ = file_format(path)
+    format_ = find_file_format(path)
     try:
         measured = format_.read(path)
     except CampaignError:
@@ -53,7 +53,7 @@ def read_file(path: Path) -> MeasuredFile:
     return replace(measured, columns=tuple(read_decibels(column) for column in measured.columns))
 
 
-def file_format(path: Path) -> MeasuredFileFormat:
+def find_file_format(path: Path) -> MeasuredFileFormat:
     """The format of an existing file.
 
     Raises

@@ -100,10 +100,10 @@ def split_label(label: str) -> tuple[str, str]:
 
     Returns
     -------
-    Name without the unit, and the unit as `unit_text` gives it. What is no unit stays in the name.
+    Name without the unit, and the unit as `read_unit` gives it. What is no unit stays in the name.
     """
     result = find_unit(label)
-    unit = "" if result.is_doubtful else unit_text(result.unit, name=result.name)
+    unit = "" if result.is_doubtful else read_unit(result.unit, name=result.name)
     return (result.name, unit) if unit else (label.strip(), "")
 
 
@@ -117,14 +117,14 @@ def find_unit(label: str) -> Label:
     label = label.strip()
     if (match := WITH_AMPLITUDE.match(label)) and match["unit"]:  # "Force [N] rms"
         result = find_unit(match["unit"])
-        if unit_text(result.unit, name=result.name) and not result.is_doubtful:
+        if read_unit(result.unit, name=result.name) and not result.is_doubtful:
             return result._replace(unit=f"{result.unit} {match['word']}")
-    if (match := BRACKETED.match(label)) and match["name"] and not unit_text(match["name"]):  # "(m/s^2)(N)"
+    if (match := BRACKETED.match(label)) and match["name"] and not read_unit(match["name"]):  # "(m/s^2)(N)"
         token = match["square"] if match["square"] is not None else match["round"]
         rest, sign = match["rest"].strip(), match["both"][0]
-        if not unit_text(token) and unit_text((result := find_unit(match["name"])).unit) and not result.is_doubtful:
+        if not read_unit(token) and read_unit((result := find_unit(match["name"])).unit) and not result.is_doubtful:
             return result._replace(name=f"{result.name} {match['both']} {rest}".strip())  # "Disp [mm] (tip)"
-        if not rest or (unit_text(token) and (sign == "[" or _may_be_behind(match["name"], sign, token))):
+        if not rest or (read_unit(token) and (sign == "[" or _may_be_behind(match["name"], sign, token))):
             return Label(f"{match['name']} {rest}".strip(), token, sign)
     behind = [(label[: one.start()], one[0], label[one.end() :]) for one in BEFORE_UNIT.finditer(label)]
     known = next(((name, sign, unit) for name, sign, unit in behind if _may_be_behind(name, sign, unit)), None)
@@ -138,7 +138,7 @@ def find_unit(label: str) -> Label:
 
 def _may_be_behind(name: str, sign: str, token: str) -> bool:
     """Whether a known unit stands behind a sign; a stroke without blanks needs a unit of what the name says."""
-    unit = unit_text(token, name=name)
+    unit = read_unit(token, name=name)
     fits = fits_name(name, unit)
     return bool(unit) and _is_symbol(token) and (fits is True or (sign != "/" and (fits is None or len(unit) > 1)))
 
@@ -150,7 +150,7 @@ def _is_symbol(token: str) -> bool:
 
 def _may_be_last(name: str, token: str) -> bool:
     """Whether the last word is a unit: one of the quantity of the name, or a symbol that is no word."""
-    unit = unit_text(token, name=name)
+    unit = read_unit(token, name=name)
     if not unit:
         return looks_like_a_unit(token) and "/" not in token
     symbol = unit in OF_UNIT and len(token) > 1 and not token.isupper() and token.lower() not in WORDS_TOO
@@ -161,13 +161,13 @@ def _may_be_last(name: str, token: str) -> bool:
 def looks_like_a_unit(token: str) -> bool:
     """Whether a text that is no known unit has the signs of one: "µinch", "mm/furlong", "0.1 mm", "x 1000"."""
     if match := FACTOR.match(token):
-        return not match["unit"] if match["times"] else OF_UNIT.get(unit_text(match["unit"]), "force") in SCALED
+        return not match["unit"] if match["times"] else OF_UNIT.get(read_unit(match["unit"]), "force") in SCALED
     words = re.findall(r"[^\W\d_]+", token)
-    known = any(_symbol(word) and word.lower() != "in" for word in words)
+    known = any(_read_symbol(word) and word.lower() != "in" for word in words)
     return bool(NO_WORD.search(token)) or (len(words) > 1 and known and bool(SIGNS.search(token)))
 
 
-def unit_text(label: str, *, name: str = "") -> str:
+def read_unit(label: str, *, name: str = "") -> str:
     """Unit of a label as text for `measurement_unit`.
 
     Parameters
@@ -181,7 +181,7 @@ def unit_text(label: str, *, name: str = "") -> str:
     -------
     Text such as "m/s^2" or "g_n"; empty if the label names no unit.
     """
-    text = _bare(label)
+    text = _strip_brackets(label)
     if text == "g" and re.search("mass|weight", name, re.IGNORECASE):
         return "g"
     return _parse(text)[0]
@@ -195,43 +195,43 @@ def find_suffix(name: str) -> tuple[str, str]:
     parts = name.split("_")
     for size in range(min(4, len(parts) - 1), 0, -1):
         ending = "_".join(parts[-size:])
-        if unit := _suffix(ending.lower()):
+        if unit := _read_suffix(ending.lower()):
             return ending, unit
-    if len(parts) > 1 and (unit := unit_text(parts[-1])) and fits_name("_".join(parts[:-1]), unit):
+    if len(parts) > 1 and (unit := read_unit(parts[-1])) and fits_name("_".join(parts[:-1]), unit):
         return parts[-1], unit
     return "", ""
 
 
 @cache
-def _suffix(ending: str) -> str:
+def _read_suffix(ending: str) -> str:
     if ending in SUFFIXES:
         return SUFFIXES[ending]
     if match := SUFFIX.fullmatch(ending):
-        return f"{_symbol(match['length'])}/s{'^2' if match['power'] else ''}"
+        return f"{_read_symbol(match['length'])}/s{'^2' if match['power'] else ''}"
     match = WITH_AMPLITUDE.match(ending)
-    return _suffix(match["unit"].rstrip("_")) if match and match["unit"] else ""
+    return _read_suffix(match["unit"].rstrip("_")) if match and match["unit"] else ""
 
 
 def split_unit_cell(cell: str, *, name: str = "") -> tuple[str, str]:
     """Words and unit of a cell in a row of units, "(m/s^2)/N Real" or "um @ 3 N"; the words are empty in most."""
-    if unit := unit_text(cell, name=name):
+    if unit := read_unit(cell, name=name):
         return "", unit
     match = OF_CELL.fullmatch(cell)
-    known = unit_text(match["unit"], name=name) if match else ""
+    known = read_unit(match["unit"], name=name) if match else ""
     return (match["words"], known) if match and known else ("", "")
 
 
 def names_no_unit(label: str) -> bool:
     """Whether a label says that there is no unit, or none that means anything: "-", "none", "EU"."""
-    return _bare(label).lower() in NO_UNIT
+    return _strip_brackets(label).lower() in NO_UNIT
 
 
-def amplitude_of_unit(label: str) -> str:
+def find_amplitude_of_unit(label: str) -> str:
     """Kind of amplitude of a unit such as "mm p-p": "peak", "rms", "peak to peak"; empty if not stated."""
-    return _parse(_bare(label))[1]
+    return _parse(_strip_brackets(label))[1]
 
 
-def amplitude_in_words(text: str) -> str:
+def find_amplitude_in_words(text: str) -> str:
     """Kind of amplitude by a word such as "RMS" in a text; empty without such a word or with several."""
     kinds = {meant for meant, pattern in IN_WORDS.items() if pattern.search(text)}
     if "peak to peak" in kinds:
@@ -239,7 +239,7 @@ def amplitude_in_words(text: str) -> str:
     return kinds.pop() if len(kinds) == 1 else ""
 
 
-def _bare(label: str) -> str:
+def _strip_brackets(label: str) -> str:
     text = label.strip().strip("[]").strip()
     return text[1:-1].strip() if text.startswith("(") and text.find(")") == len(text) - 1 else text
 
@@ -249,7 +249,7 @@ def _parse(text: str) -> tuple[str, str]:
     """Unit and meaning of an amplitude; both are empty if the text is no unit."""
     if text.lower() in NO_UNIT:
         return "", ""
-    if unit := _product(text):
+    if unit := _read_product(text):
         return unit, ""
     match = WITH_AMPLITUDE.match(text)
     if match is None or not match["unit"]:
@@ -257,13 +257,15 @@ def _parse(text: str) -> tuple[str, str]:
     kind = next(word for word, pattern in OF_AMPLITUDE.items() if pattern.fullmatch(match["word"]))
     above, stroke, below = match["unit"].rpartition("/")
     if stroke and (both := WITH_AMPLITUDE.match(above.strip("( "))) and both["word"].lower() == match["word"].lower():
-        unit = _product(f"({both['unit'].strip()})/{below.strip('( ')}")
+        unit = _read_product(f"({both['unit'].strip()})/{below.strip('( ')}")
         return unit, ""  # of a ratio of such amplitudes nothing is left
-    unit = "" if stroke and _product(below) in {"N", "mN", "kN", "lbf", "V"} else _product(match["unit"].strip())
+    unit = (
+        "" if stroke and _read_product(below) in {"N", "mN", "kN", "lbf", "V"} else _read_product(match["unit"].strip())
+    )
     return (unit, kind) if unit else ("", "")
 
 
-def _symbol(text: str) -> str:
+def _read_symbol(text: str) -> str:
     """One unit without powers; empty if it is none."""
     known = text if text in FAMILIAR else ALIASES.get(text.lower(), "")
     if known or not (match := WRITTEN_OUT.fullmatch(text.lower())):
@@ -272,10 +274,10 @@ def _symbol(text: str) -> str:
     return prefix + symbol
 
 
-def _product(text: str) -> str:
+def _read_product(text: str) -> str:
     """A product of units with powers; empty if one of them is unknown."""
     text = SUPERSCRIPT.sub("^", text).translate(CHARACTERS).replace("**", "^")
-    if known := _symbol(text):
+    if known := _read_symbol(text):
         return known
     text = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", text)  # m.s-2
     text = re.sub(r"(?<=[A-Za-z])(-?[23])(?![\d.])", r"^\1", text)  # m/s2
@@ -283,7 +285,7 @@ def _product(text: str) -> str:
     if re.search(r"[^\W\d_]\s*\(", text):  # a name before a bracket
         return ""
     parts = re.split(r"(\s*[/*^()]\s*|(?<=\^)-?\d(?!\d)|\s+)", text)
-    units = [_symbol(part) for part in parts[::2]]
+    units = [_read_symbol(part) for part in parts[::2]]
     if len(parts) == 1 or any(not unit for unit, part in zip(units, parts[::2], strict=True) if part):
         return ""
     signs = [part.strip() or "*" for part in parts[1::2]]

@@ -36,7 +36,7 @@ def coverage(measured: Tests, lower: Points, upper: Points) -> float:
     CampaignError
         No measured point, inconsistent shapes, or a band whose ends are missing or in the wrong order.
     """
-    values, low, high = _checked(measured, lower, upper)
+    values, low, high = _check_band(measured, lower, upper)
     there = np.isfinite(values)
     return float(((low <= values) & (values <= high))[there].mean())
 
@@ -58,7 +58,7 @@ def tightness(measured: Tests, lower: Points, upper: Points) -> Points:
     CampaignError
         As `coverage`.
     """
-    values, low, high = _checked(measured, lower, upper)
+    values, low, high = _check_band(measured, lower, upper)
     there = np.isfinite(values)
     spread = np.max(values, axis=0, initial=-np.inf, where=there) - np.min(values, axis=0, initial=np.inf, where=there)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -86,12 +86,12 @@ def interval_score(measured: Tests, lower: Points, upper: Points, alpha: float) 
     """
     if not 0 < alpha < 1:
         raise CampaignError(f"alpha = {alpha:g} must lie between 0 and 1: 0.05 scores a band that holds 95 % of tests")
-    values, low, high = _checked(measured, lower, upper)
+    values, low, high = _check_band(measured, lower, upper)
     outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
     return np.asarray((high - low) + 2 / alpha * outside)
 
 
-def _checked(measured: Tests, lower: Points, upper: Points) -> tuple[Tests, Points, Points]:
+def _check_band(measured: Tests, lower: Points, upper: Points) -> tuple[Tests, Points, Points]:
     values, low, high = (np.asarray(item, dtype=np.float64) for item in (measured, lower, upper))
     if values.ndim != 2 or low.shape != (values.shape[1],) or high.shape != low.shape:
         raise CampaignError(

@@ -111,12 +111,12 @@ def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Itera
         here = motion & (points.free == free) & (points.level == level)
         sensor = points.sensor[here][np.argmax(value[here])]
         of_sensor = here & (points.sensor == sensor)
-        rows = {way: _rising(observed, of_sensor & np.isin(points.sweep, (0, way))) for way in sweeps}
+        rows = {way: _sort_rising(observed, of_sensor & np.isin(points.sweep, (0, way))) for way in sweeps}
         for way, own in rows.items():
             if len(sweeps) == 1:
                 steps = find_curve_jumps(points.frequency[own], observed.value[own]).tolist()
             else:
-                steps = _ends(observed, own, rows[-way])
+                steps = _find_ends(observed, own, rows[-way])
             for step in steps:
                 low, high = own[step], own[step + 1]
                 middle = float(points.frequency[low] + points.frequency[high]) / 2
@@ -124,12 +124,14 @@ def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Itera
                 yield SweepJump(free, level, way, middle, falls), float(points.frequency[high] - points.frequency[low])
 
 
-def _rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int[NDArray[np.int64], " n"]:
+def _sort_rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int[NDArray[np.int64], " n"]:
     rows = np.flatnonzero(chosen)
     return np.asarray(rows[np.argsort(observed.points.frequency[rows])])
 
 
-def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[NDArray[np.int64], " m"]) -> list[int]:
+def _find_ends(
+    observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[NDArray[np.int64], " m"]
+) -> list[int]:
     """Steps of a sweep into, out of or between states with two branches that are far larger than in the other sweep.
 
     Steps over a gap between two measured bands do not count. The other sweep may have been read at other frequencies.
@@ -214,7 +216,7 @@ def list_swept_rows(observed: Observation, jump: SweepJump) -> tuple[Int[NDArray
     of_level = observed.motion & (points.harmonic == 1) & (observed.count > 0)
     of_level &= (points.free == jump.free) & (points.level == jump.level)
     sensor = points.sensor[of_level][np.argmax(np.abs(observed.value[of_level]))]
-    rows = _rising(observed, of_level & (points.sensor == sensor) & np.isin(points.sweep, (0, jump.sweep)))
+    rows = _sort_rising(observed, of_level & (points.sensor == sensor) & np.isin(points.sweep, (0, jump.sweep)))
     return rows, int(np.searchsorted(points.frequency[rows], jump.frequency))
 
 

@@ -190,7 +190,7 @@ def compute_misfit(
 
 def split_misfit(misfit: Misfit, axis: str, level_unit: str = "N") -> tuple[MisfitSummary, ...]:
     """Split along an axis of `AXES`, in its order."""
-    code, labels = _codes(misfit, axis, level_unit)
+    code, labels = _number_groups(misfit, axis, level_unit)
     return tuple(summarise_misfit(misfit.where(code == number), label) for number, label in enumerate(labels))
 
 
@@ -209,7 +209,7 @@ def summarise_misfit(misfit: Misfit, label: str = "all") -> MisfitSummary:
         amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
         phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,
         signed_amplitude_error=float(np.sqrt(np.mean(np.abs(scaled) ** 2)) - 1) if any_clear else np.nan,
-        signed_phase_error=_mean_lead(measured[dynamic], scaled[dynamic]),
+        signed_phase_error=_average_lead(measured[dynamic], scaled[dynamic]),
         n_number=int(np.isfinite(misfit.whitened).sum()),
     )
 
@@ -221,7 +221,7 @@ def find_worst(split: Sequence[MisfitSummary]) -> MisfitSummary:
 
 def find_worst_cell(misfit: Misfit, level_unit: str = "N") -> tuple[MisfitSummary, Points]:
     """The worst of all cells level x band x sensor x harmonic, and its points."""
-    coded = [_codes(misfit, axis, level_unit) for axis in ("level", "band", "sensor", "harmonic")]
+    coded = [_number_groups(misfit, axis, level_unit) for axis in ("level", "band", "sensor", "harmonic")]
     first, number = group_rows([code for code, _ in coded])
     squares = np.nansum(misfit.standardised**2, axis=1)
     counts = np.isfinite(misfit.standardised).sum(axis=1)
@@ -245,7 +245,7 @@ def split_into_bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list
     return code, labels
 
 
-def _codes(misfit: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
+def _number_groups(misfit: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
     points = misfit.points
     if axis == "band":
         return split_into_bands(points)
@@ -254,15 +254,15 @@ def _codes(misfit: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.i
         return np.array([names.index(str(name)) for name in points.sensor]), names
     column = {"configuration": points.free, "level": points.level, "harmonic": points.harmonic}[axis]
     values, code = np.unique(column, return_inverse=True)
-    return np.asarray(code).ravel(), [_words(axis, value, level_unit) for value in values.tolist()]
+    return np.asarray(code).ravel(), [_name_group(axis, value, level_unit) for value in values.tolist()]
 
 
-def _words(axis: str, value: float, level_unit: str) -> str:
+def _name_group(axis: str, value: float, level_unit: str) -> str:
     if axis == "configuration":
         return name_configuration(bool(value))
     return f"{value:g} {level_unit}" if axis == "level" else f"harmonic {value}"
 
 
-def _mean_lead(measured: Coefficients, scaled: Coefficients) -> float:
+def _average_lead(measured: Coefficients, scaled: Coefficients) -> float:
     """Phase lead of all predictions together [rad]; NaN without any."""
     return float(np.angle(np.sum(scaled * np.exp(-1j * np.angle(measured))))) if len(measured) else np.nan

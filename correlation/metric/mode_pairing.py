@@ -46,7 +46,7 @@ def track_modes(states: Sequence[Sequence[CurvePeak]]) -> tuple[Mode, ...]:
 
 def pair_modes(measured: Sequence[Mode], predicted: Sequence[Mode]) -> dict[int, int]:
     """Numbers of the predicted modes that correspond to measured ones, by the levels that show both."""
-    return dict(_pair(measured, predicted, _mode_distance))
+    return dict(_pair(measured, predicted, _measure_mode_distance))
 
 
 def measure_distance(one: CurvePeak, other: CurvePeak) -> float:
@@ -58,7 +58,7 @@ def measure_distance(one: CurvePeak, other: CurvePeak) -> float:
     return apart + (1 - float(abs(np.vdot(first, second)) / size) ** 2 if size else 0.0)
 
 
-def _mode_distance(one: Mode, other: Mode) -> float:
+def _measure_mode_distance(one: Mode, other: Mode) -> float:
     common = one.keys() & other.keys()
     return float(np.mean([measure_distance(one[n], other[n]) for n in common])) if common else OTHER_MODE
 

@@ -112,20 +112,20 @@ def read_peaks(
         The measured peak is not that of a single mode.
     """
     frequency, value = measured.frequency, measured.value
-    chosen, own = _points(measured, predicted)
+    chosen, own = _select_points(measured, predicted)
     resonance = fit_resonance(frequency, value, chosen)
-    slopes = _slopes(frequency, value, chosen)
+    slopes = _compute_slopes(frequency, value, chosen)
     try:
         model = fit_resonance(frequency, predicted.value, own) if own.any() else (np.nan, np.nan)
     except CampaignError:
         model = (np.nan, np.nan)
-    logarithm = _by_number(value, features, rows)
-    numbers = _numbers(features, rows)
+    logarithm = _differentiate_modulus(value, features, rows)
+    numbers = _locate_numbers(features, rows)
     noise = ((logarithm * whitening.deviation[numbers]) ** 2).sum(axis=0)
     variance = slopes**2 @ noise
     shared = whitening.shared(numbers.ravel()).reshape(*numbers.shape, -1)
     variance += ((slopes @ (logarithm[:, :, None] * shared).sum(axis=0)) ** 2).sum(axis=1)
-    variance += (slopes**2).sum(axis=1) * _reading(measured, predicted, noise)
+    variance += (slopes**2).sum(axis=1) * _compute_reading_error(measured, predicted, noise)
     deviation = np.sqrt(variance)
     return PeakReading(
         frequency=float(resonance[0]),
@@ -147,8 +147,10 @@ def measure_noise(value: Coefficients, rows: Rows, features: FeatureVector, whit
     features, whitening
         Features, and their covariance.
     """
-    logarithm = _by_number(value, features, rows)
-    return np.asarray(np.abs(value) * np.linalg.norm(logarithm * whitening.deviation[_numbers(features, rows)], axis=0))
+    logarithm = _differentiate_modulus(value, features, rows)
+    return np.asarray(
+        np.abs(value) * np.linalg.norm(logarithm * whitening.deviation[_locate_numbers(features, rows)], axis=0)
+    )
 
 
 def choose_upper_branch(
@@ -174,7 +176,7 @@ def has_jump_at_peak(points: Points, curve: PeakCurve, rows: Rows, sweeps: tuple
     return bool(np.isin(steps, beside).any() or points.sweep[rows[peak]].any())
 
 
-def _points(measured: PeakCurve, predicted: PeakCurve, beside: int = 0) -> tuple[Mask, Mask]:
+def _select_points(measured: PeakCurve, predicted: PeakCurve, beside: int = 0) -> tuple[Mask, Mask]:
     """Masks of the points of a measured and a predicted peak, shape (f,) each; the latter empty without a peak."""
     chosen = measured.find_points(beside)
     try:
@@ -186,7 +188,7 @@ def _points(measured: PeakCurve, predicted: PeakCurve, beside: int = 0) -> tuple
     return chosen, same if (same & own).sum() >= MIN_COMMON_POINTS else own
 
 
-def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArray[np.float64], "2 f"]:
+def _compute_slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArray[np.float64], "2 f"]:
     """Derivatives of frequency [Hz] and damping ratio [-] with respect to the logarithm of each modulus."""
     slopes = np.zeros((2, len(value)))
     for point in np.flatnonzero(chosen):
@@ -199,13 +201,13 @@ def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArr
     return slopes
 
 
-def _numbers(features: FeatureVector, rows: Int[NDArray[np.int64], " f"]) -> Int[NDArray[np.int64], "2 f"]:
+def _locate_numbers(features: FeatureVector, rows: Int[NDArray[np.int64], " f"]) -> Int[NDArray[np.int64], "2 f"]:
     """Indices of real and imaginary part of some rows among all numbers, shape (2, f); the same twice for a modulus."""
     imaginary = len(features.points) + np.searchsorted(np.flatnonzero(~features.real_only), rows)
     return np.array([rows, np.where(features.real_only[rows], rows, imaginary)])
 
 
-def _by_number(
+def _differentiate_modulus(
     value: Coefficients, features: FeatureVector, rows: Int[NDArray[np.int64], " f"]
 ) -> Float[NDArray[np.float64], "2 f"]:
     """Derivatives of the logarithm of |X| with respect to real and imaginary part of F / X, shape (2, f)."""
@@ -215,12 +217,12 @@ def _by_number(
     return np.asarray(-parts / np.abs(inverse) ** 2)
 
 
-def _reading(measured: PeakCurve, predicted: PeakCurve, noise: Vector) -> float:
+def _compute_reading_error(measured: PeakCurve, predicted: PeakCurve, noise: Vector) -> float:
     """Mean square deviation of measured and predicted peaks from parabolas, relative to their moduli [-].
 
     The contribution of noise with the given relative variance is subtracted, since it is counted already.
     """
-    chosen, own = _points(measured, predicted, beside=1)
+    chosen, own = _select_points(measured, predicted, beside=1)
     if not own.any():
         return 0.0
     bend = measure_bend(measured.frequency, measured.value, chosen)

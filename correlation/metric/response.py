@@ -87,7 +87,7 @@ def fit_resonance(
     """
     frequency, value = np.asarray(frequency, dtype=np.float64), np.asarray(value)
     chosen = find_peak(frequency, value) if points is None else points
-    frequency, power, (a, b, c) = _parabola(frequency, value, chosen)
+    frequency, power, (a, b, c) = _fit_parabola(frequency, value, chosen)
     peak = int(np.argmax(power))
     centre, floor = 1 - b / (2 * a), c - b**2 / (4 * a)
     if a <= 0 or floor <= 0 or centre <= 0:
@@ -108,13 +108,13 @@ def measure_bend(
 
     It is zero for a single mode, and for three points.
     """
-    frequency, power, parabola = _parabola(frequency, value, points)
+    frequency, power, parabola = _fit_parabola(frequency, value, points)
     peak = int(np.argmax(power))
     x = (frequency / frequency[peak]) ** 2
     return np.asarray((np.polyval(parabola, x - 1) * power / power[peak] - 1) / 2)
 
 
-def _parabola(
+def _fit_parabola(
     frequency: Float[NDArray[np.float64], " f"],
     value: Complex[NDArray[np.complex128], " f"],
     points: Bool[NDArray[np.bool_], " f"],

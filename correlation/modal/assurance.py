@@ -23,7 +23,7 @@ Responses = Complex[NDArray[np.complex128], "sensor line"]
 Criterion = Float[NDArray[np.float64], "..."]
 
 
-def modal_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
+def compute_modal_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
     r"""MAC: squared cosine of the angle between every pair of mode shapes.
 
     .. math:: \mathrm{MAC}_{ij} = \frac{|\phi_i^H \psi_j|^2}{(\phi_i^H \phi_i)\,(\psi_j^H \psi_j)}
@@ -42,11 +42,11 @@ def modal_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
     CampaignError
         Different numbers of sensors, or a shape of zeros.
     """
-    phi, psi = (_unit_columns(shapes) for shapes in _same_sensors(reference, candidate))
+    phi, psi = (_normalise_columns(shapes) for shapes in _check_same_sensors(reference, candidate))
     return np.asarray(np.abs(phi.conj().T @ psi) ** 2)
 
 
-def coordinate_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
+def compute_coordinate_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
     r"""CoMAC: agreement of each sensor over paired modes; low for a wrong sensor or a poorly modelled place.
 
     .. math:: \mathrm{CoMAC}_s = \frac{(\sum_m |\phi_{sm} \bar\psi_{sm}|)^2}{\sum_m |\phi_{sm}|^2 \sum_m |\psi_{sm}|^2}
@@ -60,7 +60,7 @@ def coordinate_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
     -------
     Values in [0, 1], shape (n_sensor,) [-]; NaN for a sensor that no mode moves.
     """
-    phi, psi = (_unit_columns(shapes) for shapes in _same_sensors(reference, candidate))
+    phi, psi = (_normalise_columns(shapes) for shapes in _check_same_sensors(reference, candidate))
     if phi.shape != psi.shape:
         raise CampaignError(f"{phi.shape[1]} and {psi.shape[1]} modes are not pairs: pair them first")
     with np.errstate(invalid="ignore"):
@@ -68,24 +68,24 @@ def coordinate_assurance(reference: Shapes, candidate: Shapes) -> Criterion:
         return np.asarray(above / ((np.abs(phi) ** 2).sum(axis=1) * (np.abs(psi) ** 2).sum(axis=1)))
 
 
-def response_assurance(reference: Responses, candidate: Responses) -> Criterion:
+def compute_response_assurance(reference: Responses, candidate: Responses) -> Criterion:
     r"""FRAC: squared cosine between both responses of each sensor, over all frequencies, shape (n_sensor,) [-].
 
     It decreases if resonances differ, even for equal shapes.
     """
-    first, second = _same_sensors(reference, candidate)
-    return np.asarray(np.abs((_unit_columns(first.T).conj() * _unit_columns(second.T)).sum(axis=0)) ** 2)
+    first, second = _check_same_sensors(reference, candidate)
+    return np.asarray(np.abs((_normalise_columns(first.T).conj() * _normalise_columns(second.T)).sum(axis=0)) ** 2)
 
 
-def domain_assurance(reference: Responses, candidate: Responses) -> Criterion:
+def compute_domain_assurance(reference: Responses, candidate: Responses) -> Criterion:
     r"""FDAC: squared cosine between the deflection shapes at every pair of frequencies, shape (n_line, n_line) [-].
 
     A ridge off the diagonal indicates a frequency shift; row i is a frequency of the reference.
     """
-    return modal_assurance(reference, candidate)
+    return compute_modal_assurance(reference, candidate)
 
 
-def _same_sensors(reference: Shapes, candidate: Shapes) -> tuple[Shapes, Shapes]:
+def _check_same_sensors(reference: Shapes, candidate: Shapes) -> tuple[Shapes, Shapes]:
     first, second = np.asarray(reference), np.asarray(candidate)
     if first.ndim != 2 or second.ndim != 2 or len(first) != len(second):
         raise CampaignError(
@@ -95,7 +95,7 @@ def _same_sensors(reference: Shapes, candidate: Shapes) -> tuple[Shapes, Shapes]
     return first, second
 
 
-def _unit_columns(shapes: Shapes) -> Shapes:
+def _normalise_columns(shapes: Shapes) -> Shapes:
     """Columns scaled to unit length, so that results lie in [0, 1] up to round-off for any scale."""
     largest = np.abs(shapes).max(axis=0)
     if not (largest > 0).all():

@@ -71,16 +71,16 @@ def fit_peak(
             moved = values.copy()
             moved[point] *= np.exp(step)
             result = fit_resonance(lines, moved.astype(complex), chosen)
-            ends.append([*result, _height(lines, moved, chosen, result)])
+            ends.append([*result, _fit_height(lines, moved, chosen, result)])
         slopes[:, column] = (np.array(ends[0]) - ends[1]) / (2 * STEP)
     spread = np.sqrt((slopes**2) @ variance)
-    height = _height(lines, values, chosen, (float(best[0]), float(best[1])))
+    height = _fit_height(lines, values, chosen, (float(best[0]), float(best[1])))
     scale = (2 * np.pi * best[0]) ** DERIVATIVE[quantity]
     numbers = (height * scale, spread[2] * scale, best[0], spread[0], best[1], spread[1])
     return tuple(float(number) for number in numbers)
 
 
-def _height(
+def _fit_height(
     lines: Float[NDArray[np.float64], " f"],
     values: Float[NDArray[np.float64], " f"],
     chosen: NDArray[np.bool_],

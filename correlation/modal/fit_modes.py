@@ -12,7 +12,7 @@ from correlation.errors import CampaignError
 from correlation.modal.modal_model import ModalFit, Powers
 from correlation.modal.mode_choice import RESOLUTION, ResponseData, choose_modes
 from correlation.modal.stabilisation import Stabilisation, find_poles, select_modes
-from correlation.modal.window import Window, pole_response
+from correlation.modal.window import Window, compute_pole_response
 from correlation.model import DERIVATIVE
 from geometry.plain_number import format_number
 from geometry.read_only_array import freeze_fields
@@ -124,7 +124,7 @@ def fit_modes(
     CampaignError
         Inconsistent shapes, too few lines, an unknown quantity, or no mode in the band.
     """
-    lines, values, spread = _checked(frequency, responses, deviation, band)
+    lines, values, spread = _check_responses(frequency, responses, deviation, band)
     power = _count_derivatives(quantity, len(values))
     scale = np.sqrt((np.abs(values) ** 2).mean(axis=1, keepdims=True))
     order = int(np.clip(len(lines) // LINES_PER_ORDER, 2, HIGHEST_ORDER))
@@ -151,7 +151,7 @@ def _count_derivatives(quantity: str | Sequence[str], n_sensor: int) -> Powers:
     return np.array([DERIVATIVE[item] for item in quantities], dtype=np.int64)
 
 
-def _checked(
+def _check_responses(
     frequency: Any, responses: Any, deviation: Any | None, band: tuple[float, float] | None
 ) -> tuple[
     Float[NDArray[np.float64], " f"], Complex[NDArray[np.complex128], "c f"], Complex[NDArray[np.complex128], "c f"] |
@@ -194,7 +194,7 @@ def _describe(
     poles, residues = fit.poles[order], fit.residues[:, order]
     m = len(poles)
     places = np.concatenate([order, m + order])
-    excess = np.tile(_local_excess(data, fit)[order], 2)
+    excess = np.tile(_compute_local_excess(data, fit)[order], 2)
     covariance = fit.pole_covariance[np.ix_(places, places)] * np.sqrt(np.outer(excess, excess))
     poles = poles + decay  # an exponential window shifts all poles to the left
     size = np.abs(poles)
@@ -220,7 +220,10 @@ def _describe(
     s = 2j * np.pi * data.lines[:, None]
     parts = np.array(
         [
-            [pole_response(s, item, power, data.duration)[0].T for item in (fit.poles[order], fit.poles[order].conj())]
+            [
+                compute_pole_response(s, item, power, data.duration)[0].T
+                for item in (fit.poles[order], fit.poles[order].conj())
+            ]
             for power in data.power.tolist()
         ]
     )  # by sensor, pole and its conjugate, mode and line
@@ -248,7 +251,7 @@ def _describe(
     )
 
 
-def _local_excess(data: ResponseData, fit: ModalFit) -> Float[NDArray[np.float64], " m"]:
+def _compute_local_excess(data: ResponseData, fit: ModalFit) -> Float[NDArray[np.float64], " m"]:
     """Variance of the residual at the lines of each mode over that of the noise, at least 1, shape (m,) [-].
 
     At a resonance the leakage of noise exceeds noise proportional to the response.

@@ -106,11 +106,11 @@ def check_linearity(level: Any, responses: Any, deviation: Any, unit: str = "N")
         significant[place] = bool(beyond) and index[place] > 0
     return Linearity(
         level=levels, index=index, noise=noise, significant=significant,
-        sentence=_sentence(levels, index, noise, significant, unit),
+        sentence=_describe_levels(levels, index, noise, significant, unit),
     )  # fmt: skip
 
 
-def _sentence(level: Levels, index: Levels, noise: Levels, significant: NDArray[np.bool_], unit: str) -> str:
+def _describe_levels(level: Levels, index: Levels, noise: Levels, significant: NDArray[np.bool_], unit: str) -> str:
     """Sentence on the levels that differ from the lowest one, with the size of the difference."""
     matter = np.flatnonzero(significant & (index > NEGLIGIBLE))
     if not len(matter):

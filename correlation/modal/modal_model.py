@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.modal.window import pole_response
+from correlation.modal.window import compute_pole_response
 from correlation.noise.variance import fit_two_shares
 
 Poles = Complex[NDArray[np.complex128], " m"]
@@ -97,8 +97,8 @@ class _Basis:
         s = 2j * np.pi * frequency[:, None]
         size = np.abs(poles.imag).mean() if len(poles) else 2 * np.pi * frequency.mean()
         for power in powers:
-            first, by_first = pole_response(s, poles, power, duration)
-            second, by_second = pole_response(s, poles.conj(), power, duration)
+            first, by_first = compute_pole_response(s, poles, power, duration)
+            second, by_second = compute_pole_response(s, poles.conj(), power, duration)
             background = np.hstack([(size / np.abs(s)) ** 2, np.ones_like(s)]) / size * s**power
             basis = np.hstack([first + second, 1j * (first - second), background, 1j * background])
             self.columns[power] = np.vstack([basis.real, basis.imag])
@@ -215,7 +215,7 @@ class _Projection:
         """Standard deviation of real and imaginary part at each line, from the residual, shape (c, f)."""
         response, scatter = (part[:, : part.shape[1] // 2] ** 2 + part[:, part.shape[1] // 2 :] ** 2
                              for part in (self.fitted, self.left))  # fmt: skip
-        return np.array([_noise(*pair, self.freedom) for pair in zip(response, scatter, strict=True)])
+        return np.array([_fit_noise(*pair, self.freedom) for pair in zip(response, scatter, strict=True)])
 
     def scale_noise(self) -> Noise:
         """The stated deviations, scaled to the residual of each sensor, shape (c, f)."""
@@ -227,7 +227,7 @@ class _Projection:
         m, f = len(self.basis.poles), self.left.shape[1] // 2
         # Correlated noise of sensors or lines averages less.
         scale = 1.0 if self.basis.duration is None else LINES_ALIKE
-        scale *= _sensors_alike((self.left * self.weight)[:, :f] + 1j * (self.left * self.weight)[:, f:])
+        scale *= _count_sensors_alike((self.left * self.weight)[:, :f] + 1j * (self.left * self.weight)[:, f:])
         if known:  # deviations that are too small for the residual are scaled up
             scale *= max(self.square / (self.freedom * len(self.left)), 1.0)
         normal, _ = self.normal_equations()
@@ -244,7 +244,7 @@ class _Projection:
         )
 
 
-def _sensors_alike(left: Responses) -> float:
+def _count_sensors_alike(left: Responses) -> float:
     """Number of sensors that count as one because their residuals are correlated [-].
 
     It is the mean over the sensors of the sum of their squared correlations.
@@ -259,7 +259,7 @@ def _sensors_alike(left: Responses) -> float:
     return float(max(squared.sum() / len(left) - by_chance, 1.0))
 
 
-def _noise(response: Frequencies, scatter: Frequencies, freedom: int) -> Frequencies:
+def _fit_noise(response: Frequencies, scatter: Frequencies, freedom: int) -> Frequencies:
     r"""Standard deviation of real and imaginary part at each line of one sensor, from :math:`v = a^2 |H|^2 + b^2`.
 
     Fisher scoring of the likelihood. The parts are scaled so that squared residuals over v sum to their degrees of

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.modal.assurance import modal_assurance
+from correlation.modal.assurance import compute_modal_assurance
 from correlation.modal.modal_model import Frequencies, ModalFit, Poles, Powers, Responses, fit_poles
 from correlation.modal.stabilisation import MOST_DAMPING
 from correlation.modal.window import Window
@@ -71,16 +71,16 @@ def choose_modes(data: ResponseData, poles: Poles, n_mode: int | None, window: W
     window
         Window of the estimate of the responses.
     """
-    duration = _hann_duration(data.lines)
+    duration = _find_hann_duration(data.lines)
     leaking = replace(data, duration=duration)
     if window is Window.HANN and duration is not None:
-        return leaking, _choose(leaking, _apart(poles, duration), n_mode)
+        return leaking, _choose(leaking, _merge_poles(poles, duration), n_mode)
     fit = _choose(data, poles, n_mode)
     if window is not Window.UNKNOWN or duration is None or not _is_narrow(fit, duration):
         return data, fit
     # Leakage imitates pairs of modes: with leakage a single mode explains the responses better than without it.
-    other, single = _choose(leaking, _apart(poles, duration), n_mode), fit
-    while n_mode is None and (pair := _unresolved_pair(single, duration)) is not None:
+    other, single = _choose(leaking, _merge_poles(poles, duration), n_mode), fit
+    while n_mode is None and (pair := _find_unresolved_mode(single, duration)) is not None:
         single = data.fit(np.delete(single.poles, pair))
     if other.criterion() < single.criterion() - SIGNIFICANT:
         return leaking, other
@@ -88,7 +88,7 @@ def choose_modes(data: ResponseData, poles: Poles, n_mode: int | None, window: W
     return data, fit if len(single.poles) == len(fit.poles) or wide.all() else single
 
 
-def _hann_duration(lines: Frequencies) -> float | None:
+def _find_hann_duration(lines: Frequencies) -> float | None:
     """Duration of the window for evenly spaced lines [s]; None for other lines."""
     step = float(np.diff(lines).min())
     number = lines / step
@@ -100,7 +100,7 @@ def _is_narrow(fit: ModalFit, duration: float) -> bool:
     return bool((-fit.poles.real * duration / np.pi < WIDE_MODE).any())
 
 
-def _apart(poles: Poles, duration: float) -> Poles:
+def _merge_poles(poles: Poles, duration: float) -> Poles:
     """Merge poles that are one mode with leakage; the least damped one is kept."""
     kept: list[complex] = []
     for pole in sorted(poles.tolist(), key=lambda item: -item.real):
@@ -124,7 +124,7 @@ def _choose(data: ResponseData, poles: Poles, n_mode: int | None) -> ModalFit:
             break
         fit = trial
     while len(fit.poles) > (n_mode or 0):
-        if n_mode is None and data.duration and (pair := _unresolved_pair(fit, data.duration)) is not None:
+        if n_mode is None and data.duration and (pair := _find_unresolved_mode(fit, data.duration)) is not None:
             fit = data.fit(np.delete(fit.poles, pair))
             continue
         trials = [data.fit(np.delete(fit.poles, number)) for number in range(len(fit.poles))]
@@ -137,10 +137,10 @@ def _choose(data: ResponseData, poles: Poles, n_mode: int | None) -> ModalFit:
 
 def _is_split(data: ResponseData, fit: ModalFit) -> bool:
     """Whether the fit contains a pair of modes that the window does not resolve."""
-    return data.duration is not None and _unresolved_pair(fit, data.duration) is not None
+    return data.duration is not None and _find_unresolved_mode(fit, data.duration) is not None
 
 
-def _unresolved_pair(fit: ModalFit, duration: float) -> int | None:
+def _find_unresolved_mode(fit: ModalFit, duration: float) -> int | None:
     """Index of the weaker of two modes of equal shape that a window of this duration [s] does not resolve, or None.
 
     Noise under a window is correlated between sensors and thus imitates an additional mode of the same shape.
@@ -150,13 +150,13 @@ def _unresolved_pair(fit: ModalFit, duration: float) -> int | None:
         one, other = fit.poles[first], fit.poles[second]
         near = abs(one.imag - other.imag) < max(-(one.real + other.real), 2 * np.pi * RESOLUTION / duration)
         shapes = fit.residues[:, [first, second]]
-        if near and modal_assurance(shapes[:, :1], shapes[:, 1:])[0, 0] > SAME_SHAPE:
+        if near and compute_modal_assurance(shapes[:, :1], shapes[:, 1:])[0, 0] > SAME_SHAPE:
             size = np.linalg.norm(shapes, axis=0) / -fit.poles[[first, second]].real
             return int(second if size[1] < size[0] else first)
     return None
 
 
-def _possible(lines: Frequencies, fit: ModalFit) -> NDArray[np.bool_]:
+def _find_possible(lines: Frequencies, fit: ModalFit) -> NDArray[np.bool_]:
     """Mask of modes with plausible damping, in or near the band, and with a bandwidth that the lines can show."""
     damping, own = -fit.poles.real / np.abs(fit.poles), np.abs(fit.poles) / (2 * np.pi)
     width = lines[-1] - lines[0]
@@ -169,10 +169,10 @@ def _possible(lines: Frequencies, fit: ModalFit) -> NDArray[np.bool_]:
 def _is_clear(lines: Frequencies, fit: ModalFit) -> bool:
     """Whether all modes are possible, and the damping of the last one, which was added, is significant."""
     deviation = float(np.sqrt(fit.pole_covariance[len(fit.poles) - 1, len(fit.poles) - 1]))
-    return bool(_possible(lines, fit).all() and -fit.poles[-1].real > CLEAR_DAMPING * deviation)
+    return bool(_find_possible(lines, fit).all() and -fit.poles[-1].real > CLEAR_DAMPING * deviation)
 
 
 def _without_impossible(data: ResponseData, fit: ModalFit) -> ModalFit:
-    while not (possible := _possible(data.lines, fit)).all():
+    while not (possible := _find_possible(data.lines, fit)).all():
         fit = data.fit(fit.poles[possible])
     return fit

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.modal.assurance import Criterion, Shapes, modal_assurance
+from correlation.modal.assurance import Criterion, Shapes, compute_modal_assurance
 
 Frequencies = Float[NDArray[np.float64], " m"]
 
@@ -81,10 +81,10 @@ def pair_modes(
     """
     from scipy.optimize import linear_sum_assignment
 
-    assurance = modal_assurance(measured, model)
+    assurance = compute_modal_assurance(measured, model)
     first, second = np.asarray(measured_frequency), np.asarray(model_frequency)
     score = score_pairs(assurance, first, second)
-    possible = (assurance >= LEAST_ASSURANCE) & (_ratio(first, second) <= np.log(MOST_RATIO))
+    possible = (assurance >= LEAST_ASSURANCE) & (_compute_log_ratio(first, second) <= np.log(MOST_RATIO))
     rows, places = linear_sum_assignment(np.where(possible, score, 0.0), maximize=True)
     pairs = tuple(
         ModePair(
@@ -117,9 +117,9 @@ def score_pairs(assurance: Criterion, measured_frequency: Frequencies, model_fre
     measured_frequency, model_frequency
         Shape (n_measured,) and (n_model,) [Hz].
     """
-    return np.asarray(assurance * 0.5 ** ((_ratio(measured_frequency, model_frequency) / HALF_SCORE) ** 2))
+    return np.asarray(assurance * 0.5 ** ((_compute_log_ratio(measured_frequency, model_frequency) / HALF_SCORE) ** 2))
 
 
-def _ratio(first: Frequencies, second: Frequencies) -> Criterion:
+def _compute_log_ratio(first: Frequencies, second: Frequencies) -> Criterion:
     """Absolute logarithm of all ratios of frequencies."""
     return np.asarray(np.abs(np.log(second[None, :] / first[:, None])))

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.modal.assurance import Shapes, modal_assurance
+from correlation.modal.assurance import Shapes, compute_modal_assurance
 from correlation.modal.pairing import score_pairs
 
 Frequencies = Float[NDArray[np.float64], " m"]
@@ -66,7 +66,7 @@ def find_sensor_mistake(
         return None
 
     def compute_scores(shapes: Shapes) -> tuple[float, float]:
-        assurance = modal_assurance(shapes, model)
+        assurance = compute_modal_assurance(shapes, model)
         score = score_pairs(assurance, measured_frequency, model_frequency)
         best = score.argmax(axis=1)
         rows = np.arange(len(best))
@@ -75,14 +75,14 @@ def find_sensor_mistake(
     score, before = compute_scores(measured)
     if score > AGREES:
         return None
-    trials = [(compute_scores(_change(measured, sensors)), sensors) for sensors in _changes(quantities)]
+    trials = [(compute_scores(_change(measured, sensors)), sensors) for sensors in _list_changes(quantities)]
     (corrected, after), sensors = max(trials, key=lambda trial: trial[0][0])
     if after < AGREES or 1 - corrected > AFTER_CORRECTION * (1 - score):
         return None
     return SensorMistake(sensors=sensors, before=before, after=after)
 
 
-def _changes(quantities: Sequence[str]) -> Iterator[tuple[int, ...]]:
+def _list_changes(quantities: Sequence[str]) -> Iterator[tuple[int, ...]]:
     count = len(quantities)
     yield from ((row,) for row in range(count))
     if count <= MOST_SENSORS:

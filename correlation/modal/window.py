@@ -36,7 +36,7 @@ class Window(Enum):
     """Either of them: the one that explains the responses better."""
 
 
-def pole_response(s: Any, poles: Any, power: int, duration: float | None) -> tuple[Differences, Differences]:
+def compute_pole_response(s: Any, poles: Any, power: int, duration: float | None) -> tuple[Differences, Differences]:
     r""":math:`s^k / (s - p)` of some poles under a window, and its derivative by the pole, shape (f, m) each.
 
     Parameters
@@ -55,17 +55,17 @@ def pole_response(s: Any, poles: Any, power: int, duration: float | None) -> tup
     if duration is None:
         return value, slope
     # s^k = p^k + a polynomial times (s - p): only the first part has a decaying response that is windowed.
-    excess, excess_slope = _leakage(z, duration)
+    excess, excess_slope = _compute_leakage(z, duration)
     turned, turned_slope = poles**power, power * poles ** max(power - 1, 0)
     return value + turned * excess, slope + turned_slope * excess + turned * excess_slope
 
 
-def _leakage(z: Differences, duration: float) -> tuple[Differences, Differences]:
+def _compute_leakage(z: Differences, duration: float) -> tuple[Differences, Differences]:
     r""":math:`\int_0^T r\, e^{z \tau} d\tau + 1 / z`, and its derivative by z."""
     side = 2j * np.pi / duration
-    _, falling = _integrals(z, duration)
-    above, falling_above = _integrals(z + side, duration)
-    below, falling_below = _integrals(z - side, duration)
+    _, falling = _compute_integrals(z, duration)
+    above, falling_above = _compute_integrals(z + side, duration)
+    below, falling_below = _compute_integrals(z - side, duration)
     result = []
     for order in range(2):
         value = 2 / 3 * falling[order] + (falling_above[order] + falling_below[order]) / 6
@@ -73,7 +73,7 @@ def _leakage(z: Differences, duration: float) -> tuple[Differences, Differences]
     return result[0] + 1 / z, result[1] - 1 / z**2
 
 
-def _integrals(
+def _compute_integrals(
     z: Differences, duration: float
 ) -> tuple[tuple[Differences, Differences], tuple[Differences, Differences]]:
     r""":math:`\int_0^T e^{z \tau} d\tau` with its derivative, and the same with the factor :math:`1 - \tau / T`."""

@@ -65,10 +65,10 @@ class ErrorPatterns:
         damping = [Tangent(jointed=damped, free=NOTHING, gain={}), Tangent(jointed=NOTHING, free=damped, gain={})]
         changes = nominal.slopes([*make_frequency_shifts(model, by_exciter=False), *damping])
         return cls(
-            frequency=_by_level(features, changes[:, :2]),
-            damping=_by_level(features, changes[:, 2:]),
+            frequency=_split_changes_by_level(features, changes[:, :2]),
+            damping=_split_changes_by_level(features, changes[:, 2:]),
             reading=compute_moduli(features, measured),
-            part=_parts(features),
+            part=_number_parts(features),
             shape=_make_shapes(features, prediction),
         )
 
@@ -93,7 +93,7 @@ class ErrorPatterns:
         return Whitening(deviation=deviation, modes=modes, parts=self.parts(size))
 
 
-def _by_level(features: FeatureVector, changes: Modes) -> Modes:
+def _split_changes_by_level(features: FeatureVector, changes: Modes) -> Modes:
     """Changes as one column per level; zero columns are left out."""
     columns = np.column_stack([split_by_level(features, change) for change in changes.T])
     return np.asarray(columns[:, columns.any(axis=0)])
@@ -105,7 +105,7 @@ def compute_moduli(features: FeatureVector, measured: Vector) -> Vector:
     return np.asarray(np.sqrt(squares)[features.row])
 
 
-def _parts(features: FeatureVector) -> Int[NDArray[np.int64], " m"]:
+def _number_parts(features: FeatureVector) -> Int[NDArray[np.int64], " m"]:
     """Number of the quarter of a curve of each feature, separate for real and imaginary parts, shape (m,)."""
     points, row = features.points, features.row
     sensor = np.unique(points.sensor, return_inverse=True)[1]

@@ -150,7 +150,7 @@ class FreeModes:
         relative = np.vstack(blocks)
         return [
             self._mix(i, j, np.sqrt(2) * product * combination)
-            for combination in _principal_combinations(np.vstack([relative.real, relative.imag]))
+            for combination in _find_principal_combinations(np.vstack([relative.real, relative.imag]))
         ]
 
     def _mix(self, i: Numbers, j: Numbers, entries: Float[NDArray[np.float64], " pair"]) -> Tangent:
@@ -160,7 +160,7 @@ class FreeModes:
         return _make_tangent(MatrixParameter(stiffness=self.weighted.T @ own @ self.weighted))
 
 
-def _principal_combinations(changes: Float[NDArray[np.float64], "m pair"]) -> Float[NDArray[np.float64], "k pair"]:
+def _find_principal_combinations(changes: Float[NDArray[np.float64], "m pair"]) -> Float[NDArray[np.float64], "k pair"]:
     """Right singular vectors of the largest singular values, from the smaller Gram matrix."""
     wide = changes.shape[1] > len(changes)
     gram = changes @ changes.T if wide else changes.T @ changes

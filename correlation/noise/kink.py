@@ -52,8 +52,8 @@ class Remainder(NamedTuple):
 
 def compute_remainder(nominal: ModelFeatures, shift: JitterShift) -> Remainder:
     """Compute the changes beyond first order at both ends of a shift, d_+ and d_-, in two parts."""
-    up, down = _beyond_first_order(nominal, shift.models, shift.change)
-    half_up, half_down = _beyond_first_order(nominal, shift.halves, shift.change / 2)
+    up, down = _compute_beyond_first_order(nominal, shift.models, shift.change)
+    half_up, half_down = _compute_beyond_first_order(nominal, shift.halves, shift.change / 2)
     quadratic, cubic = 2 * (half_up + half_down), 4 * (half_up - half_down)
     whole = np.column_stack([up, down])
     rest = whole - np.column_stack([quadratic + cubic, quadratic - cubic])
@@ -61,7 +61,7 @@ def compute_remainder(nominal: ModelFeatures, shift: JitterShift) -> Remainder:
     return Remainder(smooth=smooth, kink=whole - smooth)
 
 
-def _beyond_first_order(nominal: ModelFeatures, models: tuple[Model, Model], change: Vector) -> list[Vector]:
+def _compute_beyond_first_order(nominal: ModelFeatures, models: tuple[Model, Model], change: Vector) -> list[Vector]:
     return [np.nan_to_num(nominal.changes(model) - sign * change) for model, sign in zip(models, (1, -1), strict=True)]
 
 
@@ -81,7 +81,7 @@ def make_curvature_modes(
     n_repeat
         Number of repeats in a mean [-].
     """
-    ends = _deviation(n_repeat) * np.column_stack(smooth)
+    ends = _compute_deviation(n_repeat) * np.column_stack(smooth)
     modes = np.column_stack([np.where(free[:, None], 0.0, ends), np.where(free[:, None], ends, 0.0)])
     return np.asarray(modes[:, modes.any(axis=0)])
 
@@ -104,12 +104,12 @@ def make_kink_modes(
     """
     modes = []
     for kink in (column for cause in kinks for column in cause.T):
-        mode = _deviation(n_repeat) * kink
+        mode = _compute_deviation(n_repeat) * kink
         size = np.bincount(state, (mode / deviation) ** 2)
         modes += [np.where(state == item, mode, 0.0) for item in np.flatnonzero(size > NEGLIGIBLE_REMAINDER**2)]
     return np.array(modes).reshape(-1, len(state)).T
 
 
-def _deviation(n_repeat: float) -> float:
+def _compute_deviation(n_repeat: float) -> float:
     """Root of variance plus squared bias of a mean over repeats, for an end of unit size [-]."""
     return sqrt(NODE_WEIGHT / n_repeat + NODE_WEIGHT**2)

@@ -42,12 +42,12 @@ def draw_latin_hypercube(n: int, d: int, seed: int) -> Design:
     points = (steps.T - within) / n
     if n < 2 or d < 2:
         return points
-    least, failed = centred_discrepancy(points), 0
+    least, failed = compute_centred_discrepancy(points), 0
     while failed < PATIENCE:
         column, one, other = (int(random.integers(size)) for size in (d, n, n))
         tried = points.copy()
         tried[[one, other], column] = points[[other, one], column]
-        discrepancy = centred_discrepancy(tried)
+        discrepancy = compute_centred_discrepancy(tried)
         if discrepancy < least:
             points, least, failed = tried, discrepancy, 0
         else:
@@ -55,7 +55,7 @@ def draw_latin_hypercube(n: int, d: int, seed: int) -> Design:
     return points
 
 
-def centred_discrepancy(points: Design) -> float:
+def compute_centred_discrepancy(points: Design) -> float:
     """C^2 of points in a unit cube [-]."""
     n, d = points.shape
     y = points - 0.5

@@ -15,9 +15,9 @@ from correlation.noise.free_mode import FreeModes, Rows
 from correlation.noise.latin_hypercube import draw_latin_hypercube
 from correlation.noise.symmetric_root import symmetric_root
 from correlation.prediction import Points, Prediction, Predictor
-from hbsolve.balance import HarmonicBalance, default_samples
+from hbsolve.balance import HarmonicBalance, choose_samples
 from hbsolve.model_rates import MatrixParameter, ModelParameter
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 
 Modes = Float[NDArray[np.float64], "m q"]
 
@@ -80,7 +80,7 @@ class ModelFeatures(NamedTuple):
         """
         model = self.model
         instants = max(COARSE_PER_HARMONIC * (model.n_harmonic - 1), COARSE_LEAST)
-        if instants >= (model.n_sample or default_samples(model.n_harmonic)):
+        if instants >= (model.n_sample or choose_samples(model.n_harmonic)):
             return self
         coarse = replace(model, n_sample=instants)
         predictor = replace(self.predictor, tolerance=COARSE_TOLERANCE)
@@ -122,7 +122,7 @@ def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequenc
         nominal.model, nominal.prediction, budget, find_highest_frequency(nominal.features.points)
     )
     common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
-    jitter = [*common, *(_preload_tangent(nominal.model, group) for group in groups)]
+    jitter = [*common, *(_make_preload_tangent(nominal.model, group) for group in groups)]
     # Each state is linearised once for all tangents.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
     changes = errors.size * slopes
@@ -171,7 +171,7 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
         motions = np.array([state.coefficients[1] for state in prediction.states.values()])
         structure += [] if budget.fitted else make_frequency_shifts(model, by_exciter=False)
         structure += [mode for number, mode in enumerate(modes.frequency_errors()) if number not in budget.fitted]
-        structure += modes.shape_errors(motions, _rows_of_readings(model))
+        structure += modes.shape_errors(motions, _list_rows_of_readings(model))
     if modes is not None and budget.damping:
         damped += modes.damping_errors(model.system)
     contacts = make_contact_errors(model, budget)
@@ -182,15 +182,15 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     )
 
 
-def _rows_of_readings(model: Model) -> list[Rows]:
+def _list_rows_of_readings(model: Model) -> list[Rows]:
     """Rows of the measured motions, of the measured forces of stuck lines, and of the excitation."""
     motions = [item.row for item in model.sensors if isinstance(item, Sensor)]
-    lines = [_stuck_force(model, item) for item in model.sensors if isinstance(item, LineSensor)]
+    lines = [_make_stuck_force_row(model, item) for item in model.sensors if isinstance(item, LineSensor)]
     forces = [part for force in model.system.dynamic for part in (force.real, force.imag) if part.any()]
     return [np.array(rows).reshape(-1, model.system.n_dof) for rows in (motions, lines, forces)]
 
 
-def _stuck_force(model: Model, sensor: LineSensor) -> Float[NDArray[np.float64], " r"]:
+def _make_stuck_force_row(model: Model, sensor: LineSensor) -> Float[NDArray[np.float64], " r"]:
     """Row of the force that the sensor of a line reads for stuck and closed contacts [N/m]."""
     contacts = [model.contact(name) for name in model.lines[sensor.line]]
     if sensor.component == "tangential":
@@ -202,7 +202,7 @@ def _stuck_force(model: Model, sensor: LineSensor) -> Float[NDArray[np.float64],
 
 def make_contact_errors(model: Model, budget: Budget) -> ErrorTangents:
     """Tangents of the discretisation errors of contact lines."""
-    softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
+    softer = [_make_stiffness_tangent(model, line, name) for line in model.lines for name in ("tangential", "normal")]
     patterns = _share_patterns(model)
     size = np.repeat([budget.compliance, budget.shares], [len(softer), len(patterns)])
     return ErrorTangents([*softer, *patterns], size, len(softer))
@@ -239,7 +239,7 @@ def make_history_modes(
     """
     predictor, features, model, prediction = reference
     points = features.points
-    contacts = friction_contacts(model.system.joints)
+    contacts = list_friction_contacts(model.system.joints)
     jointed = np.flatnonzero(~points.free)
     if not contacts or not len(jointed):
         return np.zeros((len(features.row), 0))
@@ -249,7 +249,7 @@ def make_history_modes(
     if preload_covariance is not None:
         amounts = draw_normal(preload_covariance, n_draw, seed)
     if preload_covariance is not None and preload_modes is None:
-        preload_modes = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
+        preload_modes = reference.slopes([_make_preload_tangent(model, group) for group in model.preload_groups])
     changes, followed = [], replace(predictor, points=kept)
     histories = draw_latin_hypercube(n_draw, count_contact_sliders(model), seed)
     for history, amount in zip(histories, amounts, strict=True):
@@ -278,7 +278,7 @@ def draw_normal(covariance: Float[NDArray[np.float64], "q q"], count: int, seed:
 
 def count_contact_sliders(model: Model) -> int:
     """Number of sliders of all friction contacts [-]."""
-    return sum(contact.n_slider for contact in friction_contacts(model.system.joints))
+    return sum(contact.n_slider for contact in list_friction_contacts(model.system.joints))
 
 
 def make_slider_start(
@@ -299,7 +299,7 @@ def make_slider_start(
     def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
         start, done = np.zeros(balance.n_slider), 0
         numbers = {joint.name: number for number, joint in enumerate(model.system.joints)}
-        for contact in friction_contacts(model.system.joints):
+        for contact in list_friction_contacts(model.system.joints):
             number = numbers[contact.name]
             first, last = balance.table.slider[number : number + 2]
             share = history[done : done + last - first]
@@ -329,7 +329,7 @@ def make_frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
     ]
 
 
-def _preload_tangent(model: Model, group: tuple[str, ...]) -> Tangent:
+def _make_preload_tangent(model: Model, group: tuple[str, ...]) -> Tangent:
     """A common factor on a group of preloads."""
     static = np.zeros(model.system.n_dof)
     rates: dict[tuple[str, str], float] = {}
@@ -373,7 +373,7 @@ def compute_parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]
     return np.asarray(parabola / np.abs(parabola[[0, -1]]).max())
 
 
-def _stiffness(model: Model, line: str, component: str) -> Tangent:
+def _make_stiffness_tangent(model: Model, line: str, component: str) -> Tangent:
     field = f"{component}_stiffness"
     rates = {(name, field): float(getattr(model.contact(name), field)) for name in model.lines[line]}
     return Tangent(jointed=ModelParameter(joints=rates), free=NOTHING, gain={})

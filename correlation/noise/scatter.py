@@ -91,27 +91,31 @@ def estimate_scatter(
     """
     n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
     if np.mean(n > 1) < LEAST_REPEATED:
-        return _single_repeat_covariance(observed, features, jitter, history, budget)
+        return _make_single_repeat_scatter(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
         values = features.of_values(observed.repeat)
     mean = np.nanmean(values, axis=1)
     apart, freedom = values - mean[:, None], np.maximum(n - 1.0, 0.0)
-    pooled = _pool_variance(observed, features, _variance(apart, freedom), freedom)
+    pooled = _pool_variance(observed, features, _compute_variance(apart, freedom), freedom)
     _require_noise(observed, features, np.sqrt(pooled))
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
     amplitude, covariances = _estimate_jitter(apart, jitter, weights, freedom)
     rest = apart - np.column_stack(jitter) @ amplitude
-    own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
+    own = _compute_variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = _pool_variance(observed, features, own, freedom)
     noise = np.sqrt(pooled)
-    pooled = pooled * _excess_scatter(own / pooled, freedom, features.state)
+    pooled = pooled * _estimate_excess_scatter(own / pooled, freedom, features.state)
     variance = (POOLED_FREEDOM * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED_FREEDOM + freedom)
     variance += HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1)
-    together = [block @ _principal_modes(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
+    together = [
+        block @ _find_principal_modes(covariance) for block, covariance in zip(jitter, covariances, strict=True)
+    ]
     count = observed.count[features.row]
     shared = np.column_stack([*together, history]) / np.sqrt(count)[:, None]
     deviation = np.sqrt(variance / np.maximum(count, 1))
-    bias = _bias(features, mean, np.sqrt(compute_margin(FREEDOM)) * _noise_of_reading(observed, features, noise))
+    bias = _estimate_bias(
+        features, mean, np.sqrt(compute_margin(FREEDOM)) * _compute_noise_of_reading(observed, features, noise)
+    )
     return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget, bias])), covariances, noise)
 
 
@@ -126,7 +130,7 @@ class Scatter(NamedTuple):
     """Standard deviation of each feature in a single repeat by the pooled noise of its sensor."""
 
 
-def _single_repeat_covariance(
+def _make_single_repeat_scatter(
     observed: Observation,
     features: FeatureVector,
     jitter: Sequence[Float[NDArray[np.float64], "m q"]],
@@ -138,7 +142,9 @@ def _single_repeat_covariance(
     _require_noise(observed, features, noise)
     deviation = np.sqrt(noise**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1))
     usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL_JITTER, jitter, strict=False)]
-    bias = _bias(features, features.of_values(observed.mean), _noise_of_reading(observed, features, noise))
+    bias = _estimate_bias(
+        features, features.of_values(observed.mean), _compute_noise_of_reading(observed, features, noise)
+    )
     shared = [size * block for size, block in zip(USUAL_JITTER, jitter, strict=False)]
     return Scatter(
         Whitening(deviation=deviation, modes=np.column_stack([*shared, history, budget, bias])), usual, noise
@@ -164,14 +170,16 @@ def _require_noise(observed: Observation, features: FeatureVector, noise: Varian
         )
 
 
-def _bias(features: FeatureVector, value: Variance, of_one_reading: Variance) -> Float[NDArray[np.float64], "m g"]:
+def _estimate_bias(
+    features: FeatureVector, value: Variance, of_one_reading: Variance
+) -> Float[NDArray[np.float64], "m g"]:
     """Bias of each modulus without a phase by noise, one mode for each sensor and harmonic."""
-    moduli, group = (features.amplitude & (features.reference >= 0))[features.row], _groups(features)
+    moduli, group = (features.amplitude & (features.reference >= 0))[features.row], _number_groups(features)
     bias = np.where(moduli, value - remove_bias(value, of_one_reading), 0.0)
     return np.where(group[:, None] == np.unique(group[moduli]), np.nan_to_num(bias)[:, None], 0.0)
 
 
-def _noise_of_reading(observed: Observation, features: FeatureVector, noise: Variance) -> Variance:
+def _compute_noise_of_reading(observed: Observation, features: FeatureVector, noise: Variance) -> Variance:
     """Noise of one reading from that of a repeat, which is the mean of several readings, shape (m,)."""
     return np.asarray(noise * np.sqrt(observed.n_reading)[features.row])
 
@@ -184,10 +192,10 @@ def _estimate_jitter(
 ) -> tuple[Float[NDArray[np.float64], "q R"], list[Float[NDArray[np.float64], "q q"]]]:
     """Amplitudes of all modes of jitter in each repeat, and covariance of the amplitudes of each cause."""
     starts = np.cumsum([block.shape[1] for block in jitter])[:-1]
-    amplitude, chance = _amplitudes(apart, np.column_stack(jitter), weights)
+    amplitude, chance = _fit_amplitudes(apart, np.column_stack(jitter), weights)
     repeats = [_find_repeats(block, apart) for block in jitter]
     covariances = [
-        compute_margin(int(item.sum()) - 1) * _covariance(rows[:, item])
+        compute_margin(int(item.sum()) - 1) * _estimate_covariance(rows[:, item])
         for rows, item in zip(np.split(amplitude, starts), repeats, strict=True)
     ]
     by_chance = np.split(np.divide(amplitude, chance, out=np.zeros_like(amplitude), where=chance > 0), starts)
@@ -202,7 +210,7 @@ def _estimate_jitter(
     return amplitude, covariances
 
 
-def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
+def _estimate_covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
     """Covariance of the amplitudes of one cause about zero mean, shrunk towards independence.
 
     Otherwise a few repeats would give a variance of zero for some combination by chance.
@@ -220,17 +228,17 @@ def _find_repeats(
     return np.asarray(np.isfinite(apart[block.any(axis=1)]).any(axis=0))
 
 
-def _principal_modes(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
+def _find_principal_modes(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
     """Independent modes of a covariance, as columns; for random draws use `symmetric_root`."""
     sizes, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(sizes, 0.0)))
 
 
-def _variance(apart: Float[NDArray[np.float64], "m R"], freedom: Float[NDArray[np.float64], " m"]) -> Variance:
+def _compute_variance(apart: Float[NDArray[np.float64], "m R"], freedom: Float[NDArray[np.float64], " m"]) -> Variance:
     return np.where(freedom > 0, np.nansum(apart**2, axis=1) / np.maximum(freedom, 1.0), np.nan)
 
 
-def _groups(features: FeatureVector) -> NDArray[np.int64]:
+def _number_groups(features: FeatureVector) -> NDArray[np.int64]:
     """Group of each feature: features of one sensor, harmonic and configuration have a common noise model."""
     points, row = features.points, features.row
     _, sensor = np.unique(points.sensor, return_inverse=True)
@@ -238,7 +246,7 @@ def _groups(features: FeatureVector) -> NDArray[np.int64]:
     return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()
 
 
-def _excess_scatter(
+def _estimate_excess_scatter(
     ratio: Float[NDArray[np.float64], " m"], freedom: Float[NDArray[np.float64], " m"], state: NDArray[np.int64]
 ) -> Float[NDArray[np.float64], " m"]:
     """Relative scatter of the features of each state: at the onset of slip all of them scatter more."""
@@ -255,7 +263,7 @@ def _pool_variance(
     observed: Observation, features: FeatureVector, own: Variance, freedom: Float[NDArray[np.float64], " m"]
 ) -> Variance:
     """Variance of each feature, pooled over its sensor, harmonic and configuration, or as stated."""
-    reading, group = observed.mean, _groups(features)
+    reading, group = observed.mean, _number_groups(features)
     size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
     pooled = np.full_like(own, np.nan)
     for number in range(int(group.max()) + 1):
@@ -292,7 +300,7 @@ def _fit_median_law(
     return share
 
 
-def _amplitudes(
+def _fit_amplitudes(
     apart: Float[NDArray[np.float64], "m R"], modes: Float[NDArray[np.float64], "m q"], weights: Whitening
 ) -> tuple[Float[NDArray[np.float64], "q R"], Float[NDArray[np.float64], "q R"]]:
     """Amplitudes of the modes in each repeat by generalised least squares, and their standard deviations by noise.

@@ -66,7 +66,7 @@ def measure_roughness(
     """Indices of the points with two neighbours on either side, and the estimate of the squared noise at each, (i,)."""
     inner = np.arange(2, len(value) - 2)
     near = inner[:, None] + np.array(NEIGHBOURS)
-    weights = _weights(frequency[inner], frequency[near])
+    weights = _compute_weights(frequency[inner], frequency[near])
     squares = np.abs(value[inner] - (weights * value[near]).sum(axis=1)) ** 2 / (1 + (weights**2).sum(axis=1))
     for power in SMOOTH[parts]:
         # The noise of the neighbours is assumed to be the same share of their values.
@@ -77,7 +77,7 @@ def measure_roughness(
     return inner, squares
 
 
-def _weights(
+def _compute_weights(
     at: Float[NDArray[np.float64], " i"], nodes: Float[NDArray[np.float64], "i j"]
 ) -> Float[NDArray[np.float64], "i j"]:
     """Lagrange interpolation weights at one position per row, shape (i, j)."""

@@ -66,7 +66,7 @@ def pool_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     squared = amplitude**2
     a2, b2 = fit_variance_law(squared[seen], own[seen], dof[seen])
     trend = np.maximum(a2 * squared + b2, floor)
-    degrees, scale = _prior(np.log(own[seen] / trend[seen]), dof[seen])
+    degrees, scale = _fit_prior(np.log(own[seen] / trend[seen]), dof[seen])
     prior = trend * scale
     # A scatter that occurs by chance in less than one of a hundred tables is not described by the fit.
     chance = fdtrc(np.maximum(dof, 1.0), degrees, own / prior)
@@ -160,19 +160,19 @@ def fit_two_shares(columns: Float[NDArray[np.float64], "2 k"], target: Column, w
     return np.where(np.arange(2) == best, alone, 0.0)
 
 
-def _prior(log_ratio: Column, dof: Column) -> tuple[float, float]:
+def _fit_prior(log_ratio: Column, dof: Column) -> tuple[float, float]:
     r"""Degrees of freedom d_0 of the fit, and the correction factor of its :math:`v` (Smyth 2004, 6.2)."""
     centred = log_ratio - digamma(dof / 2) + np.log(dof / 2)
     mean = float(centred.mean())
     if len(centred) < 3:
         return MOST_DEGREES, 1.0
     excess = float(centred.var(ddof=1) - polygamma(1, dof / 2).mean())
-    degrees = 2 * _inverse_trigamma(excess) if excess > 0 else MOST_DEGREES
+    degrees = 2 * _invert_trigamma(excess) if excess > 0 else MOST_DEGREES
     degrees = float(np.clip(degrees, LEAST_DEGREES, MOST_DEGREES))
     return degrees, float(np.exp(mean + digamma(degrees / 2) - np.log(degrees / 2)))
 
 
-def _inverse_trigamma(value: float) -> float:
+def _invert_trigamma(value: float) -> float:
     """Solve trigamma(x) = value > 0, by Newton's method on 1 / trigamma, which is convex (Smyth 2004, appendix)."""
     x = 0.5 + 1 / value
     for _ in range(50):

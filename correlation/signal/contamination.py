@@ -23,7 +23,7 @@ CREST = 6.0
 FEWEST_FLAT, LEAST_FLAT = 8, 2e-3
 
 
-def noise_power(
+def estimate_noise_power(
     time: Samples, residual: Channels, frequency: float, n_harmonic: int
 ) -> Float[NDArray[np.float64], "c harmonic"]:
     """Mean square of white noise with the residual's power density near each harmonic, shape (c, H + 1).
@@ -70,12 +70,12 @@ def find_contamination(
         Names of the channels.
     """
     result = []
-    harmonics = _higher_harmonics(time, *frequency, n_harmonic)
+    harmonics = _find_higher_harmonics(time, *frequency, n_harmonic)
     for name, values, left in zip(names, channels, residual, strict=True):
         amplitude = np.sqrt(2) * values.std()
         if not amplitude > 0:
             continue
-        tone = _tone(time, left, harmonics)
+        tone = _find_tone(time, left, harmonics)
         if tone is not None and tone[1] > LEAST_TONE * amplitude:
             ratio = tone[0] / frequency[0]
             kind = "a subharmonic or combination tone" if abs(2 * ratio - round(2 * ratio)) < 0.02 else "hum or a beat"
@@ -94,7 +94,7 @@ def find_contamination(
     return result
 
 
-def _higher_harmonics(
+def _find_higher_harmonics(
     time: Samples, frequency: float, deviation: float, n_harmonic: int
 ) -> Bool[NDArray[np.bool_], " l"]:
     """Mask of spectral lines that may belong to harmonics that were not fitted, shape (n // 2 + 1,).
@@ -108,7 +108,7 @@ def _higher_harmonics(
     return np.asarray((order > n_harmonic) & (apart <= LEAKING * line[1] + SURE * order * deviation))
 
 
-def _tone(time: Samples, residual: Samples, left_out: Bool[NDArray[np.bool_], " l"]) -> tuple[float, float] | None:
+def _find_tone(time: Samples, residual: Samples, left_out: Bool[NDArray[np.bool_], " l"]) -> tuple[float, float] | None:
     """Frequency [Hz] and amplitude of the largest tone of a residual, if significant.
 
     Lines in `left_out`, of higher harmonics, do not count.

@@ -51,17 +51,17 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[SlowFlowFit, Decay]:
 
     def fit_first(more: Decay) -> SlowFlowFit:
         if more.frequencies not in tried:
-            tried[more.frequencies] = _first_fit(more)
+            tried[more.frequencies] = _choose_first_fit(more)
         return tried[more.frequencies]
 
     fit = fit_first(decay)
     if not adds:
-        return _refined(decay, fit), decay
+        return _refine_fit(decay, fit), decay
     # A beat must not be fitted as nonlinearity: with a large residual a second mode is tried before splines are
     # refined.
     fit, decay = _add_modes(
         decay, fit, find_tone=_find_beat, fit_more=fit_first,
-        explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN_BEAT,
+        explains=lambda trial, before, own: _compute_power_ratio(trial, before, own) < MUST_EXPLAIN_BEAT,
     )  # fmt: skip
     # A line at a harmonic may be a separate mode: it is if a mode explains it with fewer coefficients.
     fit, decay = _add_modes(
@@ -69,9 +69,9 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[SlowFlowFit, Decay]:
         explains=lambda trial, before, _: trial.criterion < before.criterion - SIGNIFICANT,
     )  # fmt: skip
     return _add_modes(
-        decay, _refined(decay, fit), find_tone=lambda own, before: find_new_tone(own, before.residual),
-        fit_more=lambda more: _refined(more, fit_first(more)),
-        explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN,
+        decay, _refine_fit(decay, fit), find_tone=lambda own, before: find_new_tone(own, before.residual),
+        fit_more=lambda more: _refine_fit(more, fit_first(more)),
+        explains=lambda trial, before, own: _compute_power_ratio(trial, before, own) < MUST_EXPLAIN,
     )  # fmt: skip
 
 
@@ -98,10 +98,10 @@ def _find_beat(decay: Decay, fit: SlowFlowFit) -> float | None:
     if tone is None:
         return None
     near = any(abs(tone / own - 1) < NEAR for own in decay.frequencies)
-    return tone if _relative_residual(fit, decay) >= (BEATS if near else BEATS_AFAR) else None
+    return tone if _compute_relative_residual(fit, decay) >= (BEATS if near else BEATS_AFAR) else None
 
 
-def _power_ratio(trial: SlowFlowFit, before: SlowFlowFit, decay: Decay) -> float:
+def _compute_power_ratio(trial: SlowFlowFit, before: SlowFlowFit, decay: Decay) -> float:
     """Residual power above noise of a fit with one more mode, over that of the previous fit [-]."""
     noise = estimate_noise(trial.residual, decay.step) ** 2
     least = 1e-3 * float((before.residual**2).mean())
@@ -109,38 +109,38 @@ def _power_ratio(trial: SlowFlowFit, before: SlowFlowFit, decay: Decay) -> float
     return with_mode / without
 
 
-def _relative_residual(fit: SlowFlowFit, decay: Decay) -> float:
+def _compute_relative_residual(fit: SlowFlowFit, decay: Decay) -> float:
     """Root mean square of a residual over that of the signal [-]."""
     return float(np.sqrt((fit.residual**2).sum() / (decay.values**2).sum()))
 
 
-def _excess(fit: SlowFlowFit, decay: Decay) -> float:
+def _compute_excess(fit: SlowFlowFit, decay: Decay) -> float:
     """Logarithm of a residual over its least attainable value: white noise, or an exact fit [-]."""
     noise = estimate_noise(fit.residual, decay.step) / float(np.sqrt((decay.values**2).mean()))
-    return float(np.log(_relative_residual(fit, decay) / max(noise, EXACT)))
+    return float(np.log(_compute_relative_residual(fit, decay) / max(noise, EXACT)))
 
 
-def _first_fit(decay: Decay) -> SlowFlowFit:
+def _choose_first_fit(decay: Decay) -> SlowFlowFit:
     """Linear modes, or splines with a few intervals if the information criterion prefers them."""
     linear = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, 0)))
     bent = fit_slow_flows(decay.values, decay.step, _track(decay, guess_modes(decay, HARMONICS, FIRST_INTERVALS)))
     return bent if bent.criterion < linear.criterion - SIGNIFICANT else linear
 
 
-def _refined(decay: Decay, best: SlowFlowFit) -> SlowFlowFit:
+def _refine_fit(decay: Decay, best: SlowFlowFit) -> SlowFlowFit:
     """Refine the splines where the residual is largest, until the information criterion no longer falls.
 
     A residual that does not decrease fast enough to reach the noise is not caused by functions of the amplitude.
     """
-    fit, worse, size = best, 0, [_excess(best, decay)]
+    fit, worse, size = best, 0, [_compute_excess(best, decay)]
     if best.flows[0].degree == 0:
         return best
     for left in range(MOST_INTERVALS, 0, -1):
         split = _split(decay, fit)
-        if split is None or _relative_residual(fit, decay) < EXACT or not _converges_fast_enough(size, left):
+        if split is None or _compute_relative_residual(fit, decay) < EXACT or not _converges_fast_enough(size, left):
             break
         fit = fit_slow_flows(decay.values, decay.step, split)
-        size.append(_excess(fit, decay))
+        size.append(_compute_excess(fit, decay))
         if fit.criterion < best.criterion - SIGNIFICANT:
             best, worse = fit, 0
         else:

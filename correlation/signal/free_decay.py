@@ -123,7 +123,7 @@ def find_decay(
             "more; name its start and end"
         )
     part = values[first:last]
-    power, line, noise = _spectrum(part, step)
+    power, line, noise = _compute_spectrum(part, step)
     top = int(np.argmax(power))
     if power[top] < STANDS_OUT * np.median(power):
         raise CampaignError("nothing oscillates after the release: no line stands out of the spectrum")
@@ -178,7 +178,7 @@ def guess_modes(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
             if order * own * decay.step < RESOLVED
             and all(abs(order * own / other - 1) > HARMONIC for other in decay.frequencies)
         )
-        logarithm, rate, omega, phase = _readings(decay, number, n_sample)
+        logarithm, rate, omega, phase = _read_envelope(decay, number, n_sample)
         flow = SlowFlow(
             breaks=np.linspace(
                 min(logarithm.min(), logarithm.max() - LEAST_RANGE), logarithm.max(), max(intervals, 1) + 1
@@ -202,7 +202,7 @@ def guess_modes(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
     return flows
 
 
-def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector, Vector, float]:
+def _read_envelope(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector, Vector, float]:
     """Logarithms of the amplitude, decay rates and frequencies of an envelope, and the phase at the start.
 
     Each estimate is over two periods; there is one per period.
@@ -226,7 +226,7 @@ def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector,
 
 def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
     """Frequency of the largest line at a harmonic of a mode that may be a separate mode [Hz]; None without one."""
-    power, line, _ = _spectrum(decay.values, decay.step)
+    power, line, _ = _compute_spectrum(decay.values, decay.step)
     result: list[tuple[float, float]] = []
     for own in decay.frequencies:
         for order in harmonics:
@@ -243,8 +243,8 @@ def find_strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | No
 
 def find_new_tone(decay: Decay, residual: Vector) -> float | None:
     """Frequency of the largest line of a residual [Hz]; None if it is noise or a harmonic."""
-    power, line, _ = _spectrum(residual, decay.step)
-    whole, _, _ = _spectrum(decay.values, decay.step)
+    power, line, _ = _compute_spectrum(residual, decay.step)
+    whole, _, _ = _compute_spectrum(decay.values, decay.step)
     allowed = line * decay.step < RESOLVED
     for own in decay.frequencies:
         allowed &= np.abs(line - own) > 2 / (len(residual) * decay.step)
@@ -257,10 +257,10 @@ def find_new_tone(decay: Decay, residual: Vector) -> float | None:
 
 def estimate_noise(values: Vector, step: float) -> float:
     """Standard deviation of white noise in the presence of lines, from the median of the spectrum."""
-    return _spectrum(values, step)[2]
+    return _compute_spectrum(values, step)[2]
 
 
-def _spectrum(values: Vector, step: float) -> tuple[Vector, Vector, float]:
+def _compute_spectrum(values: Vector, step: float) -> tuple[Vector, Vector, float]:
     """Power of the lines under a falling window, their frequencies [Hz], and the standard deviation of white noise."""
     n = len(values)
     window = np.cos(np.pi / 2 * np.arange(n) / n) ** 2

@@ -26,7 +26,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.record import Channels, Samples, check_channels, check_time, uniform_step
+from correlation.signal.record import Channels, Samples, check_channels, check_time, compute_uniform_step
 from geometry.read_only_array import freeze_fields
 
 Responses = Complex[NDArray[np.complex128], "c f"]
@@ -127,7 +127,7 @@ def estimate_frequency_response(
     CampaignError
         A clock that is not uniform, a block that does not fit the record, a force of zeros, or no blow in the record.
     """
-    kind = _excitation(excitation)
+    kind = _read_excitation(excitation)
     channels = check_channels(responses, "the responses")
     force = check_channels(reference, "the reference")
     instants = check_time(time, channels.shape[1], fewest=16)
@@ -137,20 +137,20 @@ def estimate_frequency_response(
         raise CampaignError(f"the reference is {force[0, 0]:.6g} throughout: a frequency response needs the force")
     if not (np.isfinite(decay) and decay >= 0):
         raise CampaignError(f"decay = {decay}: give the rate of an exponential window in 1/s, or 0")
-    step = uniform_step(instants)
+    step = compute_uniform_step(instants)
     suspicions: list[str] = []
     if kind is Excitation.HAMMER:
         forces, blocks, of_blows = _cut_impact_blocks(force[0], channels, step, block, decay, force_window)
         suspicions += of_blows
     else:
-        forces, blocks = _blocks(force[0], channels, step, block, kind)
+        forces, blocks = _cut_blocks(force[0], channels, step, block, kind)
     x = np.fft.rfft(forces, axis=-1)
     y = np.fft.rfft(blocks, axis=-1)
     lines = np.asarray(np.fft.rfftfreq(forces.shape[-1], step), dtype=np.float64)
     return _average(x, y, lines, decay, tuple(suspicions))
 
 
-def coherence_limit(averages: int | None, count: int) -> float:
+def compute_coherence_limit(averages: int | None, count: int) -> float:
     r"""Coherence above which a value of a frequency response is significant [-].
 
     The relative standard deviation of H1 is :math:`\sqrt{(1 - \gamma^2) / (2 n \gamma^2)}`. If the response is
@@ -191,7 +191,7 @@ def _average(
     )  # fmt: skip
 
 
-def _excitation(excitation: Excitation | str) -> Excitation:
+def _read_excitation(excitation: Excitation | str) -> Excitation:
     try:
         return Excitation(excitation)
     except ValueError:
@@ -199,7 +199,7 @@ def _excitation(excitation: Excitation | str) -> Excitation:
         raise CampaignError(f'"{excitation}" is no excitation: give {names}') from None
 
 
-def _blocks(
+def _cut_blocks(
     force: Samples, channels: Channels, step: float, block: float | None, kind: Excitation
 ) -> tuple[Float[NDArray[np.float64], "b m"], Float[NDArray[np.float64], "b c m"]]:
     """Blocks of a stationary record or of bursts, without their means, under the window."""
@@ -226,7 +226,7 @@ def _cut_impact_blocks(
     pulse = pulse if pulse.max() >= -pulse.min() else -pulse
     above = pulse > TRIGGER * pulse.max()
     rises = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
-    starts, doubles = _first_of_each(rises, block, step)
+    starts, doubles = _find_first_of_each(rises, block, step)
     if block is None:
         block = (np.diff(starts).min() if len(starts) > 1 else len(force) - starts[0]) * step * (1 - 2 * BEFORE)
     size = round(block / step)
@@ -259,7 +259,7 @@ def _cut_impact_blocks(
     return np.array(forces), np.array(blocks), suspicions
 
 
-def _first_of_each(rises: NDArray[np.intp], block: float | None, step: float) -> tuple[list[int], set[int]]:
+def _find_first_of_each(rises: NDArray[np.intp], block: float | None, step: float) -> tuple[list[int], set[int]]:
     """First rise of each blow, and those blows that have a second one within their block."""
     if not len(rises):
         raise CampaignError("no blow in the record: the force has no pulse")

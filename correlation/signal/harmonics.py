@@ -19,7 +19,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.contamination import find_contamination, noise_power
+from correlation.signal.contamination import estimate_noise_power, find_contamination
 from correlation.signal.record import Channels, Samples, check_channels, check_time
 from geometry.read_only_array import freeze_fields
 
@@ -224,10 +224,10 @@ def fit_drifting(time: Samples, channels: Channels, frequency: float, n_harmonic
     columns = np.hstack([waves, waves * (2 * (time - middle) / span)[:, None]])
     result = np.linalg.lstsq(columns, channels.T, rcond=None)[0]
     residual = channels - (columns @ result).T
-    constant, drift = (_complex(part, n_harmonic) for part in np.split(result, 2))
+    constant, drift = (_make_complex(part, n_harmonic) for part in np.split(result, 2))
     # Phases count from the record's own zero of time.
     turn = np.exp(-2j * np.pi * frequency * middle * np.arange(n_harmonic + 1))
-    power = noise_power(time, residual, frequency, n_harmonic) * n / max(n - columns.shape[1], 1)
+    power = estimate_noise_power(time, residual, frequency, n_harmonic) * n / max(n - columns.shape[1], 1)
     share = np.where(np.arange(n_harmonic + 1) == 0, 1.0, 2.0)
     return DriftingFit(
         frequency=frequency,
@@ -302,7 +302,7 @@ def _check_frequency(frequency: float | None) -> None:
         raise CampaignError(f"the frequency is {frequency}: give a positive number of Hz, or none")
 
 
-def _complex(parts: Float[NDArray[np.float64], "p c"], n_harmonic: int) -> Coefficients:
+def _make_complex(parts: Float[NDArray[np.float64], "p c"], n_harmonic: int) -> Coefficients:
     """X_k = a_k - i b_k of cosines and sines, shape (c, H + 1)."""
     mean, cosine, sine = parts[:1], parts[1 : n_harmonic + 1], parts[n_harmonic + 1 :]
     return np.asarray(np.vstack([mean, cosine - 1j * sine]).T, dtype=np.complex128)

@@ -79,7 +79,7 @@ class Resolution:
 
     def numbers(self) -> Vector:
         """Stiffness, friction coefficient, stiffness of elements that do not slip, offset, `finest`, shape (5,)."""
-        return np.array([*_numbers(self.slip, self.slips, self.stiffness), self.offset, self.finest])
+        return np.array([*_compute_numbers(self.slip, self.slips, self.stiffness), self.offset, self.finest])
 
 
 class _Grid:
@@ -122,7 +122,7 @@ def resolve(loop: MeanLoop, seed: int = 0) -> Resolution:
     power = np.arange(np.log(2) / np.log(RATIO), np.log(shortest) / np.log(RATIO), -1)
     whole = _Grid(loop, np.append(np.inf, half * RATIO**power / float(np.median(loop.normal))))
     finest, least = whole.fit(force)
-    variance = _noise(loop.samples - mean - whole.force(finest)[loop.point])
+    variance = _estimate_noise(loop.samples - mean - whole.force(finest)[loop.point])
     count = int((RATIO**power >= FIRST).sum()) + 1
     best, left = whole.fit(force, count)
     for trial in range(count + 1, len(whole.slip) + 1):
@@ -145,7 +145,7 @@ def resolve(loop: MeanLoop, seed: int = 0) -> Resolution:
     )
 
 
-def _noise(residual: Vector) -> float:
+def _estimate_noise(residual: Vector) -> float:
     """Variance of white noise with the same effect on averages as a correlated residual in the order of the record."""
     power = np.abs(np.fft.rfft(residual)) ** 2
     white = power[1:].mean()
@@ -185,7 +185,7 @@ def simulate(loop: MeanLoop, slip: Elements) -> tuple[Float[NDArray[np.float64],
     return columns, up & down
 
 
-def _numbers(slip: Elements, slips: Slips, stiffness: Elements) -> list[float]:
+def _compute_numbers(slip: Elements, slips: Slips, stiffness: Elements) -> list[float]:
     """Stiffness, friction coefficient, and stiffness of elements that do not slip."""
     return [float(stiffness.sum()), float(stiffness[slips] @ slip[slips]), float(stiffness[~slips].sum())]
 
@@ -215,5 +215,7 @@ def _bootstrap(
             own / grid.scale,
             loop.samples.mean() + noise * random.standard_normal() / np.sqrt(len(loop.samples)),
         )
-        draws.append([*_numbers(grid.slip, grid.slips, own), offset - grid.means @ own, finest.sum() / whole.scale])
+        draws.append(
+            [*_compute_numbers(grid.slip, grid.slips, own), offset - grid.means @ own, finest.sum() / whole.scale]
+        )
     return np.array(draws)

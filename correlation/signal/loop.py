@@ -159,16 +159,16 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
     x, f = check_pair(displacement, force)
     bounds = find_periods(x)
     first, last = bounds[:-1], bounds[1:]
-    table = _periods(x, f, first, last)
-    plateau, plateaus = _plateaus(table, _drift(x, first, last), tolerance)
+    table = _measure_periods(x, f, first, last)
+    plateau, plateaus = _find_plateaus(table, _compute_drift(x, first, last), tolerance)
     if not plateaus:
         last = np.array([_return(x, a, b, tolerance) for a, b in zip(first, last, strict=True)])
-        table = _periods(x, f, first, last)
-        plateau, plateaus = _plateaus(table, _drift(x, first, last), tolerance)
+        table = _measure_periods(x, f, first, last)
+        plateau, plateaus = _find_plateaus(table, _compute_drift(x, first, last), tolerance)
     best = max(plateaus, key=lambda item: item.amplitude[0]).last if plateaus else len(table) - 1
     part = slice(int(first[best]), int(last[best]) + 1)
-    play = _play(x[part], f[part])
-    suspicions = _suspicions(table, plateaus, play)
+    play = _measure_play(x[part], f[part])
+    suspicions = _list_suspicions(table, plateaus, play)
     return Loops(
         first=first,
         last=last,
@@ -181,7 +181,7 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
         plateau=plateau,
         plateaus=plateaus,
         play=play,
-        dwell=_dwell(x[part], f[part]),
+        dwell=_measure_dwell(x[part], f[part]),
         suspicions=tuple(suspicions),
     )
 
@@ -208,7 +208,7 @@ def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
     CampaignError
         Less than one period.
     """
-    high = _highest_points(displacement)
+    high = _find_highest_points(displacement)
     if len(high) < 2:
         raise CampaignError(
             f"the displacement turns {len(high)} times at its upper end: a loop needs one whole period "
@@ -217,7 +217,7 @@ def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
     return np.asarray(high, dtype=np.int64)
 
 
-def _highest_points(displacement: Samples) -> NDArray[np.intp]:
+def _find_highest_points(displacement: Samples) -> NDArray[np.intp]:
     """Maximum of every period, with a prominence above noise and above a share of that of its neighbours."""
     from scipy.signal import find_peaks
 
@@ -230,12 +230,12 @@ def _highest_points(displacement: Samples) -> NDArray[np.intp]:
     return np.asarray(places[size > PROMINENCE * around] if len(size) else places)
 
 
-def _periods(x: Samples, f: Samples, first: Ends, last: Ends) -> Float[NDArray[np.float64], "p 6"]:
+def _measure_periods(x: Samples, f: Samples, first: Ends, last: Ends) -> Float[NDArray[np.float64], "p 6"]:
     """The numbers of all periods."""
-    return np.array([_period(x[a : b + 1], f[a : b + 1]) for a, b in zip(first, last, strict=True)])
+    return np.array([_measure_period(x[a : b + 1], f[a : b + 1]) for a, b in zip(first, last, strict=True)])
 
 
-def _drift(x: Samples, first: Ends, last: Ends) -> Values:
+def _compute_drift(x: Samples, first: Ends, last: Ends) -> Values:
     """Displacement at the end of each period less that at its start, over its stroke, shape (p,) [-]."""
     return np.array([(x[b] - x[a]) / np.ptp(x[a : b + 1]) for a, b in zip(first, last, strict=True)])
 
@@ -249,7 +249,7 @@ def _return(x: Samples, first: int, last: int, tolerance: float) -> int:
     return above if x[above] - x[first] < x[first] - x[above - 1] else above - 1
 
 
-def _period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
+def _measure_period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
     """Amplitude, work, secant stiffness, offsets of force and displacement, closing error of one period."""
     smooth = _without_noise(x)
     low = int(np.argmin(smooth))
@@ -291,7 +291,7 @@ def _force_at_end(distance: Samples, f: Samples, turning: int, stroke: float) ->
     return float(np.linalg.lstsq(columns / np.where(scale > 0, scale, 1), f[near], rcond=None)[0][0])
 
 
-def _plateaus(
+def _find_plateaus(
     table: Float[NDArray[np.float64], "p 6"], drift: Values, tolerance: float
 ) -> tuple[Int[NDArray[np.int64], " p"], tuple[Plateau, ...]]:
     """Plateau of each period, and the means of each plateau."""
@@ -322,7 +322,7 @@ def _means(table: Float[NDArray[np.float64], "p 6"], first: int, last: int) -> P
     )  # fmt: skip
 
 
-def _play(x: Samples, f: Samples) -> float:
+def _measure_play(x: Samples, f: Samples) -> float:
     """Share of the stroke over which both branches have no force [-]; 0 for a mere zero crossing."""
     part = np.clip(((x - x.min()) / np.ptp(x) * PLAY_BINS).astype(np.int64), 0, PLAY_BINS - 1)
     falling = np.arange(len(x)) <= np.argmin(x)
@@ -336,7 +336,7 @@ def _play(x: Samples, f: Samples) -> float:
     return share if share >= LEAST_PLAY else 0.0
 
 
-def _dwell(x: Samples, f: Samples) -> float:
+def _measure_dwell(x: Samples, f: Samples) -> float:
     """Displacement at forces near zero beyond that of a crossing, mean of both branches [m]; 0 if one has none."""
     turn, size, result = int(np.argmin(x)), float(np.ptp(f)), []
     for way, force in ((x[: turn + 1], f[: turn + 1]), (x[turn:], -f[turn:])):
@@ -367,7 +367,7 @@ def _has_negative_work(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple
     return bool(share.mean() < -max(NO_WORK, chance))
 
 
-def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...], play: float) -> list[str]:
+def _list_suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...], play: float) -> list[str]:
     """Suspicions about the record from its periods, in words."""
     suspicions = []
     if play:

@@ -74,7 +74,7 @@ def average_loops(displacement: Samples, force: Samples, normal: Samples, bounds
     bounds
         Samples at which periods begin and the last ends: highest displacements, shape (p + 1,).
     """
-    starts = _crossings(displacement, bounds)
+    starts = _find_crossings(displacement, bounds)
     if len(starts) < 2:
         starts = np.array([float(bounds[0]), float(bounds[-1])])
     used = np.arange(int(np.ceil(starts[0])), int(np.ceil(starts[-1])))
@@ -85,8 +85,8 @@ def average_loops(displacement: Samples, force: Samples, normal: Samples, bounds
     weight = np.bincount(point).astype(np.float64)
     mean_phase, mean_f = (np.bincount(point, values) / weight for values in (phase, f))
     per_period = len(used) / (len(starts) - 1)
-    smooth, deviation = _significant_harmonics(phase, x, mean_phase, per_period)
-    smooth_normal, _ = _significant_harmonics(phase, n, mean_phase, per_period)
+    smooth, deviation = _keep_significant_harmonics(phase, x, mean_phase, per_period)
+    smooth_normal, _ = _keep_significant_harmonics(phase, n, mean_phase, per_period)
     return MeanLoop(
         displacement=smooth,
         force=mean_f,
@@ -112,7 +112,7 @@ def _without_noise(normal: Samples, point: Int[NDArray[np.int64], " n"], smooth:
     return np.asarray(mean if repeated and lack_of_fit > LACK_OF_FIT * scatter else smooth)
 
 
-def _crossings(displacement: Samples, bounds: Bounds) -> Float[NDArray[np.float64], " p"]:
+def _find_crossings(displacement: Samples, bounds: Bounds) -> Float[NDArray[np.float64], " p"]:
     """Downward crossings of the middle of the stroke by each period [samples]."""
     places = []
     for a, b in pairwise(bounds):
@@ -130,21 +130,21 @@ def _crossings(displacement: Samples, bounds: Bounds) -> Float[NDArray[np.float6
     return np.asarray(places, dtype=np.float64)
 
 
-def _significant_harmonics(
+def _keep_significant_harmonics(
     phase: Samples, values: Samples, points: Points, samples_per_period: float
 ) -> tuple[Points, float]:
     """A periodic signal at some phases without insignificant harmonics, and its noise."""
     most = max(min(MOST_HARMONICS, int(samples_per_period / 6)), 1)
-    columns = _waves(phase, np.arange(1, most + 1))
+    columns = _make_waves(phase, np.arange(1, most + 1))
     result = np.linalg.lstsq(columns, values, rcond=None)[0]
     variance = float(((values - columns @ result) ** 2).sum() / max(len(values) - columns.shape[1], 1))
     size = np.hypot(result[1 : most + 1], result[most + 1 :])
     order = 1 + np.flatnonzero(size > SIGNIFICANT * np.sqrt(2 * variance / len(values)))
-    columns = _waves(phase, order)
+    columns = _make_waves(phase, order)
     result = np.linalg.lstsq(columns, values, rcond=None)[0]
-    return np.asarray(_waves(points, order) @ result), float(np.sqrt(variance * columns.shape[1] / len(values)))
+    return np.asarray(_make_waves(points, order) @ result), float(np.sqrt(variance * columns.shape[1] / len(values)))
 
 
-def _waves(phase: Points, order: NDArray[np.int64]) -> Float[NDArray[np.float64], "n p"]:
+def _make_waves(phase: Points, order: NDArray[np.int64]) -> Float[NDArray[np.float64], "n p"]:
     angle = 2 * np.pi * np.outer(phase, order)
     return np.hstack([np.ones((len(phase), 1)), np.cos(angle), np.sin(angle)])

@@ -77,14 +77,14 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
             f"time does not rise at sample {first} ({instants[first - 1]:.9g} s, then {instants[first]:.9g} s): sort "
             "the samples, or cut the record there"
         )
-    return _unrounded(instants)
+    return _undo_rounding(instants)
 
 
 def recover_time_base(time: Samples) -> Samples | None:
     """Uniform instants that equal the given ones to their last digits, shape (n,) [s]; None if there are none."""
     if len(time) < 2 or (np.diff(time) < 0).any() or not time[-1] > time[0]:
         return None
-    clock = _unrounded(time)
+    clock = _undo_rounding(time)
     return clock if (np.diff(clock) > 0).all() else None
 
 
@@ -99,7 +99,7 @@ def note_rounded_time(time: Samples) -> tuple[str, ...]:
     clock = recover_time_base(time)
     if clock is None or clock is time:
         return ()
-    steps, step = np.diff(time), uniform_step(clock)
+    steps, step = np.diff(time), compute_uniform_step(clock)
     if np.ptp(steps) <= NOTED * step:
         return ()
     equal = int((steps == 0).sum())
@@ -110,13 +110,13 @@ def note_rounded_time(time: Samples) -> tuple[str, ...]:
     )
 
 
-def _unrounded(time: Samples) -> Samples:
+def _undo_rounding(time: Samples) -> Samples:
     """Uniform instants if the given ones differ from these by rounding alone; otherwise the given ones, shape (n,)."""
     steps = np.diff(time)
     if np.ptp(steps) <= WHOLE * steps.mean() or _lacks_samples(steps):
         return time
     sample = np.arange(len(time))
-    for digit in (_last_digit(time), _last_digit_of_decade(time)):
+    for digit in (_find_last_digit(time), _find_last_digit_of_decade(time)):
         if not digit.all():
             continue
         clock = np.polynomial.Polynomial.fit(sample, time, 1, w=1 / digit)(sample)
@@ -138,7 +138,7 @@ def _lacks_samples(steps: Samples) -> bool:
     return bool(count.min() > 0.5 and np.abs(count - np.round(count)).max() < WHOLE * count.max())
 
 
-def _last_digit(time: Samples) -> Samples:
+def _find_last_digit(time: Samples) -> Samples:
     """Size of the last digit of each instant as a file wrote it: by its decimals, or its digits, shape (n,) [s]."""
     size = np.zeros(len(time))
     with np.errstate(divide="ignore"):
@@ -154,7 +154,7 @@ def _last_digit(time: Samples) -> Samples:
     return size
 
 
-def _last_digit_of_decade(time: Samples) -> Samples:
+def _find_last_digit_of_decade(time: Samples) -> Samples:
     """Size of the last digit in each decade, as where five digits, but four decimals at least, are written [s]."""
     size = np.zeros(len(time))
     power = np.floor(np.log10(np.where(time == 0, np.inf, np.abs(time))))
@@ -169,7 +169,7 @@ def _last_digit_of_decade(time: Samples) -> Samples:
     return size
 
 
-def uniform_step(time: Samples) -> float:
+def compute_uniform_step(time: Samples) -> float:
     """Step of a uniform clock [s].
 
     Raises

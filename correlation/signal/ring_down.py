@@ -34,7 +34,7 @@ from correlation.model import DERIVATIVE
 from correlation.signal.decay_fit import fit_modes
 from correlation.signal.decay_misfit import find_fault, measure_misfit
 from correlation.signal.free_decay import Decay, find_decay
-from correlation.signal.record import check_channels, check_time, uniform_step
+from correlation.signal.record import check_channels, check_time, compute_uniform_step
 from correlation.signal.slow_flow import SlowFlowFit
 from geometry.read_only_array import freeze_fields
 
@@ -228,7 +228,7 @@ def cut_decay(
     if len(channel) != 1:
         raise CampaignError(f"values have shape {np.shape(values)}: give the samples of one channel, shape (n,)")
     instants = check_time(time, channel.shape[1], fewest=32)
-    return find_decay(instants, channel[0], uniform_step(instants), start, end, frequencies)
+    return find_decay(instants, channel[0], compute_uniform_step(instants), start, end, frequencies)
 
 
 def _describe(decay: Decay, fit: SlowFlowFit, number: int, power: int) -> RingDown:

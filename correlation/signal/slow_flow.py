@@ -169,9 +169,9 @@ def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior
     places = np.cumsum([0] + [len(part) for part in at])
     residual, normal, right = _linearise(values, step, flows, at)
     square, damping = float(residual @ residual), 1e-3
-    limit = np.concatenate([_largest_step(flow, step) for flow in flows])
+    limit = np.concatenate([_compute_largest_step(flow, step) for flow in flows])
     first = np.concatenate(at)
-    certainty = np.concatenate([_certainty(flow, prior) for flow in flows])
+    certainty = np.concatenate([_compute_certainty(flow, prior) for flow in flows])
     enough = ENOUGH if np.isinf(prior) else ENOUGH_TRACKED
     for _ in range(ROUNDS):
         pull = np.zeros(len(normal))
@@ -206,14 +206,14 @@ def fit_slow_flows(values: Vector, step: float, flows: Sequence[SlowFlow], prior
     )  # fmt: skip
 
 
-def _certainty(flow: SlowFlow, prior: float) -> Vector:
+def _compute_certainty(flow: SlowFlow, prior: float) -> Vector:
     """Inverse variance of the initial guess of each coefficient."""
     count = (len(flow.coefficients) - 2) // 2
     typical = float(np.median(flow.coefficients[2 + count :]))
     return np.concatenate([[0.0, 0.0], np.full(count, (20 * prior) ** -2.0), np.full(count, (prior * typical) ** -2.0)])
 
 
-def _largest_step(flow: SlowFlow, step: float) -> Vector:
+def _compute_largest_step(flow: SlowFlow, step: float) -> Vector:
     """Largest step of each coefficient: a logarithm by 0.5, a phase by 1 rad, also at the end."""
     count = (len(flow.coefficients) - 2) // 2
     return np.concatenate([[0.5, 1.0], np.full(count, 0.5), np.full(count, 4.0 / (step * flow.n_sample))])

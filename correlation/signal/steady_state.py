@@ -74,11 +74,11 @@ def fit_steady_state(
         raise CampaignError(f"the reference is {force[0, 0]:.6g} throughout: name the channel of the force that drives")
     everything = np.vstack([force, channels])
     start = find_frequency(instants, force) if frequency is None else float(frequency)
-    first, fit = _settled_part(instants, everything, start, n_harmonic, frequency is None)
+    first, fit = _find_settled_part(instants, everything, start, n_harmonic, frequency is None)
     used = slice(first, None)
     words = ["the reference", *(names or [f"channel {number}" for number in range(len(channels))])]
     described = fit.describe(instants[used], everything[:, used], _share(instants[used], instants) * SETTLED, words)
-    fading = residual_decay(fit, instants[used])
+    fading = compute_residual_decay(fit, instants[used])
     relative = fading * described.residual
     suspicions = [
         *described.suspicions,
@@ -88,7 +88,7 @@ def fit_steady_state(
             for row in np.flatnonzero(relative > SETTLED)
         ),
     ]
-    return _in_phase(
+    return _turn_in_phase(
         replace(
             described,
             settled=described.settled and not (relative > SETTLED).any(),
@@ -97,7 +97,7 @@ def fit_steady_state(
     )
 
 
-def residual_decay(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64], " c"]:
+def compute_residual_decay(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64], " c"]:
     """Relative decrease of the residual's root mean square from the first half to the second, shape (c,) [-].
 
     It is zero if the difference is not significant; the number of independent values follows from the bandwidth of the
@@ -108,21 +108,21 @@ def residual_decay(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64]
     second = (fit.residual[:, -half:] ** 2).mean(axis=1)
     both = np.where(first + second > 0, (first + second) / 2, 1)
     left = fit.residual
-    correlation = np.array([_correlation_sum(row) for row in left])
+    correlation = np.array([_compute_correlation_sum(row) for row in left])
     count = np.maximum(half / correlation, 2)
     limit = fdtri(count, count, 1 - CHANCE)
     faded = first > limit * second
     return np.where(faded, np.sqrt(np.maximum(first - second, 0) / both), 0.0)
 
 
-def _correlation_sum(values: Samples) -> float:
+def _compute_correlation_sum(values: Samples) -> float:
     """Sum of the squared autocorrelation: samples per independent value of a square [-]."""
     spectrum = np.abs(np.fft.rfft(values)) ** 2
     total = spectrum.sum()
     return float(max(len(spectrum) * (spectrum**2).sum() / total**2 / 2, 1.0)) if total > 0 else 1.0
 
 
-def _settled_part(
+def _find_settled_part(
     time: Samples, channels: Channels, frequency: float, n_harmonic: int, refine: bool
 ) -> tuple[int, DriftingFit]:
     """First sample of the longest settled part up to the end, and the fit to it; the last quarter if there is none."""
@@ -137,7 +137,7 @@ def _settled_part(
             fit = refine_frequency(part, channels[:, first:], fit, n_harmonic)
         last = first, fit
         described = fit.describe(part, channels[:, first:], _share(part, time) * SETTLED)
-        if described.settled and not (residual_decay(fit, part) * described.residual > SETTLED).any():
+        if described.settled and not (compute_residual_decay(fit, part) * described.residual > SETTLED).any():
             break
     assert last is not None  # the first share is always fitted, or refused
     return last
@@ -148,7 +148,7 @@ def _share(part: Samples, whole: Samples) -> float:
     return float((part[-1] - part[0]) / (whole[-1] - whole[0]))
 
 
-def _in_phase(whole: Harmonics) -> Harmonics:
+def _turn_in_phase(whole: Harmonics) -> Harmonics:
     """The channels after the first, with phases such that the first harmonic of the first is real and positive."""
     order = np.arange(whole.coefficients.shape[1])
     fundamental = whole.coefficients[0, 1]

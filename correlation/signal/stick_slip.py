@@ -107,14 +107,14 @@ def estimate_stick_slip(displacement: Any, force: Any, normal_force: Any | None 
         force without any compression.
     """
     x, f = check_pair(displacement, force)
-    normal = _normal(normal_force, len(x))
+    normal = _fill_normal_force(normal_force, len(x))
     loops = analyse_loop(x, f)
-    loop = average_loops(x, f, normal, _settled(loops))
+    loop = average_loops(x, f, normal, _find_settled_periods(loops))
     resolution = resolve(loop)
-    return _guesses(loop, resolution, loops.suspicions, normal_force is not None)
+    return _estimate_numbers(loop, resolution, loops.suspicions, normal_force is not None)
 
 
-def _normal(normal_force: Any | None, n: int) -> Samples:
+def _fill_normal_force(normal_force: Any | None, n: int) -> Samples:
     """Normal force at every sample; 1 N if none is given."""
     if normal_force is None:
         return np.ones(n)
@@ -131,7 +131,7 @@ def _normal(normal_force: Any | None, n: int) -> Samples:
     return normal
 
 
-def _settled(loops: Loops) -> Int[NDArray[np.int64], " p"]:
+def _find_settled_periods(loops: Loops) -> Int[NDArray[np.int64], " p"]:
     """Bounds of the periods of the plateau with the largest amplitude; of the last period if there is none."""
     if not loops.plateaus:
         return np.array([loops.first[-1], loops.last[-1]])
@@ -139,14 +139,16 @@ def _settled(loops: Loops) -> Int[NDArray[np.int64], " p"]:
     return np.append(loops.first[best.first : best.last + 1], loops.last[best.last])
 
 
-def _guesses(loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...], has_normal: bool) -> StickSlip:
+def _estimate_numbers(
+    loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...], has_normal: bool
+) -> StickSlip:
     """The estimates with their intervals, and messages on their limits."""
     stiffness, friction, unslipped, offset, _ = resolution.numbers().tolist()
     if not stiffness > 0:
         raise CampaignError(
             "the force acts with the displacement instead of against it: turn the sign of one of them (sign = -1)"
         )
-    low, high = _intervals(resolution)
+    low, high = _compute_intervals(resolution)
     deviation = resolution.draws.std(axis=0).tolist()
     words = list(suspicions)
     low[0] = stiffness - PARSIMONY * (stiffness - low[0]) - NUMERICAL[0] * stiffness
@@ -167,7 +169,7 @@ def _guesses(loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...]
             deviation=float(np.hypot(deviation[1], margin / 2)),
             interval=(low[1] - margin, high[1] + margin),
         )
-        force = _scaled(coefficient, normal)
+        force = _scale_estimate(coefficient, normal)
     else:
         words.append(
             f"{unslipped / stiffness:.2g} of the stiffness, {unslipped:.4g} N/m, never slips within "
@@ -187,14 +189,14 @@ def _guesses(loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...]
     )
 
 
-def _intervals(resolution: Resolution) -> tuple[list[float], list[float]]:
+def _compute_intervals(resolution: Resolution) -> tuple[list[float], list[float]]:
     """95 % intervals: the union of the bootstrap's percentiles and of those mirrored at the estimate, five each."""
     value = resolution.numbers()
     low, high = np.quantile(resolution.draws, [0.025, 0.975], axis=0)
     return np.minimum(low, 2 * value - high).tolist(), np.maximum(high, 2 * value - low).tolist()
 
 
-def _scaled(estimate: Estimate, factor: float) -> Estimate:
+def _scale_estimate(estimate: Estimate, factor: float) -> Estimate:
     low, high = estimate.interval
     return Estimate(
         value=estimate.value * factor, deviation=estimate.deviation * factor, interval=(low * factor, high * factor)

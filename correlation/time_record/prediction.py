@@ -103,7 +103,7 @@ def predict_record(model: Model, driven: IntegrationInput, start: State | None =
     start
         Displacements and velocities at its first sample, shape (2 r,); rest by default.
     """
-    matrices = _propagator(model, driven)
+    matrices = _make_record_propagator(model, driven)
     begin = np.zeros(len(matrices.phi)) if start is None else start
     value = _integrate(driven, [matrices], begin[None])
     return None if value is None else value[0]
@@ -132,8 +132,11 @@ def predict_rates(
     ArithmeticError
         The response diverges.
     """
-    matrices = _propagator(model, driven)
-    rates = [_propagator(low, driven).rate(_propagator(high, driven), step) for low, high, step in pairs]
+    matrices = _make_record_propagator(model, driven)
+    rates = [
+        _make_record_propagator(low, driven).rate(_make_record_propagator(high, driven), step)
+        for low, high, step in pairs
+    ]
     n = len(matrices.phi)
     begin = np.zeros((1 + len(pairs), n))
     if start is not None:
@@ -162,7 +165,7 @@ def estimate_numerical_error(model: Model, driven: IntegrationInput) -> float:
     return float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
 
 
-def _propagator(model: Model, driven: IntegrationInput) -> Propagator:
+def _make_record_propagator(model: Model, driven: IntegrationInput) -> Propagator:
     return make_propagator(model, driven.sensors, driven.record.step / driven.steps)
 
 

@@ -13,7 +13,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, expm
 
 from correlation.errors import ModelDefinitionError
 from correlation.model import DERIVATIVE, LineSensor, LoadCell, Model
-from hbsolve.joint_arrays import InstantTable, instant_table
+from hbsolve.joint_arrays import InstantTable, make_instant_table
 from reduction.joint_law.registry import Joint
 
 Array = Float[NDArray[np.float64], "..."]
@@ -90,10 +90,10 @@ def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Prop
             "for time records"
         )
     _check_memory(system.joints)
-    table = instant_table(system.joints)
+    table = make_instant_table(system.joints)
     directions = np.array([joint.directions[0] for joint in system.joints]).reshape(-1, r)
     # Columns: the force, the static load, the joints.
-    loads = np.column_stack([_driven(model), system.static, -directions.T])
+    loads = np.column_stack([_make_load(model), system.static, -directions.T])
     try:
         solved = cho_solve(cho_factor(system.mass), np.column_stack([system.stiffness, system.damping, loads]))
     except LinAlgError as error:
@@ -109,7 +109,7 @@ def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Prop
     augmented[n : n + m, n + m :] = np.eye(m)
     exponential = expm(augmented)
     gamma1 = exponential[:n, n + m :]
-    rows = [_sensor(model, name) for name in sensors]
+    rows = [_make_sensor_row(model, name) for name in sensors]
     output, feedthrough = np.zeros((len(rows), n)), np.zeros((len(rows), m))
     for number, (row, derivative) in enumerate(rows):
         if derivative == DERIVATIVE["acceleration"]:
@@ -138,7 +138,7 @@ def _check_memory(joints: Sequence[Joint]) -> None:
             )
 
 
-def _driven(model: Model) -> Array:
+def _make_load(model: Model) -> Array:
     """Load vector of the force of a record, shape (r,) [N/N]."""
     dynamic = model.system.dynamic
     higher = [k for k in range(2, len(dynamic)) if dynamic[k].any()]
@@ -155,7 +155,7 @@ def _driven(model: Model) -> Array:
     return np.array(dynamic[1].real)
 
 
-def _sensor(model: Model, name: str) -> tuple[Array, int]:
+def _make_sensor_row(model: Model, name: str) -> tuple[Array, int]:
     """Row with the gain, and how many time derivatives it takes."""
     for item in model.sensors:
         if item.name == name:

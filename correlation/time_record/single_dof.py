@@ -42,7 +42,7 @@ def fit_single_dof(record: TimeRecord, sensor: str) -> Model:
     if record.force is None:
         raise CampaignError(f'record "{record.name}" has no force: an oscillator needs one, give a model instead')
     window = np.hanning(len(record.time))
-    force, response = (_spectrum(record.channel(name), window) for name in (record.force, sensor))
+    force, response = (_compute_spectrum(record.channel(name), window) for name in (record.force, sensor))
     omega = 2 * np.pi * np.fft.rfftfreq(len(record.time), record.step)
     used = np.abs(force) >= LEAST * np.abs(force).max()
     force, response, s = force[used], response[used], 1j * omega[used]
@@ -70,7 +70,7 @@ def fit_single_dof(record: TimeRecord, sensor: str) -> Model:
     return Model(system=system, sensors=(Sensor(name=sensor, row=one),), places={"mass": one})
 
 
-def _spectrum(
+def _compute_spectrum(
     values: Float[NDArray[np.float64], " n"], window: Float[NDArray[np.float64], " n"]
 ) -> Complex[NDArray[np.complex128], " f"]:
     return np.fft.rfft((values - values.mean()) * window)

@@ -109,11 +109,11 @@ def compute_variance_indices(values: Float[Real, " m"], d: int) -> VarianceIndic
     table = np.asarray(values, dtype=np.float64).reshape(d + 2, -1)
     table = table[:, np.isfinite(table).all(axis=0)]
     n = table.shape[1]
-    first, total = _indices(table)
+    first, total = _compute_indices(table)
     random = np.random.default_rng(SEED)
     resampled = np.full((2, RESAMPLES, d), np.nan)
     for number in range(RESAMPLES if n > 1 else 0):
-        resampled[:, number] = _indices(table[:, random.integers(n, size=n)])
+        resampled[:, number] = _compute_indices(table[:, random.integers(n, size=n)])
     ends = [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2]
     known = np.where(np.isfinite(resampled), resampled, 0.0)
     # A quantity that does not vary has no index in any sample.
@@ -123,7 +123,7 @@ def compute_variance_indices(values: Float[Real, " m"], d: int) -> VarianceIndic
     )
 
 
-def _indices(table: Float[Real, "k n"]) -> tuple[Real, Real]:
+def _compute_indices(table: Float[Real, "k n"]) -> tuple[Real, Real]:
     """S and S_T, shape (d,) each, of f(A), f(B), f(A_1), ..., shape (d + 2, n)."""
     d = len(table) - 2
     # What differs by round-off alone does not vary.

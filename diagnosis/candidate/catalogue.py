@@ -156,11 +156,11 @@ def list_campaign_effects(
         without=without,
         extra=extra,
         level=float(max(campaign.levels, default=1.0)),
-        configurations=_highest(campaign) or {"jointed"},
+        configurations=_find_highest_forces(campaign) or {"jointed"},
     )
 
 
-def _highest(campaign: Campaign) -> dict[str, float]:
+def _find_highest_forces(campaign: Campaign) -> dict[str, float]:
     """Highest force of each tested configuration [N]."""
     table, result = campaign.measurement, dict[str, float]()
     for number, test in enumerate(campaign.tests):

@@ -9,14 +9,14 @@ from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
 from diagnosis.effect import EffectKind
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.jointed_system import FrictionContact
 
 
 def find_contacts(model: Model, line: str) -> list[FrictionContact]:
     """Contacts of a line, in order along it; none in a configuration without the line."""
     members = model.lines.get(line, ())
-    result = {contact.name: contact for contact in friction_contacts(model.system.joints)}
+    result = {contact.name: contact for contact in list_friction_contacts(model.system.joints)}
     return [result[name] for name in members]
 
 
@@ -59,7 +59,7 @@ class LineRatio:
         return scale_contacts(model, factor, self.quantity)
 
 
-def line_ratio_kind(name: str, quantity: str, *, physics: str, signature: str, **facts: Any) -> EffectKind:
+def make_line_ratio_kind(name: str, quantity: str, *, physics: str, signature: str, **facts: Any) -> EffectKind:
     """Kind of the ratios of one field of `FrictionContact` between lines; `facts` as for `EffectKind`."""
 
     def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:

@@ -54,15 +54,15 @@ class Scale:
         Negative if the place moves so little that no added spring suffices, but removed stiffness does; None if neither
         does.
         """
-        stiffer = _least(item.stiffening(row) for item in self.resonances)
+        stiffer = _find_least(item.stiffening(row) for item in self.resonances)
         if stiffer is not None:
             return stiffer
-        softer = _least(item.softening(row) for item in self.resonances)
+        softer = _find_least(item.softening(row) for item in self.resonances)
         return softer if softer is not None and softer > -self.removable_stiffness(row) else None
 
     def point_mass(self, rows: Rows) -> float | None:
         """Mass that lowers a resonance by `SHIFT` [kg]; None if no mass can."""
-        return _least(item.point_mass(rows) for item in self.resonances)
+        return _find_least(item.point_mass(rows) for item in self.resonances)
 
     def dashpot(self, row: Row) -> float:
         """Damping that adds `DAMPING_SHARE` to that of a mode [N s/m]."""
@@ -70,7 +70,7 @@ class Scale:
 
     def drag(self, row: Row) -> float | None:
         """Quadratic damping that adds `DAMPING_SHARE` to that of a mode [N s^2/m^2]; None if nothing moves."""
-        return _least(item.drag(row) for item in self.resonances)
+        return _find_least(item.drag(row) for item in self.resonances)
 
     def cubic(self, row: Row) -> float | None:
         """Cubic stiffness equivalent to a spring that shifts a resonance by `SHIFT` [N/m^3]; None if there is none."""
@@ -78,7 +78,7 @@ class Scale:
         for item in self.resonances:
             spring = item.stiffening(row) or item.softening(row)
             result.append(None if spring is None else item.cubic(row, spring))
-        return _least(result)
+        return _find_least(result)
 
     def removable_stiffness(self, row: Row) -> float:
         """Stiffness that can be removed from a structure supported without its contacts [N/m]; 0 if it is not."""
@@ -137,5 +137,5 @@ def measure_scale(
     return Scale(system=model.system, resonances=tuple(item for item in result if item) or (jointed,))
 
 
-def _least(strengths: Iterable[float | None]) -> float | None:
+def _find_least(strengths: Iterable[float | None]) -> float | None:
     return min((item for item in strengths if item is not None), key=abs, default=None)

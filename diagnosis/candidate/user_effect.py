@@ -72,7 +72,7 @@ class OwnEffect:
             It fails, or does not return a model.
         """
         what = f'`apply` of "{self.name}"'
-        changed: object = _called(lambda: self.effect.apply(model, values), self.origin, what)
+        changed: object = _call_foreign(lambda: self.effect.apply(model, values), self.origin, what)
         if not isinstance(changed, Model):
             raise EffectError(
                 f"{self.origin}: {what} returns a {type(changed).__name__}: return a changed model, as from "
@@ -108,19 +108,19 @@ class EffectSource:
         EffectError
             The function fails, or an item is not an effect.
         """
-        result: object = _called(lambda: self.offer(model), self.origin, "`candidates`")
+        result: object = _call_foreign(lambda: self.offer(model), self.origin, "`candidates`")
         if isinstance(result, str) or not isinstance(result, Iterable):
             raise EffectError(
                 f"{self.origin}: `candidates` returns a {type(result).__name__}: return a list of effects"
             )
-        listed = _called(lambda: list(result), self.origin, "`candidates`")
+        listed = _call_foreign(lambda: list(result), self.origin, "`candidates`")
         return [item if isinstance(item, Untestable) else self._checked(item, model) for item in listed]
 
     def _checked(self, effect: Any, model: Model) -> OwnEffect:
         def parts() -> tuple[object, ...]:
             return (*(getattr(effect, word, None) for word in WORDS), getattr(effect, "parameters", None))
 
-        *words, parameters = _called(parts, self.origin, f"a {type(effect).__name__}")
+        *words, parameters = _call_foreign(parts, self.origin, f"a {type(effect).__name__}")
         for word, value in zip(WORDS, words, strict=True):
             if not isinstance(value, str) or not value:
                 raise EffectError(
@@ -137,11 +137,13 @@ class EffectSource:
         if not callable(getattr(effect, "apply", None)):
             raise EffectError(f'{self.origin}: "{name}" has no method apply(model, values): give it one')
         own = OwnEffect(effect=effect, origin=self.origin)
-        _called(lambda: pickle.dumps(effect), self.origin, f'storing "{name}" for other processes')
+        _call_foreign(lambda: pickle.dumps(effect), self.origin, f'storing "{name}" for other processes')
         none = own.apply(model, [item.vanishes for item in parameters])
         for array in LINEAR:
             before, after = getattr(model.system, array), getattr(none.system, array)
-            if before.shape != after.shape or not np.allclose(after, before, rtol=1e-9, atol=1e-9 * _largest(before)):
+            if before.shape != after.shape or not np.allclose(
+                after, before, rtol=1e-9, atol=1e-9 * _find_largest(before)
+            ):
                 raise EffectError(
                     f'{self.origin}: "{name}" changes the {array.replace("_", " ")} at its vanishing values: let '
                     "`apply` return the model as it is there"
@@ -151,7 +153,7 @@ class EffectSource:
         return own
 
 
-def _largest(values: Any) -> float:
+def _find_largest(values: Any) -> float:
     return float(np.abs(values).max())
 
 
@@ -171,7 +173,7 @@ def read_effects(path: str | Path) -> EffectSource:
     file = Path(path).expanduser().resolve()
     if file.suffix != ".py" or not file.is_file():
         raise EffectError(f"{path} is no Python file of effects: give the path of one, such as effects/tip_stop.py")
-    module = _called(lambda: _module(file), str(file), "it")
+    module = _call_foreign(lambda: _load_module(file), str(file), "it")
     kinds: list[EffectKind] = getattr(module, KINDS)
     offer = getattr(module, "candidates", None)
     if kinds:
@@ -191,10 +193,10 @@ def list_checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | U
     return EffectSource(origin=file, offer=lambda model: kind.candidates(model, size)).candidates(model)
 
 
-def _module(file: Path) -> ModuleType:
+def _load_module(file: Path) -> ModuleType:
     # The name contains path and text, so that files of the same name, and versions of a file, are different modules.
     # The module is listed in `sys.modules` so that its classes can be pickled.
-    name = _module_name(file)
+    name = _make_module_name(file)
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, file)
@@ -215,18 +217,18 @@ def _module(file: Path) -> ModuleType:
     return module
 
 
-def _module_name(file: Path) -> str:
+def _make_module_name(file: Path) -> str:
     return f"{PREFIX}{file.stem}_{sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
 
 
 def _restored(origin: str, pickled: bytes) -> OwnEffect:
     if PREFIX.encode() in pickled:
         read_effects(origin)
-    effect = _called(lambda: pickle.loads(pickled), origin, "an effect that was stored when the file was another")
+    effect = _call_foreign(lambda: pickle.loads(pickled), origin, "an effect that was stored when the file was another")
     return OwnEffect(effect=effect, origin=origin)
 
 
-def _called(act: Callable[[], Any], origin: str, what: str) -> Any:
+def _call_foreign(act: Callable[[], Any], origin: str, what: str) -> Any:
     """Result of foreign code; its errors are reported in one sentence."""
     try:
         return act()
@@ -235,14 +237,14 @@ def _called(act: Callable[[], Any], origin: str, what: str) -> Any:
     except RegistryError as error:
         raise EffectError(str(error)) from error
     except BaseException as error:  # a file may even call sys.exit
-        line = _line(error, origin)
+        line = _describe_line(error, origin)
         words = " ".join(str(error).split()) or "no message"
         raise EffectError(
             f"{origin}{line}: {what} fails with {type(error).__name__} ({words}): correct it, or leave the file out"
         ) from error
 
 
-def _line(error: BaseException, origin: str) -> str:
+def _describe_line(error: BaseException, origin: str) -> str:
     """Line of the file that raised an error, as text after its path."""
     if isinstance(error, SyntaxError) and error.filename == origin:
         return f", line {error.lineno}"

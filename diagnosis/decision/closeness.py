@@ -82,7 +82,7 @@ def find_absent_peak(observed: Observation, predicted: Complex[NDArray[np.comple
         Predictions of the same readings, shape (k,).
     """
     for free, rows, curve in _list_curves(observed):
-        size = _per_force(observed, predicted)[rows]
+        size = _divide_by_force(observed, predicted)[rows]
         if len(rows) < 3 or not np.isfinite(size).all():
             continue
         top, end = int(np.argmax(size)), int(np.argmax(curve))
@@ -108,7 +108,7 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
     """
     result = []
     for free, measured in _list_peaks(observed):
-        low, high = _bracket(model.without_contacts().system if free else model.system)
+        low, high = _bracket_frequencies(model.without_contacts().system if free else model.system)
         ends = np.where(measured < low, low, np.where(measured > high, high, measured))
         nearest = float(ends[np.argmin(np.abs(np.log(np.maximum(ends, 1e-300) / measured)))])
         result.append(FarResonance(name_configuration(free), measured, nearest))
@@ -179,7 +179,7 @@ def _list_curves(
 ) -> Iterator[tuple[bool, NDArray[np.int64], Sizes]]:
     """For each configuration: rows of the sensor that moves most at the lowest level, and its amplitude per force."""
     points = observed.points
-    size = _per_force(observed, observed.value)
+    size = _divide_by_force(observed, observed.value)
     seen = observed.motion & (points.harmonic == 1) & np.isfinite(size)
     for free in np.unique(points.free[seen]).tolist():
         own = seen & (points.free == free)
@@ -193,13 +193,17 @@ def _list_curves(
         yield bool(free), rows, size[rows]
 
 
-def _per_force(observed: Observation, value: Complex[NDArray[np.complex128], " k"]) -> Float[NDArray[np.float64], " k"]:
+def _divide_by_force(
+    observed: Observation, value: Complex[NDArray[np.complex128], " k"]
+) -> Float[NDArray[np.float64], " k"]:
     """Amplitude of readings per unit of force, or the amplitude where no force was recorded, shape (k,)."""
     force = observed.points.force
     return np.asarray(np.abs(value) / np.where(force > 0, force, 1.0))
 
 
-def _bracket(system: JointedSystem) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], " r"]]:
+def _bracket_frequencies(
+    system: JointedSystem,
+) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], " r"]]:
     """Natural frequencies without contacts and with all contacts stuck: lower and upper limit of each mode [Hz]."""
     low, high = (
         compute_dense_modes(system.mass, stiffness).frequency

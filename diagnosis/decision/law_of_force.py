@@ -66,7 +66,7 @@ class FittedLaw:
 
 def has_other_laws(effect: Effect | None) -> bool:
     """Whether the kind of an effect names other laws."""
-    return effect is not None and _other_laws(effect) is not None
+    return effect is not None and _find_other_laws(effect) is not None
 
 
 def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> list[FittedLaw]:
@@ -82,7 +82,7 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
         Fit of the effect.
     """
     assert refit.effect is not None
-    other_laws = _other_laws(refit.effect)
+    other_laws = _find_other_laws(refit.effect)
     assert other_laws is not None
     fit, states = refit.fit, [*refit.fit.prediction.states.values()]
     leaves_much = refit.reduced_chi2_by_noise > UNEXPLAINED_CHI2
@@ -151,6 +151,6 @@ def _fit(arrangement: Arrangement, beside: float, refit: Refit, law: ForceLaw) -
     )  # fmt: skip
 
 
-def _other_laws(effect: Effect) -> OtherLaws | None:
+def _find_other_laws(effect: Effect) -> OtherLaws | None:
     kind = find_kind(effect)
     return None if kind is None else kind.other_laws

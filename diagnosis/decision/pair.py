@@ -65,7 +65,7 @@ def fit_pair(
     others
         Fits with one other effect each.
     """
-    one, second = _effect_of(first), _effect_of(further)
+    one, second = _get_effect(first), _get_effect(further)
     (values_of_both, own), nearby = _split(further.fit.values, second), further.fit.prediction
     calibrated, _ = _split(values_of_both, one)
 
@@ -87,7 +87,7 @@ def fit_pair(
     # the model error is no larger without it; a fit that starts with a larger model error would miss that minimum.
     starts = ((calibrated, None), (calibrated, both.arrangement.train), (baseline.fit.values, None))
     alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
-    strengths = [(_effect_of(item), _split(item.fit.values, _effect_of(item))[1]) for item in others]
+    strengths = [(_get_effect(item), _split(item.fit.values, _get_effect(item))[1]) for item in others]
     forces = find_unknown_forces(add_effect(both.arrangement, both.refit))
     return Pair(
         first=beside(one, both),
@@ -112,6 +112,6 @@ def _split(values: Values, effect: Effect) -> tuple[Values, Values]:
     return values[:count], values[count:]
 
 
-def _effect_of(refit: Refit) -> Effect:
+def _get_effect(refit: Refit) -> Effect:
     assert refit.effect is not None
     return refit.effect

@@ -10,7 +10,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.finalist import compare
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import quick_fit
+from diagnosis.fit.refit import fit_quickly
 from diagnosis.model_error_share import compute_gains_by_covariance
 from diagnosis.screening import screen
 from diagnosis.unknown_force import UnknownForce, find_unknown_forces
@@ -72,7 +72,7 @@ def explain_residual(arrangement: Arrangement, effects: Sequence[Effect], thresh
     for place, number in enumerate(promising):
         if place < MAX_FURTHER_FITS:
             (score,) = screen(arrangement, [effects[number]])
-            fits[number] = quick_fit(arrangement, score)
+            fits[number] = fit_quickly(arrangement, score)
             gains[number] = arrangement.cost - arrangement.cost_with_error_left(fits[number])
         else:
             gains[number] = threshold

@@ -95,7 +95,7 @@ def describe_held_out_fall(before: Refit, after: Refit) -> str:
         chi2 = before.held_out_reduced_chi2_by_noise, after.held_out_reduced_chi2_by_noise
         return describe_held_out_change((before.held_out_error, after.held_out_error), chi2)
     change = ", ".join(
-        f"{_percent(was)} to {_percent(now)} % in {name}"
+        f"{_format_percent(was)} to {_format_percent(now)} % in {name}"
         for was, now, name in zip(before.held_out_errors, after.held_out_errors, after.held_out_names, strict=True)
     )
     return f"the held-out error {'falls' if after.held_out_error < before.held_out_error else 'goes'} from {change}"
@@ -109,7 +109,7 @@ def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[flo
     error, reduced_chi2
         Each without an effect, and with it [-].
     """
-    was, now = map(_percent, error)
+    was, now = map(_format_percent, error)
     if error[1] < error[0] and now != was:
         return f"the held-out error falls from {was} to {now} %"
     stays = f"stays {now} %" if now == was else f"goes from {was} to {now} %"
@@ -120,5 +120,5 @@ def describe_held_out_change(error: tuple[float, float], reduced_chi2: tuple[flo
     return f"the held-out reduced chi-squared {change} (the held-out error {stays})"
 
 
-def _percent(share: float) -> str:
+def _format_percent(share: float) -> str:
     return format_number(100 * share, 3)

@@ -46,7 +46,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     for part, body in model.elastic_bodies.items():
         name = f"{KIND} of the clamp of {part}"
         size = size or measure_scale(model)
-        typical = min((item for item in (_typical(one, body) for one in size.resonances) if item), default=None)
+        typical = min((item for item in (_compute_typical(one, body) for one in size.resonances) if item), default=None)
         if typical is None:
             result.append(Untestable(name=name, reason="no compliance there lowers the first resonance by 0.5 %"))
             continue
@@ -58,7 +58,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     return result or [Untestable(name=KIND, reason="the model does not tell how its supports could give way")]
 
 
-def _typical(resonance: ResonanceModel, body: ElasticBody) -> float | None:
+def _compute_typical(resonance: ResonanceModel, body: ElasticBody) -> float | None:
     """Compliance that lowers the resonance by `SHIFT`, to first order [m/N]; None if the mode does not load it."""
     force = body.support.motion.T @ body.matrices[1] @ resonance.mode_shape
     # The mode does the work of its forces on the springs: d omega^2 = -c f^T kappa^-1 f.

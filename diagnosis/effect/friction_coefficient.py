@@ -1,10 +1,10 @@
 """One contact line is rougher than the others."""
 
-from diagnosis.candidate.contact_line import line_ratio_kind
+from diagnosis.candidate.contact_line import make_line_ratio_kind
 from diagnosis.effect import EFFECTS
 
 EFFECTS.register(
-    line_ratio_kind(
+    make_line_ratio_kind(
         "friction coefficient",
         "friction_coefficient",
         physics="One contact line has another friction coefficient than the others: wear, oxide, grease.",

@@ -79,7 +79,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
             continue
         largest = LARGEST * closing
         parameter = EffectParameter(name="gap", unit="m", lower=-largest, upper=largest, typical=TYPICAL * closing)
-        along = _along(model, members)
+        along = _locate_contacts(model, members)
         ends = {f"{KIND} of {line}": (1.0,)} if len(members) == 1 else {
             f"{KIND} of {line} at {members[0].name}": tuple(1 - item for item in along),
             f"{KIND} of {line} at {members[-1].name}": tuple(along),
@@ -88,7 +88,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     return result
 
 
-def _along(model: Model, members: Sequence[FrictionContact]) -> list[float]:
+def _locate_contacts(model: Model, members: Sequence[FrictionContact]) -> list[float]:
     """Position of each contact from the first (0) to the last (1): by coordinates, or evenly if these are unknown."""
     even = [number / max(len(members) - 1, 1) for number in range(len(members))]
     points = [_point(model, item) for item in members]

@@ -45,12 +45,12 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     """A spring to the ground at each place, and between places of two bodies that move in one direction."""
     size = size or measure_scale(model)
     places, left = find_moving_places(model, size, KIND, least=SUPPORT)
-    result: list[Effect | Untestable] = [_candidate(f"{KIND} at {item.name}", item, size) for item in places]
+    result: list[Effect | Untestable] = [_make_candidate(f"{KIND} at {item.name}", item, size) for item in places]
     for one, other in combinations(places, 2):
         first, second = find_dof(model, one.row), find_dof(model, other.row)
         if first and second and first.body != second.body and first.direction == second.direction:
             gap = Place(name="", row=_unsigned(one.row) - _unsigned(other.row), rotational=one.rotational)
-            result.append(_candidate(f"{KIND} between {one.name} and {other.name}", gap, size))
+            result.append(_make_candidate(f"{KIND} between {one.name} and {other.name}", gap, size))
     return [*result, *left]
 
 
@@ -58,7 +58,7 @@ def _unsigned(row: Float[NDArray[np.float64], " r"]) -> Float[NDArray[np.float64
     return np.abs(row)  # of a single degree of freedom, along its own direction
 
 
-def _candidate(name: str, place: Place, size: Scale) -> Effect | Untestable:
+def _make_candidate(name: str, place: Place, size: Scale) -> Effect | Untestable:
     typical = size.spring(place.row)
     if typical is None:
         return Untestable(name=name, reason="no stiffness there can shift the first resonance by 0.5 %")

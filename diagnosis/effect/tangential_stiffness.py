@@ -1,10 +1,10 @@
 """One contact line is tangentially stiffer than the others."""
 
-from diagnosis.candidate.contact_line import line_ratio_kind
+from diagnosis.candidate.contact_line import make_line_ratio_kind
 from diagnosis.effect import EFFECTS
 
 EFFECTS.register(
-    line_ratio_kind(
+    make_line_ratio_kind(
         "tangential stiffness",
         "tangential_stiffness",
         physics="One contact line has another tangential stiffness than the others: less real area, other asperities.",

@@ -12,7 +12,7 @@ from correlation.errors import CampaignError
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import AddedEffect
-from diagnosis.fit.arrangement import first_values, make_unknowns
+from diagnosis.fit.arrangement import make_first_values, make_unknowns
 from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import NOT_FOUND
@@ -134,7 +134,7 @@ def arrange_features(
         raise CampaignError("all data are held out: leave some to fit")
     train = FeatureComparison.from_data(fitted)
     unknowns = make_unknowns(base, calibration, [item.effect for item in added])
-    fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), ending=Ending.EXACT)
+    fit = calibrate(train, unknowns, make_first_values(unknowns, added), train.predict(base), ending=Ending.EXACT)
     return FeatureArrangement(
         base=base, calibration=tuple(calibration), added=tuple(added), train=train,
         held_out=FeatureComparison.from_data(tested), fit=fit,

@@ -186,14 +186,14 @@ def _judge(
     elif finding is Finding.NOTHING and clear:
         finding = Finding.UNKNOWN
     units = {item.name: item.parameters[0].unit for item in catalogue.candidates}
-    reason = _reason(finding, baseline, nearest, clear, off)
+    reason = _describe_finding(finding, baseline, nearest, clear, off)
     return Verdict(
         finding=finding, effects=effects, baseline=baseline, detectable={}, units=units, reason=reason,
         nearest=nearest if finding is Finding.UNKNOWN else None,
     )  # fmt: skip
 
 
-def _reason(
+def _describe_finding(
     finding: Finding,
     baseline: Refit,
     nearest: Refit | None,
@@ -204,7 +204,7 @@ def _reason(
     size = f"the held-out features differ from the model by {baseline.held_out_error:.2g} standard deviations"
     if finding is Finding.NOTHING:
         return f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers that surely."
-    shown, causes = _most_clear(clear) or size, name_causes(clear)
+    shown, causes = _describe_clearest(clear) or size, name_causes(clear)
     signs = f" {causes[0].upper()}{causes[1:]}." if causes else ""
     if finding is Finding.NOT_CLOSE and off is not None:
         far = f"its resonance near {off[0]:.3g} Hz is {100 * off[1]:+.2g} % off, which nothing known explains"
@@ -219,7 +219,7 @@ def _reason(
     return f"{missing}{signs} The data show: {shown}."
 
 
-def _most_clear(clear: Sequence[Indication]) -> str:
+def _describe_clearest(clear: Sequence[Indication]) -> str:
     """Sentence with the clearest indication of each kind, and further ones up to `MIN_INDICATIONS`."""
     first = list({item.kind: item for item in reversed(clear)}.values())
     listed = [*first, *(item for item in clear if item not in first)][: max(MIN_INDICATIONS, len(first))]

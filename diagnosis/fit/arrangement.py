@@ -207,8 +207,8 @@ class Arrangement:
             effect=effect, fit=fit, held_out_reduced_chi2=jitter_fit.chi2 / jitter_fit.n_number,
             error=self.train.error(fit.prediction), held_out_error=held_out.error(jitter_fit.prediction),
             n_held_out=jitter_fit.n_number,
-            reduced_chi2_without_model_error=_chi2_without_model_error(self.train, fit.prediction),
-            held_out_reduced_chi2_without_model_error=_chi2_without_model_error(held_out, jitter_fit.prediction),
+            reduced_chi2_without_model_error=_find_chi2_without_model_error(self.train, fit.prediction),
+            held_out_reduced_chi2_without_model_error=_find_chi2_without_model_error(held_out, jitter_fit.prediction),
             held_out_jumps=compute_jump_errors(held_out.observed, jitter_fit.prediction, held_out.predictor.sweeps),
             held_out_cost=jitter_fit.chi2 + held_out.log_weight + _log_width(jitter_fit),
         )  # fmt: skip
@@ -254,12 +254,12 @@ def arrange(
         )
         for item in budget.refined
     )
-    values = first_values(unknowns, added)
-    result = _compared(campaign, unknowns, values, budget, finer)
+    values = make_first_values(unknowns, added)
+    result = _compare_campaign(campaign, unknowns, values, budget, finer)
     return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **result)
 
 
-def first_values(unknowns: Unknowns, added: Sequence[AddedEffect]) -> Values:
+def make_first_values(unknowns: Unknowns, added: Sequence[AddedEffect]) -> Values:
     """Start of a fit: calibration parameters at their neutral values, added effects at their last ones, shape (p,)."""
     last = [value for item in added for value in item.values]
     return np.array([*unknowns.vanishing[: len(unknowns.prior) - len(last)], *last])
@@ -268,10 +268,10 @@ def first_values(unknowns: Unknowns, added: Sequence[AddedEffect]) -> Values:
 def arrange_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
     """Arrangement of another campaign of the same tests with the same model; its fit starts from that of the first."""
     of = arrangement
-    return replace(of, **_compared(campaign, of.unknowns([]), of.fit.values, of.budget, of.finer))
+    return replace(of, **_compare_campaign(campaign, of.unknowns([]), of.fit.values, of.budget, of.finer))
 
 
-def _compared(
+def _compare_campaign(
     campaign: Campaign,
     unknowns: Unknowns,
     values: Values,
@@ -395,7 +395,7 @@ def _log_width(fit: Fit) -> float:
     return float(np.linalg.slogdet(scaled.T @ scaled)[1])
 
 
-def _chi2_without_model_error(comparison: Comparison, prediction: Prediction) -> float | None:
+def _find_chi2_without_model_error(comparison: Comparison, prediction: Prediction) -> float | None:
     """Reduced chi-squared without model error, if there is any."""
     if comparison.model_error is None:
         return None

@@ -255,23 +255,27 @@ def _minimise(
 ) -> Fit:
     """Levenberg-Marquardt iteration; parameters as for `calibrate`."""
     size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
-    jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
+    jacobian = _compute_jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
     for number in range(search.steps):
         if number >= STEPS_TO_FALL and here.chi2 > ceiling:
             break
         trial, expected = _step(unknowns, here, jacobian, damping)
         enough = search.enough(here.chi2)
-        there = _trial(comparison, unknowns, trial, here) if expected >= enough else here
-        gained = _gain(comparison, here, there)
+        there = _try_values(comparison, unknowns, trial, here) if expected >= enough else here
+        gained = _compute_gain(comparison, here, there)
         if gained < enough and not fresh and ending is not Ending.QUICK:
-            jacobian, fresh = _jacobian(comparison, unknowns, here), True
+            jacobian, fresh = _compute_jacobian(comparison, unknowns, here), True
             continue
         if expected < enough:
             break
         if gained > 0:
             agreed = search.updated and gained > MIN_AGREEMENT * expected
-            jacobian = _updated(jacobian, here, there, size) if agreed else _jacobian(comparison, unknowns, there)
+            jacobian = (
+                _update_jacobian(jacobian, here, there, size)
+                if agreed
+                else _compute_jacobian(comparison, unknowns, there)
+            )
             here, damping, failures, fresh = there, damping * LESS, 0, not agreed
             if report is not None:
                 report(here.chi2)
@@ -280,7 +284,7 @@ def _minimise(
             if failures > search.failures:
                 break
     if ending is Ending.EXACT and not fresh:
-        jacobian = _jacobian(comparison, unknowns, here)
+        jacobian = _compute_jacobian(comparison, unknowns, here)
     return Fit(
         unknowns=unknowns, values=here.values, chi2=here.chi2, model=here.model,
         covariance=unknowns.limited(comparison.covariance(here.residual, jacobian, size)),
@@ -342,7 +346,7 @@ def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) ->
     return _evaluate(comparison, unknowns, unknowns.vanishing, nearby)
 
 
-def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:
+def _try_values(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:
     """As `_evaluate`; chi^2 is infinite if the model has no prediction, so that the step is rejected."""
     try:
         return _evaluate(comparison, unknowns, values, here.prediction)
@@ -350,7 +354,7 @@ def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluati
         return replace(here, chi2=np.inf)
 
 
-def _gain(comparison: Data, here: _Evaluation, there: _Evaluation) -> float:
+def _compute_gain(comparison: Data, here: _Evaluation, there: _Evaluation) -> float:
     """Fall of chi^2; a number that loses its prediction contributes no fall, since a lost state is no better fit."""
     if there is here or np.isinf(there.chi2):
         return here.chi2 - there.chi2
@@ -366,7 +370,7 @@ def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: floa
     """
     size, (lower, upper) = unknowns.size, np.array(unknowns.bounds).reshape(-1, 2).T
     gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)
-    free = _free(unknowns, here.values, gradient)
+    free = _find_free_parameters(unknowns, here.values, gradient)
     moved = np.zeros(len(size))
     while free.any():
         reduced = curvature[np.ix_(free, free)]
@@ -382,7 +386,7 @@ def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: floa
     return trial, float(2 * gradient @ moved - moved @ curvature @ moved)
 
 
-def _updated(jacobian: Matrix, here: _Evaluation, there: _Evaluation, size: Values) -> Matrix:
+def _update_jacobian(jacobian: Matrix, here: _Evaluation, there: _Evaluation, size: Values) -> Matrix:
     """Broyden's update: the least change of the Jacobian that explains the last step."""
     moved = there.values - here.values
     along = moved / size
@@ -390,12 +394,12 @@ def _updated(jacobian: Matrix, here: _Evaluation, there: _Evaluation, size: Valu
     return np.asarray(jacobian + np.outer(missed, along / size) / (along @ along))
 
 
-def _jacobian(comparison: Data, unknowns: Unknowns, here: _Evaluation) -> Matrix:
+def _compute_jacobian(comparison: Data, unknowns: Unknowns, here: _Evaluation) -> Matrix:
     slopes = comparison.slopes(unknowns, here.values, here.model, here.prediction)
     return np.concatenate([slopes, np.diag(1 / unknowns.prior)])
 
 
-def _free(unknowns: Unknowns, values: Values, gradient: Values) -> NDArray[np.bool_]:
+def _find_free_parameters(unknowns: Unknowns, values: Values, gradient: Values) -> NDArray[np.bool_]:
     """Mask of the parameters that the gradient (of -chi^2 / 2) does not fix at a bound."""
     lower, upper = np.array(unknowns.bounds).reshape(-1, 2).T
     return np.asarray(~(((values <= lower) & (gradient < 0)) | ((values >= upper) & (gradient > 0))))

@@ -13,7 +13,7 @@ import numpy as np
 from correlation.model import LoadCell, Model
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
-from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
+from diagnosis.fit.contact_position import find_contact_position_bounds, with_contact_position
 
 #: Relative standard deviation of each prior [-]; bearing is calibrated only if a value is given.
 DEVIATION = {"kt": 0.10, "kn": 0.10, "mu": 0.10, "zeta": 0.20, "E": 0.01, "bearing": 0.0}
@@ -178,18 +178,18 @@ def list_calibration_parameters(
             name=name,
             physics=WHAT[name],
             deviation=float(value),
-            parameters=(_factor([model, *finer], name, float(value)),),
+            parameters=(_make_bounded_factor([model, *finer], name, float(value)),),
         )
         for name, value in (DEVIATION | given).items()
         if value and _has(model, name)
     )
 
 
-def _factor(models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
+def _make_bounded_factor(models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
     factor = make_factor(name, *BOUNDS[name], deviation)
     lower, upper = factor.lower, factor.upper
     for item in models if name == "bearing" else ():
-        lower, upper = contact_position_bounds(item, lower, upper)
+        lower, upper = find_contact_position_bounds(item, lower, upper)
     return make_factor(name, lower, upper, deviation)
 
 

@@ -36,21 +36,21 @@ def with_contact_position(model: Model, factor: float) -> Model:
         if len(names) < 3:
             continue
         contacts = [model.contact(name) for name in names]
-        for before, after in zip(contacts, _moved(contacts, factor), strict=True):
+        for before, after in zip(contacts, _move_contacts(contacts, factor), strict=True):
             moved[before.name] = after
             static += after.preload * after.normal - before.preload * before.normal
     joints: list[Joint] = [moved.get(joint.name, joint) for joint in model.system.joints]
     return model.with_system(joints=joints, static_load=static)
 
 
-def contact_position_bounds(model: Model, lower: float, upper: float) -> tuple[float, float]:
+def find_contact_position_bounds(model: Model, lower: float, upper: float) -> tuple[float, float]:
     """Bounds of the factor within the given ones such that every contact keeps `MIN_SHARE_LEFT` of its share."""
     for names in model.lines.values():
         if len(names) < 3:
             continue
         contacts = [model.contact(name) for name in names]
-        place = _places(contacts)
-        rates = np.array([_rate(_values(contacts, name), place) for name in SHARED])
+        place = _compute_places(contacts)
+        rates = np.array([_rate(_list_values(contacts, name), place) for name in SHARED])
         taken, given = float(-rates.min()), float(rates.max())
         if taken > 0:
             lower = max(lower, float((1 + (1 - MIN_SHARE_LEFT) / taken) ** -0.5))
@@ -59,13 +59,13 @@ def contact_position_bounds(model: Model, lower: float, upper: float) -> tuple[f
     return lower, upper
 
 
-def _moved(contacts: list[FrictionContact], factor: float) -> list[FrictionContact]:
-    place = _places(contacts)
-    table = _interpolation(place, factor * place)
+def _move_contacts(contacts: list[FrictionContact], factor: float) -> list[FrictionContact]:
+    place = _compute_places(contacts)
+    table = _make_interpolation(place, factor * place)
     tangents = np.einsum("ij,jkr->ikr", table, np.array([contact.tangents for contact in contacts]))
     normal = table @ np.array([contact.normal for contact in contacts])
     gap = table @ np.array([contact.gap for contact in contacts])
-    kt, kn, preload = (_shared(_values(contacts, name), place, factor) for name in SHARED)
+    kt, kn, preload = (_redistribute_values(_list_values(contacts, name), place, factor) for name in SHARED)
     return [
         replace(
             contact, tangents=tangents[i], normal=normal[i], gap=float(gap[i]),
@@ -75,17 +75,17 @@ def _moved(contacts: list[FrictionContact], factor: float) -> list[FrictionConta
     ]  # fmt: skip
 
 
-def _values(contacts: list[FrictionContact], name: str) -> Vector:
+def _list_values(contacts: list[FrictionContact], name: str) -> Vector:
     return np.array([getattr(contact, name) for contact in contacts])
 
 
-def _places(contacts: list[FrictionContact]) -> Vector:
+def _compute_places(contacts: list[FrictionContact]) -> Vector:
     """Evenly spaced positions along the line, from the centre of the load."""
-    place, weight = np.linspace(-1, 1, len(contacts)), _values(contacts, "normal_stiffness")
+    place, weight = np.linspace(-1, 1, len(contacts)), _list_values(contacts, "normal_stiffness")
     return np.asarray(place - weight @ place / weight.sum())
 
 
-def _shared(values: Vector, place: Vector, factor: float) -> Vector:
+def _redistribute_values(values: Vector, place: Vector, factor: float) -> Vector:
     return np.asarray(values * (1 + (1 / factor**2 - 1) * _rate(values, place)))
 
 
@@ -96,7 +96,7 @@ def _rate(values: Vector, place: Vector) -> Vector:
     return np.zeros(len(values)) if change == 0 else np.asarray((values @ place**2) / change * pattern)
 
 
-def _interpolation(place: Vector, at: Vector) -> Float[NDArray[np.float64], "n n"]:
+def _make_interpolation(place: Vector, at: Vector) -> Float[NDArray[np.float64], "n n"]:
     """Lagrange's parabolas through the three nearest places."""
     table = np.zeros((len(at), len(place)))
     for i, x in enumerate(at):

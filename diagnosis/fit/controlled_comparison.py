@@ -76,7 +76,7 @@ class ControlledComparison:
         variance = noise**2 + (size.reading * compute_moduli(features, of.measured)) ** 2
         for item, moved in (
             (size.frequency, model.with_frequency_shift("jointed", SHIFT).with_frequency_shift("free", SHIFT)),
-            (size.damping, _damped(model, 1 + SHIFT)),
+            (size.damping, _scale_damping(model, 1 + SHIFT)),
         ):
             change = features.of_values(predictor.predict(moved).value) - nominal
             variance += np.nan_to_num(item / SHIFT * change) ** 2
@@ -145,7 +145,7 @@ def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) ->
         yield Fold(jump.free, str(points.sensor[left]), jump.frequency, force, lower, upper, jump.falls), deviation
 
 
-def _damped(model: Model, factor: float) -> Model:
+def _scale_damping(model: Model, factor: float) -> Model:
     """Model with all damping multiplied by a factor."""
     loss = model.system.structural_damping
     return model.with_system(

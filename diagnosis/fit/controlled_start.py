@@ -76,14 +76,14 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
         plain = ControlledComparison.from_comparison(comparison, model, size) if number else weighed
         if fit is None:
             # Start with a large error, so that the priors have weight.
-            error_factor = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))
+            error_factor = max(1.0, _compute_rms(plain.residual(plain.predict(model))))
         weighed, before = plain.scaled(error_factor), weighed
         # The predictions are the same; only their standard deviations differ.
         ratio = (before.deviation / weighed.deviation)[:, None]
         slopes = None if fit is None else fit.reweigh(partial(np.multiply, ratio))
         fit = calibrate(weighed, unknowns, values, slopes=slopes, ending=Ending.QUICK)
         values = fit.values
-        error_factor *= _root_mean_square(fit.residual[: fit.n_number])
+        error_factor *= _compute_rms(fit.residual[: fit.n_number])
         error_factor = max(error_factor, 1.0)
     assert fit is not None
     return ControlledFit(comparison=weighed, fit=fit, error_factor=error_factor)
@@ -122,5 +122,5 @@ def find_controlled_starts(
     return [(effect, item.fit.values) for effect, item in sorted(result, key=lambda pair: pair[1].error_factor)]
 
 
-def _root_mean_square(residual: Values) -> float:
+def _compute_rms(residual: Values) -> float:
     return float(np.sqrt(np.mean(residual**2))) if len(residual) else 0.0

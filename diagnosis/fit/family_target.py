@@ -43,8 +43,8 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from correlation.family.band import PredictedBand, is_covered
-from correlation.family.family import Family, common_points
-from correlation.family.limit_reading import objective_of
+from correlation.family.family import Family, number_points
+from correlation.family.limit_reading import make_reading_objective
 from correlation.family.noise import RepeatErrors
 from correlation.family.verdict import FamilyVerdict, compute_noise_width
 from correlation.model import DERIVATIVE, Model, Sensor
@@ -52,7 +52,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.shared_histories import share_histories
-from hbsolve.limits.slider_bounds import starting_sliders
+from hbsolve.limits.slider_bounds import choose_starting_sliders
 
 Both = Float[NDArray[np.float64], "2 n"]
 
@@ -135,11 +135,11 @@ class FamilyTarget:
         Raises
         ------
         BalanceError, NoSteadyState
-            As `sampled_bands`.
+            As `sample_bands`.
         """
         value, deviation = [], []
         for group in self.groups:
-            bands = sampled_bands(model, group.families, group.frequency, self.nominal, self.seed)
+            bands = sample_bands(model, group.families, group.frequency, self.nominal, self.seed)
             for family in group.families:
                 at = bands[family.sensor, family.harmonic, family.level].at(family.frequency, self.shift)
                 noise = self.errors.noise[family.sensor, family.harmonic].deviation(family.value)
@@ -209,7 +209,7 @@ class FamilyTarget:
         """Sum over the readings of each family of the range of all readings at the same point."""
         result = []
         for family in self.families:
-            _, point = np.unique(common_points(family.curves), return_inverse=True)
+            _, point = np.unique(number_points(family.curves), return_inverse=True)
             highest, lowest = np.full(point.max() + 1, -np.inf), np.full(point.max() + 1, np.inf)
             np.maximum.at(highest, point, family.value)
             np.minimum.at(lowest, point, family.value)
@@ -244,7 +244,7 @@ def list_numerical_errors(families: Sequence[Family], verdicts: Sequence[FamilyV
     )
 
 
-def sampled_bands(
+def sample_bands(
     model: Model,
     families: Sequence[Family],
     frequency: Float[NDArray[np.float64], " f"],
@@ -260,12 +260,14 @@ def sampled_bands(
     """
     sensors = {item.name: item for item in model.sensors}
     channels = list(dict.fromkeys((family.sensor, family.harmonic) for family in families))
-    objectives = [objective_of(model, sensors[name], harmonic) for name, harmonic in channels]
+    objectives = [make_reading_objective(model, sensors[name], harmonic) for name, harmonic in channels]
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     problem = limit_problem(balance, objectives[0], nominal=nominal)
     problem = limit_problem(balance, objectives[0], nominal=problem.box.middle, reach=problem.box.static)
     omega = 2 * np.pi * frequency * (1 + model.frequency_shift.get("jointed", 0.0))
-    population = starting_sliders(balance, balance.at(float(omega[0])), problem.sliders, problem.box, POPULATION, seed)
+    population = choose_starting_sliders(
+        balance, balance.at(float(omega[0])), problem.sliders, problem.box, POPULATION, seed
+    )
     result = {}
     for level in sorted({family.level for family in families}):
         curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)

@@ -28,7 +28,7 @@ def fit_from_scratch(
     """
     plain = allow_model_error(comparison, model, prediction, usual)
     if not usual:
-        return plain, _calibrated(plain, unknowns, values, prediction)
+        return plain, _calibrate_first(plain, unknowns, values, prediction)
     fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK)
     result = [alternate(plain, fit)]
     if fit.chi2 > MAX_CALIBRATION_CHI2 * fit.n_number:
@@ -48,7 +48,7 @@ def fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Compar
     unknowns, values, prediction = fit.unknowns, fit.values, fit.prediction
     plain = allow_model_error(comparison, fit.model, prediction, usual)
     if not usual:
-        return plain, _calibrated(plain, unknowns, values, prediction)
+        return plain, _calibrate_first(plain, unknowns, values, prediction)
     # A quick fit may stop above its minimum.
     result = [alternate(plain, recalibrate(plain, fit))]
     wide = update_model_error(plain, prediction)
@@ -61,7 +61,7 @@ def _finish_most_probable(fits: Sequence[tuple[Comparison, Fit]]) -> tuple[Compa
     """The fit with the lowest -2 ln p, each with its own covariance, converged to its minimum."""
     comparison, fit = min(fits, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
     if get_error_size(comparison) == NO_ERROR:
-        return comparison, _calibrated(comparison, fit.unknowns, fit.values, fit.prediction)
+        return comparison, _calibrate_first(comparison, fit.unknowns, fit.values, fit.prediction)
     return comparison, recalibrate(comparison, fit, slopes=fit.jacobian, ending=Ending.EXACT)
 
 
@@ -86,7 +86,7 @@ def get_error_size(comparison: Comparison) -> ErrorSize:
     return NO_ERROR if comparison.model_error is None else comparison.model_error.size
 
 
-def _calibrated(
+def _calibrate_first(
     comparison: Comparison,
     unknowns: Unknowns,
     values: Values,

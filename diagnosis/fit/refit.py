@@ -61,12 +61,12 @@ def acts_by_slip_alone(effect: Effect) -> bool:
     return kind is not None and kind.acts_by_slip_alone
 
 
-def baseline_fit(problem: FitProblem) -> Refit:
+def make_baseline_refit(problem: FitProblem) -> Refit:
     """Test of the calibration parameters alone."""
     return problem.tested(None, problem.fit)
 
 
-def quick_fit(problem: FitProblem, score: Score) -> Fit:
+def fit_quickly(problem: FitProblem, score: Score) -> Fit:
     """Quick fit from the strength of the screening, and from typical strength if the gain is too small.
 
     The slopes of the screening are those without the effect. If they mislead the fit, a fit with the slopes at its
@@ -75,14 +75,14 @@ def quick_fit(problem: FitProblem, score: Score) -> Fit:
     """
     effect, baseline = score.effect, problem.fit
     begin = partial(fit_from, problem, effect, ceiling=MAX_CHI2_RATIO * baseline.chi2)
-    unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
+    unknowns, slopes = problem.unknowns([effect]), _make_first_jacobian(score, baseline)
     fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, ending=Ending.QUICK)]
-    for start in ([] if slopes is None else [score.start]) + [_typical_start(problem, score)]:
+    for start in ([] if slopes is None else [score.start]) + [_make_typical_start(problem, score)]:
         if baseline.chi2 - min(fit.chi2 for fit in fits) < MIN_GAIN_KEPT * score.gain:
             fits.append(begin(start))
     kind = find_kind(effect)
     if kind is not None and kind.has_two_sides:
-        fits.append(begin(_typical_start(problem, score, side=-1.0)))
+        fits.append(begin(_make_typical_start(problem, score, side=-1.0)))
     return min(fits, key=lambda fit: fit.chi2)
 
 
@@ -110,7 +110,7 @@ def fit_from_starts(
     scores
         Scores of all effects.
     fits
-        Effects with their `quick_fit`.
+        Effects with their `fit_quickly`.
     starts
         Effects with start values of their other fits; an effect may have several.
     run_step
@@ -156,7 +156,7 @@ def fit_from(
     return calibrate(problem.train, problem.unknowns([effect]), start, nearby, ending=Ending.QUICK, ceiling=ceiling)
 
 
-def _typical_start(problem: FitProblem, score: Score, side: float = 1.0) -> Values:
+def _make_typical_start(problem: FitProblem, score: Score, side: float = 1.0) -> Values:
     """Values of the first fit with typical strength, on the side found by the screening (1) or on the other (-1)."""
     parameter = score.effect.parameters[0]
     size = abs(parameter.typical - parameter.vanishes)
@@ -197,12 +197,12 @@ def refit(problem: FitProblem, score: Score, quick: Fit | None = None) -> Refit:
     quick
         Quick fit of the effect; computed by default.
     """
-    quick = quick_fit(problem, score) if quick is None else quick
+    quick = fit_quickly(problem, score) if quick is None else quick
     fit = recalibrate(problem.train, quick, slopes=quick.jacobian)
     return problem.tested(score.effect, fit)
 
 
-def _slopes(score: Score, baseline: Fit) -> Matrix | None:
+def _make_first_jacobian(score: Score, baseline: Fit) -> Matrix | None:
     """Jacobian at the start from the screening; None for an effect with several parameters or without a slope."""
     if len(score.effect.parameters) > 1 or not score.slope.any():
         return None

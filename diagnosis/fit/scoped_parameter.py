@@ -78,7 +78,7 @@ def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedPa
         lower, upper = find_factor_bounds(joints, key)
     elif owner in {part.name for part in model.parts}:
         _require_key(name, key, OF_PART)
-        size = _part_size(model, owner, key)
+        size = _compute_part_size(model, owner, key)
         lower, upper = BOUNDS["E"]
     else:
         owners = [*model.lines, *model.joint_groups, *(part.name for part in model.parts)]
@@ -96,7 +96,7 @@ def _require_key(name: str, key: str, known: Sequence[str]) -> None:
         raise EffectError(f'"{name}" is no number that can be calibrated there: give one of {", ".join(known)}')
 
 
-def _part_size(model: Model, part: str, key: str) -> float:
+def _compute_part_size(model: Model, part: str, key: str) -> float:
     (result,) = (item for item in model.parts if item.name == part)
     if key == "density":
         return float(np.abs(result.mass).max())

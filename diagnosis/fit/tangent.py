@@ -56,19 +56,25 @@ def differentiate(
         if number < first:
             continue
         step = STEP * size[number]
-        low, before = _end(compose, values, number, max(values[number] - step, lower))
-        high, after = _end(compose, values, number, min(values[number] + step, upper))
+        low, before = _shift_parameter(compose, values, number, max(values[number] - step, lower))
+        high, after = _shift_parameter(compose, values, number, min(values[number] + step, upper))
         if low == high:
             raise ModelError(f"parameter number {number} has no neighbouring value that the model takes")
         if _moves(before, after):
             result.append(None)
             continue
-        shift = {name: _growth(before.frequency_shift, after.frequency_shift, name) for name in ("jointed", "free")}
-        force_error = {name: _growth(before.force_error, after.force_error, name) for name in ("jointed", "free")}
+        shift = {
+            name: _compute_growth(before.frequency_shift, after.frequency_shift, name) for name in ("jointed", "free")
+        }
+        force_error = {
+            name: _compute_growth(before.force_error, after.force_error, name) for name in ("jointed", "free")
+        }
         result.append(
             Tangent(
-                jointed=_rates(before.system, after.system, high - low, shift["jointed"], force_error["jointed"]),
-                free=_rates(
+                jointed=_compute_rates(
+                    before.system, after.system, high - low, shift["jointed"], force_error["jointed"]
+                ),
+                free=_compute_rates(
                     before.without_contacts().system,
                     after.without_contacts().system,
                     high - low,
@@ -91,7 +97,9 @@ def differentiate(
     return result
 
 
-def _end(compose: Compose, values: Float[NDArray[np.float64], " p"], number: int, value: float) -> tuple[float, Model]:
+def _shift_parameter(
+    compose: Compose, values: Float[NDArray[np.float64], " p"], number: int, value: float
+) -> tuple[float, Model]:
     """A value of one parameter and its model; the present value if the model rejects the other."""
     moved = np.array(values, dtype=np.float64)
     moved[number] = value
@@ -112,13 +120,13 @@ def _moves(before: Model, after: Model) -> bool:
     return any(not np.array_equal(a, b) for a, b in [*pairs, (bases[0], bases[1])])
 
 
-def _growth(before: Mapping[str, float], after: Mapping[str, float], configuration: str) -> float:
+def _compute_growth(before: Mapping[str, float], after: Mapping[str, float], configuration: str) -> float:
     """Relative change of the true frequency or force."""
     low, high = (1 + share.get(configuration, 0.0) for share in (before, after))
     return 2 * (high - low) / (high + low)
 
 
-def _rates(
+def _compute_rates(
     before: JointedSystem, after: JointedSystem, step: float, shift: float, force_error: float
 ) -> ModelParameter:
     """Rates of one configuration; Omega (1 + e) is equivalent to (1 + 2 e) M and (1 + e) C."""
@@ -137,11 +145,11 @@ def _rates(
         matrices=MatrixParameter(**{name: rate(name) for name in MATRICES}),
         static_load=rate("static"),
         harmonic_force=force / step if force.any() else None,
-        joints=_joint_rates(before, after, step),
+        joints=_compute_joint_rates(before, after, step),
     )
 
 
-def _joint_rates(before: JointedSystem, after: JointedSystem, step: float) -> dict[tuple[str, str], float]:
+def _compute_joint_rates(before: JointedSystem, after: JointedSystem, step: float) -> dict[tuple[str, str], float]:
     names = [joint.name for joint in before.joints]
     if names != [joint.name for joint in after.joints]:
         raise EffectError(

@@ -117,13 +117,13 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
     if not has_unknown_gains(campaign):
         return SensorGains()
     unknown = tuple(sensor.name for sensor in campaign.sensors if not sensor.calibrated)
-    search = _Search(model=model, observed=_thinned(observed), sweeps=sweeps, unknown=unknown)
+    search = _Search(model=model, observed=_thin_frequencies(observed), sweeps=sweeps, unknown=unknown)
     if campaign.drive.calibrated:
-        return SensorGains(parameters=_parameters(search.fit(1.0)[1]))
+        return SensorGains(parameters=_make_parameters(search.fit(1.0)[1]))
     gain, is_determined = search.best()
     result = search.fit(gain)[1]
     if is_determined:
-        return SensorGains(parameters=_parameters({"": gain} | result))
+        return SensorGains(parameters=_make_parameters({"": gain} | result))
     unit = campaign.drive.unit
     fixed = (
         f"the gain of the drive [{'N' if campaign.drive.quantity == 'force' else 'm/s^2'} per {unit}] cannot be told "
@@ -131,10 +131,10 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
         "these data show: it is fixed at 1, and the gains of the sensors are those of sensor and drive together; "
         "calibrate one of them"
     )
-    return SensorGains(parameters=_parameters(result), fixed=fixed)
+    return SensorGains(parameters=_make_parameters(result), fixed=fixed)
 
 
-def _parameters(gains: Mapping[str, float]) -> tuple[UnknownGain, ...]:
+def _make_parameters(gains: Mapping[str, float]) -> tuple[UnknownGain, ...]:
     factor = EffectParameter(name="factor", unit="-", lower=BOUNDS[0], upper=BOUNDS[1], typical=1.05, vanishes=1.0)
     return tuple(
         UnknownGain(
@@ -233,7 +233,7 @@ class _Search:
         return float(np.median(ratio)) if len(ratio) else None
 
 
-def _thinned(observed: Observation) -> Observation:
+def _thin_frequencies(observed: Observation) -> Observation:
     """At most `MAX_FREQUENCIES` frequencies of each level."""
     points = observed.points
     chosen = np.zeros(len(points), dtype=bool)

@@ -118,7 +118,10 @@ def compute_curves(law: PlaceLaw) -> LawCurves:
         phase = np.arange(N_INSTANT) / N_INSTANT
         loops.append(
             RecoveredLoop(
-                level=level, displacement=u[0], velocity=v[0], force=_curve(phase, functions, posterior.mean, draws)
+                level=level,
+                displacement=u[0],
+                velocity=v[0],
+                force=_make_curve(phase, functions, posterior.mean, draws),
             )
         )
     amplitude, omega = np.array(sorted(amplitudes)).T
@@ -128,16 +131,16 @@ def compute_curves(law: PlaceLaw) -> LawCurves:
     functions = basis.forces(grid[:, None] * np.cos(theta), -(grid * speed)[:, None] * np.sin(theta))
     secant = 2 / N_INSTANT * np.einsum("anb,n->ab", functions, np.cos(theta)) / grid[:, None]
     work = -2 * np.pi / N_INSTANT * np.einsum("anb,n->ab", functions, np.sin(theta)) * grid[:, None]
-    x, spring = _mean_branches(grid[-1], theta, functions[-1])
+    x, spring = _average_branches(grid[-1], theta, functions[-1])
     velocity = np.linspace(0, basis.speed, 25)
     still = basis.forces(np.zeros((1, 25)), velocity[None])[0]
     still[:, basis.is_positive] = 0.0
     of_cells = work[-1] * (basis.group == GROUPS.index("memory"))
     whole = draws @ work[-1]
     return LawCurves(
-        loops=tuple(loops), stiffness=_curve(grid, secant, posterior.mean, draws),
-        work=_curve(grid, work, posterior.mean, draws), spring=_curve(x, spring, posterior.mean, draws),
-        damper=_curve(velocity, still, posterior.mean, draws), stiffness_draws=draws @ secant.T,
+        loops=tuple(loops), stiffness=_make_curve(grid, secant, posterior.mean, draws),
+        work=_make_curve(grid, work, posterior.mean, draws), spring=_make_curve(x, spring, posterior.mean, draws),
+        damper=_make_curve(velocity, still, posterior.mean, draws), stiffness_draws=draws @ secant.T,
         work_draws=draws @ work.T, spring_draws=draws @ spring.T, sees_even=sees_even,
         units=law.units, memory_share=(draws @ of_cells) / np.where(np.abs(whole) > 0, np.abs(whole), np.inf),
     )  # fmt: skip
@@ -151,7 +154,7 @@ def draw_coefficients(law: PlaceLaw, count: int = N_DRAW) -> Float[NDArray[np.fl
     return np.asarray(np.where(law.basis.is_positive, np.maximum(draws, 0.0), draws))
 
 
-def _mean_branches(
+def _average_branches(
     amplitude: float, theta: Float[NDArray[np.float64], " n"], functions: Float[NDArray[np.float64], "n b"]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Displacements, and the mean of both branches of a loop less its value at zero, shape (x, b)."""
@@ -163,7 +166,7 @@ def _mean_branches(
     return (amplitude * np.cos(theta[: half + 1]))[::-1], mean[::-1]
 
 
-def _curve(
+def _make_curve(
     x: NDArray[np.float64], functions: Float[NDArray[np.float64], "n b"], mean: NDArray[np.float64], draws: Draws
 ) -> CurveWithBand:
     low, high = np.quantile(draws @ functions.T, BAND, axis=0)

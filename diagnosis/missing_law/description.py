@@ -120,7 +120,7 @@ def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np
     """Clearance over the range of a side, median of the draws; None unless it fits better than a power law."""
     beyond = np.maximum(x - CLEARANCES[:, None], 0.0)
     power = x ** POWERS[:, None]
-    left_gap, left_power = _residual_sums(force, beyond), _residual_sums(force, power)
+    left_gap, left_power = _compute_residual_sums(force, beyond), _compute_residual_sums(force, power)
     pushes = force[:, np.argmax(x)] > 0
     is_gap = (left_gap.min(axis=1) * BETTER < left_power.min(axis=1)) & pushes
     if np.mean(is_gap) < BAND[1]:
@@ -128,7 +128,9 @@ def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np
     return float(np.median(CLEARANCES[left_gap.argmin(axis=1)]))
 
 
-def _residual_sums(force: NDArray[np.float64], shapes: NDArray[np.float64]) -> Float[NDArray[np.float64], "d s"]:
+def _compute_residual_sums(
+    force: NDArray[np.float64], shapes: NDArray[np.float64]
+) -> Float[NDArray[np.float64], "d s"]:
     """Residual sums of squares of each force, fitted by each shape with the best factor, shape (d, s)."""
     along = force @ shapes.T
     return np.asarray((force**2).sum(axis=1)[:, None] - along**2 / (shapes**2).sum(axis=1))

@@ -99,13 +99,13 @@ def compute_posterior(
         Least sigma [-].
     """
     result = [
-        _posterior_from(start, changes, residual, group, is_positive, fundamental, n_free, least_noise)
+        _compute_posterior_from(start, changes, residual, group, is_positive, fundamental, n_free, least_noise)
         for start in STARTS
     ]
     return min(result, key=lambda item: item.cost)
 
 
-def _posterior_from(
+def _compute_posterior_from(
     start: float,
     changes: Float[NDArray[np.float64], "m b"],
     residual: Float[NDArray[np.float64], " m"],
@@ -123,9 +123,9 @@ def _posterior_from(
     log_size, noise = np.full(n_group, np.log(unit)), max(least_noise, float(np.sqrt(total / max(n_free, 1))))
     for _ in range(ROUNDS):
         size = np.exp(log_size)[group]
-        mean, active = _most_probable(gram, moment, size, noise, is_positive)
+        mean, active = _find_most_probable(gram, moment, size, noise, is_positive)
         left = max(total - 2 * moment @ mean + mean @ gram @ mean, 0.0)
-        inverse = _covariance(gram, size, noise, active)
+        inverse = _compute_covariance(gram, size, noise, active)
         determined = np.bincount(group, np.where(active, 1 - np.diag(inverse) / size**2, 0.0), n_group)
         squares = np.bincount(group, (mean / size) ** 2, n_group)
         unit = max(float(np.abs(fundamental @ mean).max()), 1e-3 * begin)
@@ -139,17 +139,17 @@ def _posterior_from(
         if change < SETTLED:
             break
     size = np.exp(log_size)[group]
-    mean, active = _most_probable(gram, moment, size, noise, is_positive)
-    cost = _cost(gram, moment, total, size, noise, mean, active, n_free)
+    mean, active = _find_most_probable(gram, moment, size, noise, is_positive)
+    cost = _compute_cost(gram, moment, total, size, noise, mean, active, n_free)
     cost += float(np.sum(((log_size - np.log(unit)) / SPREAD) ** 2))
-    covariance = _covariance(gram, size, noise, np.ones_like(active))
+    covariance = _compute_covariance(gram, size, noise, np.ones_like(active))
     determined = np.bincount(group, 1 - np.diag(covariance) / size**2, n_group)
     return Posterior(
         mean=mean, covariance=covariance, size=size, noise=noise, cost=cost, is_seen=determined > MIN_DETERMINED
     )
 
 
-def _most_probable(
+def _find_most_probable(
     gram: NDArray[np.float64], moment: Vector, size: Vector, noise: float, is_positive: NDArray[np.bool_]
 ) -> tuple[Vector, NDArray[np.bool_]]:
     """Coefficients, and mask of those that are not at the bound zero.
@@ -167,7 +167,7 @@ def _most_probable(
     return z * size, free | (z > 0)
 
 
-def _covariance(
+def _compute_covariance(
     gram: NDArray[np.float64], size: Vector, noise: float, active: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Inverse of the curvature of the active coefficients, zero elsewhere."""
@@ -184,7 +184,7 @@ def compute_null_cost(residual: Float[NDArray[np.float64], " m"], n_free: int, l
     return float(total / variance + n_free * np.log(variance))
 
 
-def _cost(
+def _compute_cost(
     gram: NDArray[np.float64], moment: Vector, total: float, size: Vector, noise: float, mean: Vector,
     active: NDArray[np.bool_], n_free: int,
 ) -> float:  # fmt: skip

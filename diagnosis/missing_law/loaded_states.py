@@ -110,10 +110,10 @@ def compute_response(
     """
     points, seeing, (p, s) = predictor.points, _follow_places(model, rows), (len(rows), len(table.keys))
     if not s:
-        return _empty(len(points), p, count, len(tangents))
+        return _make_empty_response(len(points), p, count, len(tangents))
     free, level, frequency = (np.repeat(np.array(column), p) for column in zip(*table.keys, strict=True))
     more = Points(
-        free=free.astype(bool), level=level, frequency=frequency, sensor=np.tile(_names(p), s),
+        free=free.astype(bool), level=level, frequency=frequency, sensor=np.tile(_make_names(p), s),
         harmonic=np.ones(s * p, dtype=np.int64), force=np.repeat(table.force, p),
     )  # fmt: skip
     both = join_tables([points, more])
@@ -151,7 +151,7 @@ def compute_loaded_response(
         Further parameters.
     """
     points, count = predictor.points, loads.shape[1]
-    whole = _empty(len(points), 1, count, len(tangents))
+    whole = _make_empty_response(len(points), 1, count, len(tangents))
     motion, own = (
         np.full((len(table.keys), 1, count), np.nan, dtype=complex),
         np.zeros((len(table.keys), 1, 2), dtype=complex),
@@ -180,12 +180,14 @@ def _take_sliders(state: SteadyState, balance: HarmonicBalance) -> NDArray[np.fl
     return state.initial_slider
 
 
-def _names(count: int) -> NDArray[np.str_]:
+def _make_names(count: int) -> NDArray[np.str_]:
     return np.array([f"{FOLLOWS}{number}" for number in range(count)])
 
 
 def _follow_places(model: Model, rows: Sequence[Row]) -> Model:
-    follow = (Sensor(name=str(name), row=row, relative=True) for name, row in zip(_names(len(rows)), rows, strict=True))
+    follow = (
+        Sensor(name=str(name), row=row, relative=True) for name, row in zip(_make_names(len(rows)), rows, strict=True)
+    )
     return replace(model, sensors=(*model.sensors, *follow))
 
 
@@ -210,7 +212,7 @@ def _list_forces(model: Model, row: Row, count: int) -> list[Tangent]:
     return tangents
 
 
-def _empty(k: int, p: int, count: int, t: int) -> Response:
+def _make_empty_response(k: int, p: int, count: int, t: int) -> Response:
     nothing = np.zeros((0, p, count), dtype=complex)
     return Response(
         value=np.full(k, np.nan, dtype=complex), motion=nothing, slopes=np.zeros((k, p, count, 2), dtype=complex),

@@ -149,7 +149,7 @@ class SetUpSignatures:
         places = tuple(dict.fromkeys(test.place for test in tests if test.place is not None))
         tested = SetUpEffect(set_up=set_up, places=places, quantity=sources.quantity)
         every = join_tables([test.make_points() for test in tests])
-        points = every.where(np.sort(group_rows(_columns(every)).first))
+        points = every.where(np.sort(group_rows(_list_columns(every)).first))
         predictor = Predictor(points=points, sweeps=set_up.sweeps)
         models, predictions, values, spreads = [], [], [], []
         for candidate in candidates:
@@ -212,8 +212,8 @@ class SetUpSignatures:
         )  # fmt: skip
 
     def _find_rows(self, test: NextTest) -> Int[NDArray[np.int64], " n"]:
-        number = {key: place for place, key in enumerate(_keys(self.points))}
-        return np.array([number[key] for key in _keys(test.make_points())], dtype=np.int64)
+        number = {key: place for place, key in enumerate(_list_keys(self.points))}
+        return np.array([number[key] for key in _list_keys(test.make_points())], dtype=np.int64)
 
     def compare(self, test: NextTest) -> tuple[FeatureVector, Whitening]:
         """Features of a test, and the covariance of their errors."""
@@ -237,9 +237,9 @@ def _predict_change(predictor: Predictor, tested: SetUpEffect, model: Model, pre
     return np.nan_to_num(predictor.predict(tested.apply(model, [])).value - prediction.value)
 
 
-def _columns(points: Points) -> list[NDArray[Any]]:
+def _list_columns(points: Points) -> list[NDArray[Any]]:
     return [points.free, points.level, points.frequency, points.sensor, points.harmonic]
 
 
-def _keys(points: Points) -> list[tuple[Any, ...]]:
-    return list(zip(*(column.tolist() for column in _columns(points)), strict=True))
+def _list_keys(points: Points) -> list[tuple[Any, ...]]:
+    return list(zip(*(column.tolist() for column in _list_columns(points)), strict=True))

@@ -107,15 +107,16 @@ def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thres
     least = float(chdtri(1, false_alarms))
     return Thresholds(
         gain=max(
-            REAL_STRUCTURE_MARGIN * _quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms), least
+            REAL_STRUCTURE_MARGIN * _estimate_quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms),
+            least,
         ),
-        misfit=max(_quantile(np.array([trial.misfit for trial in trials]), 1 - false_alarms), least),
+        misfit=max(_estimate_quantile(np.array([trial.misfit for trial in trials]), 1 - false_alarms), least),
         false_alarms=false_alarms,
         n_trial=len(trials),
     )
 
 
-def _quantile(values: Float[NDArray[np.float64], " n"], probability: float) -> float:
+def _estimate_quantile(values: Float[NDArray[np.float64], " n"], probability: float) -> float:
     scale = np.sqrt(6) * values.std(ddof=1) / np.pi
     mode = values.mean() - np.euler_gamma * scale
     return float(mode - scale * np.log(-np.log(probability)))

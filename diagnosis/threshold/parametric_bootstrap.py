@@ -67,13 +67,13 @@ def _simulate_differences(campaign: Campaign, arrangement: Arrangement) -> Float
     drawn = []
     for _ in range(DRAWS):
         read = average_readings(simulation.read(generator), simulation.point, column, train.observed.repeat.shape)
-        drawn.append(_difference(train, read, predicted))
+        drawn.append(_compute_difference(train, read, predicted))
     # A simulated campaign that is further from the model than the measured one has too much scatter: scale it down.
     sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(train.whitening(item)))) for item in drawn]
     return np.column_stack([size * item for size, item in zip(sizes, drawn, strict=True)])
 
 
-def _difference(train: Comparison, read: Complex[NDArray[np.complex128], "k R"], predicted: Vector) -> Vector:
+def _compute_difference(train: Comparison, read: Complex[NDArray[np.complex128], "k R"], predicted: Vector) -> Vector:
     """Features of readings less those of a prediction; zero where either is missing."""
     taken = np.asarray(np.isfinite(read) & train.observed.taken)
     seen: Bool[NDArray[np.bool_], " k"] = np.any(taken, axis=1)

@@ -125,7 +125,7 @@ class Simulation:
     @cached_property
     def _deviation(self) -> Float[NDArray[np.float64], "2 k"]:
         """Noise of a single repeat at each point, real and imaginary; zero at index -1."""
-        parts = [_noise(side) for side in self._sides]
+        parts = [_compute_noise(side) for side in self._sides]
         return np.column_stack([*parts, np.zeros(2)])
 
     def _repeat(self, generator: np.random.Generator) -> Complex[NDArray[np.complex128], "S k"]:
@@ -210,7 +210,7 @@ class Simulation:
         return [self._features.of_values(item.value) - self._features.of_values(prediction.value) for item in refined]
 
 
-def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:
+def _compute_noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:
     """Standard deviation of a reading of one repeat by noise, real and imaginary part, shape (2, k)."""
     features, observed = side.features, side.observed
     deviation = side.noise / features.per_reading(observed.mean)

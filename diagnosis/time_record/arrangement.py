@@ -82,7 +82,7 @@ class RecordArrangement:
         errors = held.errors(residual)
         return Refit(
             effect=effect, fit=fit, held_out_reduced_chi2=float(np.mean(residual**2)),
-            error=_root_mean_square(self.train.errors(fit.residual)), held_out_error=_root_mean_square(errors),
+            error=_compute_rms(self.train.errors(fit.residual)), held_out_error=_compute_rms(errors),
             held_out_errors=errors, held_out_names=tuple(item.record.name for item in held.drives),
             blocks=held.by_block(residual**2),
         )  # fmt: skip
@@ -171,7 +171,7 @@ def arrange_records(
     )
 
 
-def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:
+def _compute_rms(errors: Float[NDArray[np.float64], " records"]) -> float:
     return float(np.sqrt(np.mean(errors**2)))
 
 

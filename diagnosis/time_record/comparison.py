@@ -86,10 +86,10 @@ class RecordComparison:
                     f'record "{item.record.name}": {item.measured.shape[1]} samples after the run-in are too few, give '
                     f"{BLOCKS} or more"
                 )
-            for name, size in zip(item.sensors, _size(item), strict=True):
+            for name, size in zip(item.sensors, _compute_size(item), strict=True):
                 if not size > 0:
                     raise CampaignError(f'record "{item.record.name}": "{name}" never changes after the run-in')
-        basis = [_starts(item, model) for item in drives]
+        basis = [_make_starts(item, model) for item in drives]
         return cls(drives=tuple(drives), basis=tuple(basis), noise=dict(noise))
 
     @property
@@ -112,7 +112,7 @@ class RecordComparison:
     def floor(self) -> Float[NDArray[np.float64], " records"]:
         """Relative error of each record by noise, shape (n_record,) [-]."""
         ratios = [
-            [self.noise.get(name, 0.0) / size for name, size in zip(item.sensors, _size(item), strict=True)]
+            [self.noise.get(name, 0.0) / size for name, size in zip(item.sensors, _compute_size(item), strict=True)]
             for item in self.drives
         ]
         return np.array([np.sqrt(np.mean(np.square(item))) for item in ratios])
@@ -132,7 +132,7 @@ class RecordComparison:
             prediction = predict_record(model, item, start)
             if prediction is None:
                 raise ModelError(f'the model runs away in record "{item.record.name}": give other values')
-            result.append(_weighted(item, item.measured - prediction))
+            result.append(_weight_values(item, item.measured - prediction))
         return RecordPrediction(starts=begin, residual=np.concatenate(result))
 
     def residual(self, prediction: RecordPrediction) -> Vector:
@@ -159,7 +159,7 @@ class RecordComparison:
         for item, start, basis in zip(self.drives, self._split(prediction.starts), self.basis, strict=True):
             wanted = basis[:0] if first >= n else basis
             rates = predict_rates(model, item, pairs, start, wanted)
-            weighted = np.array([_weighted(item, rate) for rate in rates]).reshape(len(rates), item.measured.size)
+            weighted = np.array([_weight_values(item, rate) for rate in rates]).reshape(len(rates), item.measured.size)
             table = np.zeros((item.measured.size, n + len(pairs)))
             table[:, n:] = weighted[: len(pairs)].T
             table[:, done : done + len(wanted)] = weighted[len(pairs) :].T
@@ -191,15 +191,15 @@ class RecordComparison:
         return [part @ basis for part, basis in zip(parts, self.basis, strict=True)]
 
 
-def _size(driven: IntegrationInput) -> Float[NDArray[np.float64], " s"]:
+def _compute_size(driven: IntegrationInput) -> Float[NDArray[np.float64], " s"]:
     return np.asarray(driven.measured.std(axis=1))
 
 
-def _weighted(driven: IntegrationInput, values: Samples) -> Vector:
-    return np.asarray(((values - values.mean(axis=1, keepdims=True)) / _size(driven)[:, None]).ravel())
+def _weight_values(driven: IntegrationInput, values: Samples) -> Vector:
+    return np.asarray(((values - values.mean(axis=1, keepdims=True)) / _compute_size(driven)[:, None]).ravel())
 
 
-def _starts(driven: IntegrationInput, model: Model) -> Float[NDArray[np.float64], "b n"]:
+def _make_starts(driven: IntegrationInput, model: Model) -> Float[NDArray[np.float64], "b n"]:
     """Displacements and velocities of the modes that the record can resolve."""
     system = model.system
     if driven.record.force is not None:

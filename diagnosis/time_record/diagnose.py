@@ -37,7 +37,7 @@ class RecordOptions(Preparation, total=False):
     report: Report | None
 
 
-def next_added(diagnosis: RecordDiagnosis) -> tuple[AddedEffect, ...]:
+def list_next_added(diagnosis: RecordDiagnosis) -> tuple[AddedEffect, ...]:
     """Added effects of the next round: those of this one, and the missing effect that it names."""
     arrangement = diagnosis.arrangement
     if diagnosis.verdict.finding is not Finding.MISSING:
@@ -121,6 +121,6 @@ def record_rounds(
     """
     rounds: list[RecordDiagnosis] = []
     while len(rounds) < most and (not rounds or rounds[-1].verdict.finding is Finding.MISSING):
-        added = next_added(rounds[-1]) if rounds else ()
+        added = list_next_added(rounds[-1]) if rounds else ()
         rounds.append(diagnose_records(base, records, calibration, added=added, **options))
     return rounds

@@ -84,7 +84,7 @@ class HeldOutTest:
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the blocks of the held-out data vote significantly for the second fit."""
-        return _surely_better(before.blocks, after.blocks)
+        return _is_better_by_blocks(before.blocks, after.blocks)
 
     def is_unexplained(self) -> bool:
         """Whether the error without an effect is at least twice the noise in mean square."""
@@ -127,7 +127,7 @@ def judge_records(
     return Verdict(
         finding=finding, effects=effects, baseline=baseline, detectable=compute_detectable_strengths(seen, enough),
         units={name: rename_unit(unit, units or {}) for name, unit in given.items()},
-        reason=_reason(finding, test, refits),
+        reason=_describe_finding(finding, test, refits),
     )  # fmt: skip
 
 
@@ -139,7 +139,7 @@ def rename_unit(unit: str, names: Mapping[str, str]) -> str:
     return unit
 
 
-def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str:
+def _describe_finding(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str:
     """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
@@ -154,7 +154,7 @@ def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str
     return f"No effect lowers the held-out error enough: {error}; how much of this is noise is not known."
 
 
-def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:
+def _is_better_by_blocks(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:
     """Whether the blocks vote significantly for the second."""
     if not np.isfinite(before).all():
         return bool(np.isfinite(after).all())

@@ -20,11 +20,11 @@ NODES = np.vstack([CORNERS, [(CORNERS[a] + CORNERS[b]) / 2 for a, b in EDGES]])
 EDGE_AXIS = [int(np.flatnonzero(NODES[8 + k] == 0)[0]) for k in range(12)]
 
 
-def _edge_node(a: int, b: int) -> int:
+def _find_edge_node(a: int, b: int) -> int:
     return 8 + next(k for k, edge in enumerate(EDGES) if set(edge) == {a, b})
 
 
-FACES = tuple(face + tuple(_edge_node(face[k], face[(k + 1) % 4]) for k in range(4)) for face in CORNER_FACES)
+FACES = tuple(face + tuple(_find_edge_node(face[k], face[(k + 1) % 4]) for k in range(4)) for face in CORNER_FACES)
 
 
 def shape(points: ReferencePoints) -> Float[NDArray[np.float64], "point 20"]:

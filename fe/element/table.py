@@ -102,7 +102,7 @@ def fill_alike(*cells: Float[NDArray[np.float64], "node 3"]) -> FromBrick:
     cells
         Coordinates of the nodes of each cell in the brick [-1, 1]^3, each of shape (n_node, 3) [-].
     """
-    places = np.stack([brick_places((nodes + 1).astype(np.int64)) for nodes in cells])
+    places = np.stack([find_brick_places((nodes + 1).astype(np.int64)) for nodes in cells])
 
     def from_brick(
         bricks: Int[NDArray[np.int64], "brick 27"],
@@ -112,6 +112,6 @@ def fill_alike(*cells: Float[NDArray[np.float64], "node 3"]) -> FromBrick:
     return from_brick
 
 
-def brick_places(half_steps: Int[NDArray[np.int64], "*where 3"]) -> Int[NDArray[np.int64], "*where"]:
+def find_brick_places(half_steps: Int[NDArray[np.int64], "*where 3"]) -> Int[NDArray[np.int64], "*where"]:
     """Place in `BRICK` of nodes in half steps."""
     return np.asarray(half_steps @ np.array([9, 3, 1]))

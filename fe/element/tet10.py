@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fe.element.hex8 import CORNER_FACES
 from fe.element.hex8 import CORNERS as BRICK_CORNERS
 from fe.element.registry import REGISTRY
-from fe.element.table import Element, ReferencePoints, brick_places
+from fe.element.table import Element, ReferencePoints, find_brick_places
 from fe.quadrature import gauss_tetrahedron
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
@@ -66,7 +66,7 @@ def from_brick(
     (1999): the rule of the lowest number.
     """
     corner_places = (BRICK_CORNERS + 1).astype(np.int64)
-    number = bricks[:, brick_places(corner_places)]
+    number = bricks[:, find_brick_places(corner_places)]
     apex = number.argmin(axis=1)
     owner, corners = [], []
     for face in np.array(CORNER_FACES):
@@ -80,7 +80,7 @@ def from_brick(
     order = np.argsort(np.concatenate(owner), kind="stable")
     places = corner_places[np.concatenate(corners)[order]]
     middles = np.stack([(places[:, a] + places[:, b]) // 2 for a, b in EDGES], axis=1)
-    return np.concatenate(owner)[order], brick_places(np.concatenate([places, middles], axis=1))
+    return np.concatenate(owner)[order], find_brick_places(np.concatenate([places, middles], axis=1))
 
 
 TET10 = REGISTRY.register(

@@ -49,31 +49,31 @@ def read_bulk_cards(path: Path) -> Iterator[BulkCard]:
     MeshError
         A file with sections but without these lines, or an included one that is not there or includes itself.
     """
-    lines = _lines(path)
+    lines = _read_lines(path)
     begin = next((k for k, line in enumerate(lines) if line.strip().upper().startswith("BEGIN BULK")), None)
     if begin is None and any(EXECUTIVE.match(line) for line in lines):
         raise MeshError(f'mesh file {path} has no line "BEGIN BULK": write it with one, and with ENDDATA at its end')
     if begin is not None and not any(_is_end(line) for line in lines[begin:]):
         raise MeshError(f'mesh file {path} has no line "ENDDATA" behind "BEGIN BULK": it is cut short, write it again')
     name, fields = "", list[str]()
-    for line in _whole(path, lines[0 if begin is None else begin + 1 :], (path,)):
-        data = _data(line)
+    for line in _expand_includes(path, lines[0 if begin is None else begin + 1 :], (path,)):
+        data = _split_data(line)
         if name and line[0] in " +*,":
             fields += data
             continue
         if name:
-            yield _card(name, fields)
+            yield _make_card(name, fields)
         name, fields = line.split(",")[0][:FIELD].strip().rstrip("*").upper(), data
     if name:
-        yield _card(name, fields)
+        yield _make_card(name, fields)
 
 
-def _card(name: str, fields: list[str]) -> BulkCard:
+def _make_card(name: str, fields: list[str]) -> BulkCard:
     last = max((k for k, field in enumerate(fields, start=1) if field), default=0)
     return BulkCard(name=name, fields=fields[:last])
 
 
-def _lines(path: Path) -> list[str]:
+def _read_lines(path: Path) -> list[str]:
     return path.read_text(encoding="latin-1").splitlines()
 
 
@@ -81,7 +81,7 @@ def _is_end(line: str) -> bool:
     return line.strip().upper().startswith("ENDDATA")
 
 
-def _whole(path: Path, lines: list[str], outer: tuple[Path, ...]) -> Iterator[str]:
+def _expand_includes(path: Path, lines: list[str], outer: tuple[Path, ...]) -> Iterator[str]:
     """Lines of cards without comments, and those of included files in their place."""
     remaining = iter(lines)
     for raw in remaining:
@@ -100,10 +100,10 @@ def _whole(path: Path, lines: list[str], outer: tuple[Path, ...]) -> Iterator[st
             raise MeshError(f'mesh file {path} includes "{name}", which is not beside it: put it there')
         if file in outer:
             raise MeshError(f"mesh file {file} includes itself: remove that INCLUDE")
-        yield from _whole(file, _lines(file), (*outer, file))
+        yield from _expand_includes(file, _read_lines(file), (*outer, file))
 
 
-def _data(line: str) -> list[str]:
+def _split_data(line: str) -> list[str]:
     """Fields of data of one line: as many as it has place for."""
     if "," in line:
         head, *fields = (field.strip() for field in line.split(","))

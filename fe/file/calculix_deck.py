@@ -93,9 +93,9 @@ def write_calculix(
         known = ", ".join(sorted(mesh.cell_sets)) or "none"
         raise MeshError(f'a material is given for the cell set "{unknown[0]}", but the mesh has {known}')
     with path.open("w", encoding="ascii") as deck:
-        deck.writelines(mesh_text(mesh))
+        deck.writelines(format_mesh(mesh))
         if ALL_CELLS in by_set:
-            deck.writelines(_set_text("ELSET", ALL_CELLS, np.arange(mesh.n_cell)))
+            deck.writelines(_format_set("ELSET", ALL_CELLS, np.arange(mesh.n_cell)))
         for number, (name, material) in enumerate(by_set.items(), start=1):
             # Numbered names: a cell set may have a name too long or too odd for a material.
             deck.write(f"*MATERIAL, NAME=MATERIAL_{number}\n*ELASTIC\n")
@@ -104,15 +104,17 @@ def write_calculix(
             )
             deck.write(f"*SOLID SECTION, ELSET={name}, MATERIAL=MATERIAL_{number}\n")
         for number, spring in enumerate(springs, start=1):
-            deck.writelines(_spring_text(mesh.n_cell + number, number, spring))
+            deck.writelines(_format_spring(mesh.n_cell + number, number, spring))
         fixed = np.asarray(fixed).reshape(-1, 2)
         if fixed.size:
             deck.write("*BOUNDARY\n")
-            deck.write(_rows("%d, %d, %d\n", np.column_stack([fixed[:, 0] + 1, fixed[:, 1] + 1, fixed[:, 1] + 1])))
+            deck.write(
+                _format_rows("%d, %d, %d\n", np.column_stack([fixed[:, 0] + 1, fixed[:, 1] + 1, fixed[:, 1] + 1]))
+            )
         deck.write(f"*STEP\n*FREQUENCY{output.value}\n{n_mode}\n*END STEP\n")
 
 
-def mesh_text(mesh: Mesh) -> Iterator[str]:
+def format_mesh(mesh: Mesh) -> Iterator[str]:
     """Nodes, elements and all sets (`*NSET`, `*ELSET`, `*SURFACE`) as pieces of a flat deck; empty sets are left out.
 
     Raises
@@ -122,27 +124,29 @@ def mesh_text(mesh: Mesh) -> Iterator[str]:
     """
     _refuse_names(mesh)
     yield "** Mesh in metres.\n*NODE\n"
-    yield _rows(f"%d, {NUMBER}, {NUMBER}, {NUMBER}\n", np.column_stack([np.arange(1, mesh.n_node + 1), mesh.points]))
+    yield _format_rows(
+        f"%d, {NUMBER}, {NUMBER}, {NUMBER}\n", np.column_stack([np.arange(1, mesh.n_node + 1), mesh.points])
+    )
     for start, element, cells in mesh.blocks():
         entries = 1 + cells.shape[1]
         # All entries but the last of a full line are followed by a comma on the same line.
         parts = [", ".join(["%d"] * len(range(k, min(k + ENTRIES, entries)))) for k in range(0, entries, ENTRIES)]
         yield f"*ELEMENT, TYPE={element.abaqus}\n"
-        yield _rows(",\n".join(parts) + "\n", np.column_stack([start + 1 + np.arange(len(cells)), cells + 1]))
+        yield _format_rows(",\n".join(parts) + "\n", np.column_stack([start + 1 + np.arange(len(cells)), cells + 1]))
     for name, nodes in mesh.node_sets.items():
-        yield from _set_text("NSET", name, nodes)
+        yield from _format_set("NSET", name, nodes)
     for name, members in mesh.cell_sets.items():
-        yield from _set_text("ELSET", name, members)
+        yield from _format_set("ELSET", name, members)
     for name, faces in mesh.face_sets.items():
         if len(faces):
             label = np.empty(len(faces), dtype=np.int64)
             for here, element, local, _ in mesh.face_groups(faces):
                 label[here] = element.abaqus_faces.index(local) + 1
             yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n"
-            yield _rows("%d, S%d\n", np.column_stack([faces[:, 0] + 1, label]))
+            yield _format_rows("%d, S%d\n", np.column_stack([faces[:, 0] + 1, label]))
 
 
-def _spring_text(element: int, number: int, spring: NodeSpring) -> Iterator[str]:
+def _format_spring(element: int, number: int, spring: NodeSpring) -> Iterator[str]:
     """Text of a spring along the first axis of its own frame."""
     across = np.zeros(3)
     across[np.argmin(np.abs(spring.direction))] = 1.0
@@ -152,7 +156,7 @@ def _spring_text(element: int, number: int, spring: NodeSpring) -> Iterator[str]
     yield f"*SPRING, ELSET=SPRING_{number}, ORIENTATION=FRAME_{number}\n1, 1\n{NUMBER % spring.stiffness}\n"
 
 
-def _set_text(keyword: str, name: str, members: Int[NDArray[np.int64], " k"]) -> Iterator[str]:
+def _format_set(keyword: str, name: str, members: Int[NDArray[np.int64], " k"]) -> Iterator[str]:
     if not len(members):
         return
     yield f"*{keyword}, {keyword}={name}\n"
@@ -161,7 +165,7 @@ def _set_text(keyword: str, name: str, members: Int[NDArray[np.int64], " k"]) ->
         yield ", ".join(numbers[k : k + ENTRIES]) + ",\n"
 
 
-def _rows(form: str, table: NDArray[np.float64] | NDArray[np.int64]) -> str:
+def _format_rows(form: str, table: NDArray[np.float64] | NDArray[np.int64]) -> str:
     """The rows of a table through one format: a single formatting call is ten times faster than one per row."""
     return form * len(table) % tuple(table.ravel().tolist())
 

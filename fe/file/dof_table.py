@@ -110,7 +110,7 @@ def numbered(n_dof: int) -> DofLabels:
     return DofLabels(node=np.arange(n_dof), direction=np.zeros(n_dof, dtype=np.int64))
 
 
-def direction_number(name: str) -> int:
+def find_direction_number(name: str) -> int:
     """Number of a direction: x, UX and 1 are 0, rotx and 4 are 3.
 
     Raises
@@ -144,7 +144,7 @@ def read_dof_table(path: Path | str) -> DofLabels:
     if not path.is_file():
         raise MatrixFileError(f'there is no file "{path}": check its name and folder')
     kind = path.suffix.lower()
-    reader = {".csv": _csv, ".mapping": _mapping, ".dof": _node_dot_direction}.get(kind)
+    reader = {".csv": _read_csv, ".mapping": _read_mapping, ".dof": _read_node_dot_direction}.get(kind)
     if reader is None:
         raise MatrixFileError(f'"{path}" ends in "{path.suffix}": give degrees of freedom as .csv, .mapping or .dof')
     try:
@@ -167,14 +167,14 @@ def read_dof_table(path: Path | str) -> DofLabels:
         raise MatrixFileError(f'"{path}": {error}') from None
 
 
-def _csv(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+def _read_csv(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     try:
-        return _entries(path, lines)
+        return _read_entries(path, lines)
     except csv.Error as error:
         raise MatrixFileError(f'"{path}" is no table ({error}): give columns of dof, node and direction') from None
 
 
-def _entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+def _read_entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     # Spreadsheets part columns by semicolons where the comma is that of decimals.
     reader = csv.DictReader(lines, skipinitialspace=True, delimiter=";" if lines and ";" in lines[0] else ",")
     names = [name.strip().lower() for name in reader.fieldnames or ()]
@@ -188,7 +188,7 @@ def _entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     result = []
     for entry in reader:
         try:
-            result.append((int(entry["dof"]), int(entry["node"]), direction_number(entry["direction"] or "")))
+            result.append((int(entry["dof"]), int(entry["node"]), find_direction_number(entry["direction"] or "")))
         except (ValueError, TypeError) as error:
             why = f": {error}" if isinstance(error, MatrixFileError) else ": give whole numbers"
             shown = ", ".join(str(entry[name])[:SHOWN_CHARACTERS] for name in ("dof", "node", "direction"))
@@ -198,7 +198,7 @@ def _entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     return result
 
 
-def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+def _read_mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     result = []
     for number, line in enumerate(lines, start=1):
         match = _MAPPING.match(line)
@@ -206,7 +206,7 @@ def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
             continue  # headings
         equation, node, label = match.groups()
         try:
-            result.append((int(equation) - 1, int(node), direction_number(label)))
+            result.append((int(equation) - 1, int(node), find_direction_number(label)))
         except MatrixFileError as error:
             raise MatrixFileError(f'"{path}", line {number}: {error}; leave other fields out of the model') from None
         except ValueError:  # of thousands of digits
@@ -219,13 +219,13 @@ def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     return result
 
 
-def _node_dot_direction(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+def _read_node_dot_direction(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
     result: list[tuple[int, int, int]] = []
     for number, line in enumerate(lines, start=1):
         # As text: 12.1 and 12.10 would be one number.
         node, dot, direction = line.strip().partition(".")
         try:
-            result.append((len(result), int(node), direction_number(direction if dot else "")))
+            result.append((len(result), int(node), find_direction_number(direction if dot else "")))
         except ValueError:
             raise MatrixFileError(
                 f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN_CHARACTERS]}": give node.direction'

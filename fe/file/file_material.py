@@ -12,7 +12,7 @@ from pathlib import Path
 
 from fe.errors import MeshError
 from fe.file.mesh import MESH_FORMATS
-from fe.file.mesh_file import cannot_open
+from fe.file.mesh_file import make_opening_error
 from fe.file.registry import FileMaterial, format_of, suffixes
 from fe.material import Material
 from geometry.errors import InputError
@@ -66,7 +66,7 @@ def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -
     try:
         result = () if read is None else read(file)
     except OSError as error:
-        raise cannot_open(file, error) from error
+        raise make_opening_error(file, error) from error
     if not result:
         return CarriedMaterial()
     names = " and ".join(f'"{item.name}"' for item in result)

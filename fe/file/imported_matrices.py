@@ -152,10 +152,10 @@ def read_matrices(
     """
     sources = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
     result = {name: _read(name, source) for name, source in sources.items()}
-    matrices, table = _on_one_table(sources, result, dofs)
+    matrices, table = _put_on_one_table(sources, result, dofs)
     for name, matrix in matrices.items():
         _check_symmetric(sources[name].file, name, matrix, table)
-        matrices[name] = _in_si(sp.csr_array((matrix + matrix.T) / 2), table, units)
+        matrices[name] = _convert_to_si(sp.csr_array((matrix + matrix.T) / 2), table, units)
     if "damping" not in matrices:
         matrices["damping"] = sp.csr_array(matrices["mass"].shape)
     return ImportedMatrices(**matrices, dofs=table)
@@ -168,7 +168,7 @@ def _read(name: str, source: MatrixSource) -> FileMatrix:
         raise MatrixFileError(f"the {name}: {error}") from error
 
 
-def _on_one_table(
+def _put_on_one_table(
     sources: dict[str, MatrixSource], matrices: dict[str, FileMatrix], dofs: Path | None
 ) -> tuple[dict[str, sp.csr_array], DofLabels]:
     named = {name: item.dofs for name, item in matrices.items() if item.dofs is not None}
@@ -178,7 +178,7 @@ def _on_one_table(
             "cards or files of Abaqus, and no table of them"
         )
     if named:
-        return _united(matrices, list(named.values()))
+        return _unite(matrices, list(named.values()))
     size = {name: item.matrix.shape[0] for name, item in matrices.items()}
     table = numbered(size["stiffness"]) if dofs is None else read_dof_table(dofs)
     other = [name for name in matrices if size[name] != table.n_dof]
@@ -198,7 +198,7 @@ def _on_one_table(
     return {name: item.matrix for name, item in matrices.items()}, table
 
 
-def _united(imported: dict[str, FileMatrix], tables: Sequence[DofLabels]) -> tuple[dict[str, sp.csr_array], DofLabels]:
+def _unite(imported: dict[str, FileMatrix], tables: Sequence[DofLabels]) -> tuple[dict[str, sp.csr_array], DofLabels]:
     """All matrices on the degrees of freedom that any of them names: cards leave out rows of zeros."""
     pairs = np.unique(np.concatenate([np.stack([item.node, item.direction], axis=1) for item in tables]), axis=0)
     table = DofLabels(node=pairs[:, 0], direction=pairs[:, 1])
@@ -243,7 +243,7 @@ def _check_definite(mass: sp.csr_array, stiffness: sp.csr_array) -> None:
         )
 
 
-def _in_si(matrix: sp.csr_array, table: DofLabels, units: Units) -> sp.csr_array:
+def _convert_to_si(matrix: sp.csr_array, table: DofLabels, units: Units) -> sp.csr_array:
     """A quadratic form of displacements in the file's length and of rotations, N times that length, in joules."""
     length = units.value
     per_metre = np.where(table.direction < N_TRANSLATION, 1 / length, 1.0)

@@ -42,18 +42,18 @@ def read_keyword_blocks(path: Path) -> Iterator[KeywordBlock]:
         A file that is named and not there, or that includes itself.
     """
     block = None
-    for line in _whole_keywords(_lines(path, path, ())):
+    for line in _join_keywords(_read_lines(path, path, ())):
         if line.startswith("*"):
             if block is not None:
                 yield _with_input(path, block)
-            block = _begun(line)
+            block = _begin_block(line)
         elif block is not None:
             block.lines.append(line)
     if block is not None:
         yield _with_input(path, block)
 
 
-def _whole_keywords(lines: Iterator[str]) -> Iterator[str]:
+def _join_keywords(lines: Iterator[str]) -> Iterator[str]:
     """Data lines as they are, and each keyword in one line."""
     keyword = ""
     for line in lines:
@@ -68,22 +68,24 @@ def _whole_keywords(lines: Iterator[str]) -> Iterator[str]:
         yield keyword
 
 
-def _lines(path: Path, deck: Path, outer: tuple[Path, ...]) -> Iterator[str]:
+def _read_lines(path: Path, deck: Path, outer: tuple[Path, ...]) -> Iterator[str]:
     """Lines without blanks around them, comments and empty ones left out, includes replaced by what they name."""
     if path in outer:
         raise MeshError(f"mesh file {path} includes itself: remove that *INCLUDE")
     with path.open("rb") as lines:
         for raw in lines:
-            line = _text(raw).strip()
+            line = _decode(raw).strip()
             if not line or line.startswith("**"):
                 continue
             if line[:8].upper() == "*INCLUDE":
-                yield from _lines(_named(path, deck, _begun(line).parameters.get("INPUT", "")), deck, (*outer, path))
+                yield from _read_lines(
+                    _find_file(path, deck, _begin_block(line).parameters.get("INPUT", "")), deck, (*outer, path)
+                )
             else:
                 yield line
 
 
-def _text(raw: bytes) -> str:
+def _decode(raw: bytes) -> str:
     """Names may have letters beyond ASCII, in the coding of the system that wrote them."""
     try:
         return raw.decode("utf-8-sig")
@@ -95,7 +97,7 @@ def _is_data(line: str) -> bool:
     return line[0] in "+-." or line[0].isdigit()
 
 
-def _begun(line: str) -> KeywordBlock:
+def _begin_block(line: str) -> KeywordBlock:
     keyword, *parameters = line[1:].split(",")
     pairs = (parameter.partition("=") for parameter in parameters if parameter.strip())
     return KeywordBlock(
@@ -109,13 +111,13 @@ def _with_input(path: Path, block: KeywordBlock) -> KeywordBlock:
     name = block.parameters.get("INPUT")
     if name is None or block.keyword not in {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY"}:
         return block
-    file = _named(path, path, name)
+    file = _find_file(path, path, name)
     return KeywordBlock(
-        keyword=block.keyword, parameters=block.parameters, lines=[*_lines(file, path, (path,)), *block.lines]
+        keyword=block.keyword, parameters=block.parameters, lines=[*_read_lines(file, path, (path,)), *block.lines]
     )
 
 
-def _named(path: Path, deck: Path, name: str) -> Path:
+def _find_file(path: Path, deck: Path, name: str) -> Path:
     """The file that a deck names, beside the file that names it or, as those programs look for it, beside the deck."""
     for folder in (path.parent, deck.parent):
         if name and (folder / name).is_file():

@@ -30,7 +30,7 @@ class FileMatrix:
     dofs: DofLabels | None = None
 
 
-def real_matrix(path: Path, matrix: Any) -> FileMatrix:
+def check_real_matrix(path: Path, matrix: Any) -> FileMatrix:
     """A matrix of SciPy or NumPy that must be real.
 
     Raises
@@ -46,7 +46,7 @@ def real_matrix(path: Path, matrix: Any) -> FileMatrix:
     return FileMatrix(matrix=sp.csr_array(matrix, dtype=np.float64))
 
 
-def both_triangles(matrix: sp.csr_array) -> sp.csr_array:
+def fill_both_triangles(matrix: sp.csr_array) -> sp.csr_array:
     """A symmetric matrix from one of its triangles."""
     lower, upper = sp.tril(matrix, -1), sp.triu(matrix, 1)
     if lower.nnz and upper.nnz:
@@ -89,7 +89,7 @@ def refuse_truncated_number(path: Path) -> None:
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 
 
-def fortran_real(text: str) -> float:
+def read_fortran_real(text: str) -> float:
     """A real number such as 1.5, 1.5D+03 or 1.5-103.
 
     Raises
@@ -110,9 +110,9 @@ def columns(lines: list[str], width: int) -> list[str]:
     return [item for item in result if item.strip()]
 
 
-def reals(entries: list[str]) -> Float[NDArray[np.float64], " n"]:
+def read_reals(entries: list[str]) -> Float[NDArray[np.float64], " n"]:
     """Real numbers from their texts, by Python's own conversion where it can."""
     try:
         return np.fromiter(map(float, entries), dtype=np.float64, count=len(entries))
     except ValueError:
-        return np.fromiter(map(fortran_real, entries), dtype=np.float64, count=len(entries))
+        return np.fromiter(map(read_fortran_real, entries), dtype=np.float64, count=len(entries))

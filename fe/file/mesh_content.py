@@ -52,7 +52,7 @@ class FileMesh:
     left_out: tuple[str, ...] = ()
 
 
-def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float) -> tuple[Mesh, Indices | None]:
+def make_solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float) -> tuple[Mesh, Indices | None]:
     """Keep the solid cells and their nodes, and turn sets of surface, curve and point cells into face or node sets.
 
     Nodes that no solid cell uses are dropped, and all sets renumbered. A named set of surface cells becomes a face set
@@ -80,7 +80,7 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
     """
     _refuse_other_solids(file_mesh, source)
     _refuse_nonfinite_points(file_mesh, source)
-    cells, number = _solid_cells(file_mesh)
+    cells, number = _gather_solid_cells(file_mesh)
     _refuse_mixed_order(cells, source)
     _refuse_duplicate_cells(cells, source)
 
@@ -88,22 +88,22 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
     new_node = np.full(len(file_mesh.points), -1)
     new_node[used] = np.arange(len(used))
 
-    node_sets = {name: _kept(new_node, nodes) for name, nodes in file_mesh.node_sets.items()}
+    node_sets = {name: _keep_numbered(new_node, nodes) for name, nodes in file_mesh.node_sets.items()}
     face_sets = {
         name: np.column_stack([number[faces[:, 0]], faces[:, 1]])[number[faces[:, 0]] >= 0]
         for name, faces in file_mesh.face_sets.items()
     }
     cell_sets, detached = {}, []
     for name, members in file_mesh.cell_sets.items():
-        cell_sets[name] = _kept(number, members)
+        cell_sets[name] = _keep_numbered(number, members)
         lower = members[number[members] < 0]
         if lower.size:
-            carried = _cells_by_number(file_mesh, lower)
-            result = _matching_faces(cells, carried)
+            carried = _select_cells(file_mesh, lower)
+            result = _match_faces(cells, carried)
             if result is not None:
                 face_sets[name] = result
             else:
-                node_sets[name] = _kept(new_node, np.concatenate([np.ravel(nodes) for _, nodes in carried]))
+                node_sets[name] = _keep_numbered(new_node, np.concatenate([np.ravel(nodes) for _, nodes in carried]))
                 detached += [name] if any(cell_type.startswith(SURFACES) for cell_type, _ in carried) else []
     if file_mesh.left_out:
         _warn(source, f"the model is its solid cells alone, without {' and '.join(file_mesh.left_out)}")
@@ -132,7 +132,7 @@ def _is_solid(cell_type: str) -> bool:
     return not cell_type.startswith(LOWER_DIMENSIONAL)
 
 
-def _kept(new: Indices, old: Indices) -> Indices:
+def _keep_numbered(new: Indices, old: Indices) -> Indices:
     """New numbers of those that have one, each once, in their order: the order of stations on a line has a meaning."""
     _, first = np.unique(old, return_index=True)
     kept = new[old[np.sort(first)]]
@@ -209,14 +209,14 @@ def _is_quadrilateral_on_triangles(
 
 def _refuse_duplicate_cells(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
     """Two cells on the same nodes, in another order, would count their stiffness and mass twice."""
-    n_duplicate = sum(len(nodes) - len(_once(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
+    n_duplicate = sum(len(nodes) - len(_find_distinct(np.sort(nodes, axis=1))[0]) for nodes in cells.values())
     if n_duplicate:
         raise MeshError(
             f"mesh file {source} has {n_duplicate} cells on the same nodes as other ones: remove the duplicates"
         )
 
 
-def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:
+def _gather_solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:
     """Solid cells gathered by type, and the mesh's number of each cell of the file (-1 for the others).
 
     A cell that the file repeats, node by node, is one cell: MSH 2 writes it once for each group that it belongs to.
@@ -231,14 +231,14 @@ def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], 
             if block_type == cell_type:
                 gathered.append(nodes)
                 places.append(start + np.arange(len(nodes)))
-        kept, which = _once(np.concatenate(gathered))
+        kept, which = _find_distinct(np.concatenate(gathered))
         number[np.concatenate(places)] = n_cell + which
         n_cell += len(kept)
         cells[cell_type] = kept
     return cells, number
 
 
-def _once(cells: Int[NDArray[np.int64], "cell node"]) -> tuple[Int[NDArray[np.int64], "kept node"], Indices]:
+def _find_distinct(cells: Int[NDArray[np.int64], "cell node"]) -> tuple[Int[NDArray[np.int64], "kept node"], Indices]:
     """Each row once, in the order of first appearance, and the place of every row among them."""
     rows = np.ascontiguousarray(cells).view(f"V{cells.dtype.itemsize * cells.shape[1]}").ravel()
     _, first, which = np.unique(rows, return_index=True, return_inverse=True)
@@ -248,7 +248,7 @@ def _once(cells: Int[NDArray[np.int64], "cell node"]) -> tuple[Int[NDArray[np.in
     return cells[first[order]], rank[which]
 
 
-def _cells_by_number(file_mesh: FileMesh, members: Indices) -> list[tuple[str, Int[NDArray[np.int64], "_ _"]]]:
+def _select_cells(file_mesh: FileMesh, members: Indices) -> list[tuple[str, Int[NDArray[np.int64], "_ _"]]]:
     starts = np.cumsum([0, *(len(nodes) for _, nodes in file_mesh.blocks)])
     result = []
     for (cell_type, nodes), start in zip(file_mesh.blocks, starts, strict=False):
@@ -258,7 +258,7 @@ def _cells_by_number(file_mesh: FileMesh, members: Indices) -> list[tuple[str, I
     return result
 
 
-def _matching_faces(
+def _match_faces(
     cells: Mapping[str, Int[NDArray[np.int64], "_ _"]],
     surfaces: list[tuple[str, Int[NDArray[np.int64], "_ _"]]],
 ) -> Faces | None:

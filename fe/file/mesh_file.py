@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from fe.errors import MeshError
 from fe.file.mesh import MESH_FORMATS
-from fe.file.mesh_content import solid_mesh
+from fe.file.mesh_content import make_solid_mesh
 from fe.file.registry import format_of, suffixes
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
@@ -61,8 +61,8 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     try:
         result = format_of(MESH_FORMATS, file).read(file)
     except OSError as error:
-        raise cannot_open(file, error) from error
-    mesh, labels = solid_mesh(result, source=str(file), length_unit_in_metre=length_unit_in_metre)
+        raise make_opening_error(file, error) from error
+    mesh, labels = make_solid_mesh(result, source=str(file), length_unit_in_metre=length_unit_in_metre)
     check_quality(mesh, source=file, labels=labels)
     return mesh
 
@@ -80,7 +80,7 @@ def require_mesh_file(file: Path) -> None:
         raise MeshError(f"mesh file {file} does not exist: check its path")
 
 
-def cannot_open(file: Path, error: OSError) -> MeshError:
+def make_opening_error(file: Path, error: OSError) -> MeshError:
     """The refusal of a file, or of one that it includes, that the system does not open."""
     named = f"{error.filename}: " if error.filename and Path(str(error.filename)) != file else ""
     return MeshError(f"mesh file {file} cannot be opened ({named}{error.strerror}): check that you may read it")

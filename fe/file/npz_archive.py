@@ -23,7 +23,7 @@ class ObjectArray(NpzError):
     """An array of Python objects, which are never read."""
 
 
-def npz_headings(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
+def read_npz_headings(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
     """Shape and type of each array by its name; no array is read.
 
     Raises
@@ -31,8 +31,8 @@ def npz_headings(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]
     NpzError
         No archive of arrays, or one with an array that cannot be in it.
     """
-    with _opened(path) as archive:
-        return {name: _described(archive, path, name) for name in _names(archive)}
+    with _open(path) as archive:
+        return {name: _read_heading(archive, path, name) for name in _list_names(archive)}
 
 
 def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, NDArray[Any]]:
@@ -41,26 +41,26 @@ def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, N
     Raises
     ------
     NpzError
-        As `npz_headings`, or an array that is damaged.
+        As `read_npz_headings`, or an array that is damaged.
     ObjectArray
         An array of Python objects.
     """
-    with _opened(path) as archive:
+    with _open(path) as archive:
         result = {}
-        for name in _names(archive):
+        for name in _list_names(archive):
             if names is None or name in names:
-                _, kind = _described(archive, path, name)
+                _, kind = _read_heading(archive, path, name)
                 if kind.hasobject:
                     raise ObjectArray(f'its array "{name}" holds Python objects')
                 try:
                     with archive.open(name + _SUFFIX) as member:
-                        result[name] = _checked_text(npy.read_array(member, allow_pickle=False))
+                        result[name] = _check_text(npy.read_array(member, allow_pickle=False))
                 except Exception as error:  # a dozen kinds, depending on which byte is damaged
                     raise NpzError(f'its array "{name}" is damaged ({type(error).__name__})') from None
         return result
 
 
-def _checked_text(array: NDArray[Any]) -> NDArray[Any]:
+def _check_text(array: NDArray[Any]) -> NDArray[Any]:
     """An array whose texts are of letters that there are: Python does not check numbers in memory."""
     if array.dtype.kind == "U" and array.dtype.itemsize:
         codes = np.ascontiguousarray(array).view(np.uint8).view(array.dtype.newbyteorder("=").str[0] + "u4")
@@ -69,18 +69,18 @@ def _checked_text(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
-def _opened(path: Path) -> zipfile.ZipFile:
+def _open(path: Path) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(path)
     except (zipfile.BadZipFile, ValueError, LookupError, NotImplementedError, OSError) as error:
         raise NpzError(f"it is no archive of arrays ({error})") from None
 
 
-def _names(archive: zipfile.ZipFile) -> list[str]:
+def _list_names(archive: zipfile.ZipFile) -> list[str]:
     return [name.removesuffix(_SUFFIX) for name in archive.namelist() if name.endswith(_SUFFIX)]
 
 
-def _described(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
+def _read_heading(archive: zipfile.ZipFile, path: Path, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
     """Shape and type that the heading of an array announces, and that its bytes can hold."""
     info = archive.getinfo(name + _SUFFIX)
     try:

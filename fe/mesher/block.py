@@ -87,7 +87,7 @@ def mesh_blocks(blocks: Sequence[Block], element: Element) -> Mesh:
     for block in blocks:
         if min(block.counts) < 1:
             raise MeshError(f"a block has {block.counts} cells along its sides: give at least one in each direction")
-        lattice, block_cells, mirrored = _lattice_cells(block, BRICK[used])
+        lattice, block_cells, mirrored = _make_lattice_cells(block, BRICK[used])
         points.append(lattice)
         cells.append(block_cells + n_point)
         position = np.stack(np.unravel_index(np.arange(len(block_cells)), block.counts), axis=1)
@@ -102,7 +102,7 @@ def mesh_blocks(blocks: Sequence[Block], element: Element) -> Mesh:
     bricks = np.full((len(joined), len(BRICK)), -1)
     bricks[:, used] = joined
     brick, places = element.from_brick(bricks)
-    on_side = _sides(element, places)
+    on_side = _number_sides(element, places)
     named = {}
     for name, parts in face_sets.items():
         sides = np.concatenate(parts) @ np.array([len(SIDES), 1])
@@ -110,7 +110,7 @@ def mesh_blocks(blocks: Sequence[Block], element: Element) -> Mesh:
     return Mesh(points=joined_points, cells={element.cell_type: bricks[brick[:, None], places]}, face_sets=named)
 
 
-def _sides(element: Element, places: Int[NDArray[np.int64], "cell node"]) -> Int[NDArray[np.int64], "cell face"]:
+def _number_sides(element: Element, places: Int[NDArray[np.int64], "cell node"]) -> Int[NDArray[np.int64], "cell face"]:
     """The side of its brick that each face of a cell lies on, -1 for none."""
     side = np.full((len(places), len(element.faces)), -1)
     for local, corners in enumerate(element.corner_faces):
@@ -121,7 +121,7 @@ def _sides(element: Element, places: Int[NDArray[np.int64], "cell node"]) -> Int
     return side
 
 
-def _lattice_cells(
+def _make_lattice_cells(
     block: Block, offsets: Int[NDArray[np.int64], "node 3"]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], bool]:
     """Half-cell lattice points, the cells on it, and whether the map was left-handed."""

@@ -46,13 +46,13 @@ def mesh_body(
         The stations of a line are not on corner nodes.
     """
     place = placement or Placement()
-    placed = [replace(block, shape=_moved(block.shape, place)) for block in subdivide(blocks, subdivisions)]
+    placed = [replace(block, shape=_move_map(block.shape, place)) for block in subdivide(blocks, subdivisions)]
     mesh = mesh_blocks(placed, element)
     mesh = add_named_points(mesh, {name: place.points(point) for name, point in points.items()})
     return add_stations(mesh, {name: place.points(line.stations) for name, line in lines.items()})
 
 
-def _moved(shape: Map, placement: Placement) -> Map:
+def _move_map(shape: Map, placement: Placement) -> Map:
     def moved(u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
         points = placement.points(np.stack(np.broadcast_arrays(*shape(u, v, w)), axis=-1))
         return points[..., 0], points[..., 1], points[..., 2]

@@ -83,7 +83,7 @@ def mesh_damper(
         The contact stations are not on corner nodes.
     """
     return mesh_body(
-        _blocks(damper, cells or DamperMesh()),
+        _make_blocks(damper, cells or DamperMesh()),
         element,
         points=named_points(damper),
         lines=contact_lines(damper),
@@ -92,7 +92,7 @@ def mesh_damper(
     )
 
 
-def _blocks(damper: Damper, cells: DamperMesh) -> list[Block]:
+def _make_blocks(damper: Damper, cells: DamperMesh) -> list[Block]:
     """Core and quarters of each stretch along the axis."""
     middle, contact_end, end = (
         damper.cylinder_length / 2,
@@ -136,19 +136,19 @@ class _Sweep:
     def core(self, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
         """The square core with bulged sides."""
         y, radius = self.along(w)
-        x, z = _core(2 * u - 1, 2 * v - 1)
+        x, z = _map_core(2 * u - 1, 2 * v - 1)
         return radius * x, y, radius * z
 
     def quarter(self, turn: float, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
         """From the core's upper side (v = 0) to the surface (v = 1), turned about the axis."""
         y, radius = self.along(w)
         t = 2 * u - 1
-        x, z = _core(t, np.ones_like(t))
+        x, z = _map_core(t, np.ones_like(t))
         angle = t * pi / 4
         x, z = x + (np.sin(angle) - x) * v, z + (np.cos(angle) - z) * v
         return radius * (x * np.cos(turn) + z * np.sin(turn)), y, radius * (z * np.cos(turn) - x * np.sin(turn))
 
 
-def _core(s: Lattice, t: Lattice) -> tuple[Lattice, Lattice]:
+def _map_core(s: Lattice, t: Lattice) -> tuple[Lattice, Lattice]:
     """Point of the core over the damper's radius, for s and t in [-1, 1]."""
     return CORE * s * (1 + BULGE * (1 - t**2)), CORE * t * (1 + BULGE * (1 - s**2))

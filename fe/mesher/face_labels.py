@@ -43,7 +43,7 @@ def label_faces(points: Points, triangles: Triangles, facets: Facets) -> Int[NDA
         outside = np.maximum(low - voters[:, 0], voters[:, 0] - high).max(axis=1)
         near = np.flatnonzero(outside < size)
         if near.size:
-            distance, facet = _nearest(voters[near].reshape(-1, 3), cad)
+            distance, facet = _find_nearest(voters[near].reshape(-1, 3), cad)
             facing = np.cross(cad[:, 1] - cad[:, 0], cad[:, 2] - cad[:, 0])
             facing /= np.linalg.norm(facing, axis=1, keepdims=True)
             turned = 1 - np.einsum("kvi,ki->kv", facing[facet.reshape(-1, len(VOTERS))], normal[near])
@@ -51,7 +51,7 @@ def label_faces(points: Points, triangles: Triangles, facets: Facets) -> Int[NDA
     return _without_islands(triangles, score.argmin(axis=1))
 
 
-def _nearest(
+def _find_nearest(
     points: Points, triangles: Float[NDArray[np.float64], "t 3 3"]
 ) -> tuple[Float[NDArray[np.float64], " k"], Int[NDArray[np.int64], " k"]]:
     """Distance of each point to the nearest triangle, and which it is."""
@@ -68,7 +68,7 @@ def _nearest(
         last = max(first + 1, int(np.searchsorted(ends, before + PAIRS, side="right")))
         count = np.diff(ends[first:last], prepend=before)
         facet = np.concatenate(near[first:last])
-        apart = _distances(np.repeat(points[first:last], count, axis=0), triangles[facet])
+        apart = _compute_distances(np.repeat(points[first:last], count, axis=0), triangles[facet])
         start = np.cumsum(count) - count
         distance[first:last] = np.minimum.reduceat(apart, start)
         hits = np.flatnonzero(apart == np.repeat(distance[first:last], count))
@@ -77,7 +77,9 @@ def _nearest(
     return distance, which
 
 
-def _distances(points: Points, triangles: Float[NDArray[np.float64], "k 3 3"]) -> Float[NDArray[np.float64], " k"]:
+def _compute_distances(
+    points: Points, triangles: Float[NDArray[np.float64], "k 3 3"]
+) -> Float[NDArray[np.float64], " k"]:
     """Of each point to its triangle: to the plane where it stands over it, else to the nearest of its sides."""
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)

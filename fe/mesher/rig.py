@@ -73,7 +73,7 @@ def choose_rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int =
     # The plate has as many rows as both arms, and is taller: its cells are higher by as much as theirs are flatter.
     across_arm = sqrt(decoupler.arm_thickness * decoupler.half_height)
     beside_neck = max(1, ceil((across_arm - decoupler.neck_thickness) / (2 * size)))
-    below, above = _beside_pad(decoupler, 2 * (across_neck + 2 * beside_neck))
+    below, above = _count_beside_pad(decoupler, 2 * (across_neck + 2 * beside_neck))
     return RigMesh(
         blade=MeshRule(
             element=element,
@@ -112,7 +112,7 @@ def choose_rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int =
     )
 
 
-def _beside_pad(decoupler: Decoupler, n_row: int) -> tuple[int, int]:
+def _count_beside_pad(decoupler: Decoupler, n_row: int) -> tuple[int, int]:
     """Of the rows of a de-coupler's plate, which are even at its back: those below the groove and above the pad [-]."""
     height = 2 * decoupler.half_height / n_row
     groove = (decoupler.lip_above_axis + decoupler.narrow_groove_radius) / 2

@@ -37,11 +37,11 @@ def snap_corners(
     limit
         Longest way that a node may go [m].
     """
-    target = _projected(points, labels, skin, np.full(len(points), limit))
+    target = _project_points(points, labels, skin, np.full(len(points), limit))
     result = target.copy()
     for round_ in range(ROUNDS):
         edges = result[cells[:, 1:]] - result[cells[:, :1]]
-        bad = np.flatnonzero(_flatness(edges) < FLAT)
+        bad = np.flatnonzero(_compute_flatness(edges) < FLAT)
         nodes = np.unique(cells[bad])
         nodes = nodes[(result[nodes] != points[nodes]).any(axis=1)]
         if not nodes.size:
@@ -65,7 +65,7 @@ def add_midside_nodes(points: Points, cells: Int[NDArray[np.int64], "cell 4"], l
     edges, which = sort_edges(cells)
     straight = (points[edges[:, 0]] + points[edges[:, 1]]) / 2
     length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    middles = _projected(straight, labels, skin, 0.3 * length)
+    middles = _project_points(straight, labels, skin, 0.3 * length)
     quadratic = np.column_stack([cells, len(points) + which])
     while True:
         mesh = Mesh(points=np.vstack([points, middles]), cells={TET10.cell_type: quadratic})
@@ -86,7 +86,7 @@ def sort_edges(
     return edges, which.reshape(-1, 6)
 
 
-def _projected(points: Points, labels: Labels, skin: SolidSkin, limit: Float[NDArray[np.float64], " k"]) -> Points:
+def _project_points(points: Points, labels: Labels, skin: SolidSkin, limit: Float[NDArray[np.float64], " k"]) -> Points:
     """Points on what their faces have in common; those that would go farther than their limit stay."""
     result = points.copy()
     nearest = np.full(len(points), np.inf)
@@ -114,7 +114,7 @@ def _projected(points: Points, labels: Labels, skin: SolidSkin, limit: Float[NDA
     return result
 
 
-def _flatness(edges: Float[NDArray[np.float64], "cell 3 3"]) -> Float[NDArray[np.float64], " cell"]:
+def _compute_flatness(edges: Float[NDArray[np.float64], "cell 3 3"]) -> Float[NDArray[np.float64], " cell"]:
     """Six volumes over the cubed length of the three edges at a corner: sqrt(1/2) where regular, 0 where flat."""
     length = np.sqrt((edges**2).sum(axis=2).mean(axis=1))
     return np.asarray(np.linalg.det(edges) / length**3)

@@ -113,14 +113,14 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
         facets.triangles,
         size=rule.size,
         envelope=ENVELOPE * smallest,
-        sizes=_sizes(part, rule, skin, facets),
+        sizes=_choose_sizes(part, rule, skin, facets),
     )
-    surface = find_outer_faces(_linear(raw, cells))
+    surface = find_outer_faces(_make_linear_mesh(raw, cells))
     corners = np.array([face[:3] for face in TET10.faces])
     triangles = cells[surface[:, :1], corners[surface[:, 1]]]
     label = label_faces(raw, triangles, facets)
-    points = snap_corners(raw, cells, _at_nodes(triangles, label), skin, LONGEST_WAY * smallest)
-    mesh = add_midside_nodes(points, cells, _at_edges(cells, triangles, label), skin)
+    points = snap_corners(raw, cells, _list_faces_at_nodes(triangles, label), skin, LONGEST_WAY * smallest)
+    mesh = add_midside_nodes(points, cells, _list_faces_at_edges(cells, triangles, label), skin)
     number = {face: i for i, face in enumerate(skin.faces)}
     face_sets = {
         name: surface[np.isin(label, [number[face] for face in region.faces])] for name, region in part.faces.items()
@@ -133,7 +133,7 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     return add_named_points(mesh, named) if named else mesh
 
 
-def _sizes(
+def _choose_sizes(
     part: Part, rule: TetRule, skin: SolidSkin, facets: Facets
 ) -> tuple[Float[NDArray[np.float64], "at 3"], Int[NDArray[np.int64], "cell 4"], Float[NDArray[np.float64], " at"]]:
     """Wanted lengths of edges on a coarse mesh around the part."""
@@ -159,7 +159,7 @@ def _spread(triangles: Float[NDArray[np.float64], "t 3 3"], spacing: float) -> F
     return np.concatenate(result)
 
 
-def _linear(points: Float[NDArray[np.float64], "k 3"], cells: Int[NDArray[np.int64], "cell 4"]) -> Mesh:
+def _make_linear_mesh(points: Float[NDArray[np.float64], "k 3"], cells: Int[NDArray[np.int64], "cell 4"]) -> Mesh:
     """The raw cells with straight edges, as a mesh whose faces can be asked for."""
     edges, which = sort_edges(cells)
     middles = (points[edges[:, 0]] + points[edges[:, 1]]) / 2
@@ -168,7 +168,7 @@ def _linear(points: Float[NDArray[np.float64], "k 3"], cells: Int[NDArray[np.int
     )
 
 
-def _at_nodes(
+def _list_faces_at_nodes(
     triangles: Int[NDArray[np.int64], "k 3"], label: Int[NDArray[np.int64], " k"]
 ) -> dict[int, frozenset[int]]:
     result: dict[int, set[int]] = {}
@@ -178,7 +178,7 @@ def _at_nodes(
     return {node: frozenset(faces) for node, faces in result.items()}
 
 
-def _at_edges(
+def _list_faces_at_edges(
     cells: Int[NDArray[np.int64], "cell 4"],
     triangles: Int[NDArray[np.int64], "k 3"],
     label: Int[NDArray[np.int64], " k"],

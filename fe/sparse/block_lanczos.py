@@ -83,9 +83,9 @@ def block_lanczos(
     Grimes, Lewis and Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272, sections 2 to 4: block Lanczos.
     Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000) 602-616: thick restart.
     """
-    block = block or default_block(n_mode)
+    block = block or choose_block(n_mode)
     kept, n_fresh = n_mode + SPARE * block, count_first_random_columns(block)
-    basis = _first_basis(factor, mass, block, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
+    basis = _make_basis(factor, mass, block, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
     settled, trial_end, next_test, n_restart = np.zeros(n_mode), 0, kept, 0
     while True:
         basis.reserve(kept + NEW * basis.width)
@@ -118,7 +118,7 @@ def block_lanczos(
     return 1 / theta[order], basis.take_vectors(coordinates[:, order])
 
 
-def _first_basis(factor: Factor, mass: Symmetric | BlockProduct, block: int, max_basis: int, seed: int) -> KrylovBasis:
+def _make_basis(factor: Factor, mass: Symmetric | BlockProduct, block: int, max_basis: int, seed: int) -> KrylovBasis:
     product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass)
     basis = KrylovBasis(factor, product, max_basis, seed)
     return_freed_memory()  # the copies that the product with the mass was made of
@@ -131,7 +131,7 @@ def _until_next_test(is_open: NDArray[np.bool_], width: int) -> int:
     return min(max(int(np.count_nonzero(is_open)), width), 6 * width)
 
 
-def default_block(n_mode: int) -> int:
+def choose_block(n_mode: int) -> int:
     """Columns that are solved for together [-]."""
     return WIDE if n_mode >= MANY else NARROW
 

@@ -28,24 +28,24 @@ from fe.sparse.cholmod_library import (
     FactorHead,
     Sparse,
     configure,
-    doubles,
-    integers,
     library,
     one_thread,
+    view_doubles,
+    view_integers,
 )
 from fe.sparse.factor import (
     Columns,
     Symmetric,
     TooLarge,
-    changed_pattern_error,
     check_diagonal,
     check_pattern,
     columns_and_place,
+    make_changed_pattern_error,
     singular,
 )
-from fe.sparse.pardiso import nested_dissection
+from fe.sparse.pardiso import order_by_nested_dissection
 from fe.sparse.symmetry import check_symmetric
-from fe.sparse.upper_triangle import LowerColumns, Upper, blocks_or_csr, upper_triangle
+from fe.sparse.upper_triangle import LowerColumns, Upper, blocks_or_csr, take_upper_triangle
 
 if TYPE_CHECKING:
     from fe.sparse.supernodes import Supernodes
@@ -114,7 +114,7 @@ class Cholmod:
         self._shape, self._nnz, self._n = matrix.shape, matrix.nnz, matrix.shape[0]
         # Without supernodes a pivot that is no number would pass, here and in `renew`.
         check_diagonal(matrix.diagonal())
-        upper = upper_triangle(matrix)
+        upper = take_upper_triangle(matrix)
         order = _order(upper)
         configure(self._common, is_ordered=order is not None)
         self._pattern = zlib.crc32(upper.column.data)
@@ -134,9 +134,9 @@ class Cholmod:
         matrix = blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
         check_diagonal(matrix.diagonal())
-        upper = upper_triangle(matrix)
+        upper = take_upper_triangle(matrix)
         if zlib.crc32(upper.column.data) != self._pattern:
-            raise changed_pattern_error()
+            raise make_changed_pattern_error()
         return self._columns(upper)
 
     def _columns(self, upper: Upper) -> LowerColumns:
@@ -145,7 +145,7 @@ class Cholmod:
             return _lower(upper)
         from fe.sparse.lower_columns import ordered_columns
 
-        return ordered_columns(upper, integers(self._head.order, self._n))
+        return ordered_columns(upper, view_integers(self._head.order, self._n))
 
     def _factorise(self, columns: LowerColumns) -> None:
         structure = _structure(columns)
@@ -169,13 +169,13 @@ class Cholmod:
         from fe.sparse.supernodes import Supernodes, pack
 
         head = self._head
-        starts = [integers(item, head.n_supernode + 1) for item in (head.column, head.row_start, head.value_start)]
-        places = (*starts, integers(head.row, head.n_row))
-        layout, n_value = pack(doubles(head.x, head.n_value), *places)
+        starts = [view_integers(item, head.n_supernode + 1) for item in (head.column, head.row_start, head.value_start)]
+        places = (*starts, view_integers(head.row, head.n_row))
+        layout, n_value = pack(view_doubles(head.x, head.n_value), *places)
         size = c_size_t(head.n_value)
         # The head goes on telling the former size, which `renew` will need again.
         head.x = self._library.cholmod_realloc(n_value, 8, head.x, byref(size), self._common)
-        self._supernodes = Supernodes(doubles(head.x, n_value), layout, integers(head.order, self._n))
+        self._supernodes = Supernodes(view_doubles(head.x, n_value), layout, view_integers(head.order, self._n))
 
     def _library_solution(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         """Of a small or very sparse matrix, whose columns are not grouped."""
@@ -185,7 +185,7 @@ class Cholmod:
         if not answer:
             raise MemoryError(f"CHOLMOD has no memory for {width} solutions of {self._n} rows")
         try:
-            return doubles(answer.contents.x, b.size).reshape(b.shape, order="F").copy(order="F")
+            return view_doubles(answer.contents.x, b.size).reshape(b.shape, order="F").copy(order="F")
         finally:
             self._library.cholmod_free_dense(byref(answer), self._common)
 
@@ -195,7 +195,7 @@ def _order(upper: Upper) -> NDArray[np.int32] | None:
     if upper.block == 1:
         return None
     try:
-        return nested_dissection(upper).astype(np.int32)
+        return order_by_nested_dissection(upper).astype(np.int32)
     except (ImportError, OSError, RuntimeError):
         return None
 

@@ -65,12 +65,12 @@ class FactorHead(ctypes.Structure):
     ]
 
 
-def integers(address: int, n: int) -> NDArray[np.int32]:
+def view_integers(address: int, n: int) -> NDArray[np.int32]:
     """Numbers in CHOLMOD's memory, shape (n,)."""
     return np.ctypeslib.as_array(ctypes.cast(address, POINTER(c_int)), (n,))
 
 
-def doubles(address: int, n: int) -> NDArray[np.float64]:
+def view_doubles(address: int, n: int) -> NDArray[np.float64]:
     """Numbers in CHOLMOD's memory, shape (n,)."""
     return np.ctypeslib.as_array(ctypes.cast(address, POINTER(c_double)), (n,))
 
@@ -87,7 +87,7 @@ def configure(common: Any, *, is_ordered: bool) -> None:
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Keep CHOLMOD from waking four threads for each of its loops, which takes longer than the loops."""
-    loaded = [runtime for name in OPENMP if (runtime := _loaded(name)) is not None]
+    loaded = [runtime for name in OPENMP if (runtime := _find_loaded(name)) is not None]
     before = [runtime.omp_get_max_active_levels() for runtime in loaded]
     for runtime in loaded:
         runtime.omp_set_max_active_levels(0)
@@ -98,7 +98,7 @@ def one_thread() -> Iterator[None]:
             runtime.omp_set_max_active_levels(levels)
 
 
-def _loaded(name: str) -> Any:
+def _find_loaded(name: str) -> Any:
     """A library that this process has loaded already, or None."""
     try:
         return ctypes.CDLL(name, mode=os.RTLD_NOLOAD)

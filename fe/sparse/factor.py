@@ -161,7 +161,7 @@ def check_diagonal(diagonal: NDArray[np.float64]) -> None:
         raise singular(len(diagonal))
 
 
-def changed_pattern_error() -> ValueError:
+def make_changed_pattern_error() -> ValueError:
     """The error for a matrix whose sparsity pattern is not that of the matrix analysed first."""
     return ValueError("the new matrix has entries in other places: factorise it by itself")
 

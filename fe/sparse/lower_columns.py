@@ -27,7 +27,7 @@ def lower_columns(upper: Upper, *, is_pattern: bool = False) -> LowerColumns:
         There are more entries than 32 bits count.
     """
     b = upper.block
-    start = _starts(np.repeat(b * np.diff(upper.row_start), b))
+    start = _compute_starts(np.repeat(b * np.diff(upper.row_start), b))
     row, values = np.empty(start[-1], dtype=np.int32), np.empty(0 if is_pattern else start[-1])
     _expand(row, values, upper.row_start, upper.column, upper.values.reshape(-1), b)
     return LowerColumns(start, row, values)
@@ -47,14 +47,14 @@ def ordered_columns(upper: Upper, order: Int[NDArray[np.int32], " n"]) -> LowerC
     place[order] = np.arange(len(order), dtype=order.dtype)
     count = np.zeros(len(order), dtype=np.int64)
     _count(count, place, order, upper.row_start, upper.column, upper.block)
-    start = _starts(count)
+    start = _compute_starts(count)
     row, values = np.empty(start[-1], dtype=np.int32), np.empty(start[-1])
     blocks = upper.values.reshape(-1)
     _fill(start[:-1].copy(), row, values, place, order, upper.row_start, upper.column, blocks, upper.block)
     return LowerColumns(start, row, values)
 
 
-def _starts(count: NDArray[np.integer[Any]]) -> NDArray[np.int32]:
+def _compute_starts(count: NDArray[np.integer[Any]]) -> NDArray[np.int32]:
     start = np.concatenate([[0], np.cumsum(count)])
     if start[-1] > np.iinfo(np.int32).max:
         raise TooLarge(f"{start[-1]} entries are more than 32 bits count")

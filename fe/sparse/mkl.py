@@ -10,7 +10,7 @@ from typing import Any
 SHORT_INTEGERS = 0
 
 
-def n_thread() -> int:
+def count_threads() -> int:
     """Threads that MKL shares its work among [-]."""
     return int(library().MKL_Get_Max_Threads())
 

@@ -91,7 +91,7 @@ class BlockProduct:
             whole = matrix.tocsr()
             node = node_matrix(whole)
             direction, kept = (1, whole) if node is None else (NODE, node)
-        self._kernel = _kernel(kept, direction)
+        self._kernel = _choose_kernel(kept, direction)
         # Kept from one product to the next: fresh memory costs as much as the product.
         self._workspace = np.empty((0, 0))
 
@@ -137,7 +137,7 @@ class PlainProduct:
         product[...] = (self._matrix @ wide).reshape(columns.shape)
 
 
-def _kernel(matrix: sp.csr_array, direction: int) -> "PlainProduct | SparseProduct":
+def _choose_kernel(matrix: sp.csr_array, direction: int) -> "PlainProduct | SparseProduct":
     if direction * matrix.shape[0] < LONG:
         return PlainProduct(matrix)
     # The compiler takes a while to import: short columns do without.

@@ -22,16 +22,16 @@ from fe.sparse.factor import (
     Definiteness,
     Symmetric,
     UnknownInertia,
-    changed_pattern_error,
     check_diagonal,
     check_pattern,
     columns_and_place,
+    make_changed_pattern_error,
     singular,
 )
 from fe.sparse.mkl import library
 from fe.sparse.symmetry import check_symmetric
 from fe.sparse.upper_blocks import UpperBlocks
-from fe.sparse.upper_triangle import MIN_BLOCKED, Upper, blocks_or_csr, upper_triangle
+from fe.sparse.upper_triangle import MIN_BLOCKED, Upper, blocks_or_csr, take_upper_triangle
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
@@ -67,7 +67,7 @@ class Pardiso:
         check_pattern(matrix, self._shape, self._nnz)
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
-            raise changed_pattern_error()
+            raise make_changed_pattern_error()
         self._upper = self._upper._replace(values=upper.values)
         self._factorise()
 
@@ -104,10 +104,10 @@ class Pardiso:
     def _checked(self, matrix: sp.csr_array | UpperBlocks) -> Upper:
         if self._positive:
             check_diagonal(matrix.diagonal())
-        return upper_triangle(matrix)
+        return take_upper_triangle(matrix)
 
 
-def nested_dissection(upper: Upper) -> NDArray[np.int64]:
+def order_by_nested_dissection(upper: Upper) -> NDArray[np.int64]:
     """The order of rows in which a factor of the matrix fills little, shape (n,).
 
     Raises

@@ -157,13 +157,13 @@ class Code:
         time = builder.phi(INTEGER)
         time.add_incoming(INTEGER(0), before)
         rows = [[builder.phi(value.type) for value in row] for row in start]
-        for phi, value in zip(_flat(rows), _flat(start), strict=True):
+        for phi, value in zip(_flatten(rows), _flatten(start), strict=True):
             phi.add_incoming(value, before)
         builder.cbranch(builder.icmp_signed("<", time, n), inside, after)
         builder.position_at_end(inside)
         altered = body(time, rows)
         time.add_incoming(builder.add(time, INTEGER(1)), builder.block)
-        for phi, value in zip(_flat(rows), _flat(altered), strict=True):
+        for phi, value in zip(_flatten(rows), _flatten(altered), strict=True):
             phi.add_incoming(value, builder.block)
         builder.branch(head)
         builder.position_at_end(after)
@@ -193,7 +193,7 @@ class Code:
         return self.builder.shuffle_vector(one, nothing, ir.Constant(ir.VectorType(SHORT, kind.count), None))
 
 
-def _flat(rows: Iterable[Row]) -> list[Value]:
+def _flatten(rows: Iterable[Row]) -> list[Value]:
     return [value for row in rows for value in row]
 
 

@@ -7,7 +7,7 @@ Right-hand sides and addresses are as `fe.sparse.simd_code` says.
 from fe.sparse.simd_code import SIZE, Code, Row, Value, operation
 
 
-def _product(code: Code, height: int, tile: Value, own: Value, n_column: Value) -> list[Row]:
+def _multiply(code: Code, height: int, tile: Value, own: Value, n_column: Value) -> list[Row]:
     """Tile times the first rows of `own`."""
 
     def term(k: Value) -> tuple[list[Value], Row]:
@@ -40,7 +40,7 @@ def _subtract_transposed(code: Code, tile: Value, own: Value, n_column: Value, x
 
 def _subtract_product(code: Code, height: int, tile: Value, own: Value, n_column: Value, x: Value, row: Value) -> None:
     code.fetch_rows(x, row, height, 2 * height)
-    for r, product in enumerate(_product(code, height, tile, own, n_column)):
+    for r, product in enumerate(_multiply(code, height, tile, own, n_column)):
         place = code.place(x, row, r)
         code.store(code.minus(code.row(place), product), place)
 
@@ -56,7 +56,7 @@ def _subtract_transposed_product(
 def _solve_lower(code: Code, height: int, tile: Value, own: Value, first: Value) -> None:
     begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
     place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
-    products = _product(code, height, tile, own, first)
+    products = _multiply(code, height, tile, own, first)
     x = [code.minus(code.row(place[r]), products[r]) for r in range(height)]
     for k in range(height):
         column = code.address(triangle, k, SIZE * height)

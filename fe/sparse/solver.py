@@ -58,7 +58,7 @@ def is_available(backend: Backend) -> bool:
     return True
 
 
-def default_backend(n: int = 0, n_column: int = 1) -> Backend:
+def choose_backend(n: int = 0, n_column: int = 1) -> Backend:
     """The fastest that is there: PARDISO's wheel is for x86-64 only and needs MKL, CHOLMOD comes with the system.
 
     Parameters
@@ -71,7 +71,7 @@ def default_backend(n: int = 0, n_column: int = 1) -> Backend:
     # Each is looked for when its turn comes: what is loaded decides which threads MKL will take.
     first = next(backend for backend in Backend if is_available(backend))
     is_much = n >= LARGE and n_column >= MANY
-    if first is Backend.PARDISO and is_much and mkl.n_thread() <= FEW_THREADS and is_available(Backend.CHOLMOD):
+    if first is Backend.PARDISO and is_much and mkl.count_threads() <= FEW_THREADS and is_available(Backend.CHOLMOD):
         return Backend.CHOLMOD
     return first
 
@@ -114,8 +114,8 @@ def factorise(
     is_positive = definiteness is Definiteness.POSITIVE
     is_open = backend is None
     if backend is None:
-        backend = default_backend(matrix.shape[0] if is_positive else 0, n_column)
-    backend = _backend(backend)
+        backend = choose_backend(matrix.shape[0] if is_positive else 0, n_column)
+    backend = _check_backend(backend)
     if not is_available(backend):
         raise BackendError(f'back end "{backend.value}" is not installed: {REMEDY[backend]}, or leave the choice open')
     if backend is Backend.PARDISO:
@@ -131,7 +131,7 @@ def factorise(
     return SuperLU(matrix.tocsr())
 
 
-def _backend(name: Backend | str) -> Backend:
+def _check_backend(name: Backend | str) -> Backend:
     try:
         return Backend(name)
     except ValueError:

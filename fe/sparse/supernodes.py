@@ -85,7 +85,7 @@ class Supernodes:
         entries = n_column * n_row - n_column * (n_column - 1) / 2
         # The squares of the heights of all columns, from n_row down to n_row - n_column + 1.
         below = n_row - n_column
-        operations = _squares(n_row) - _squares(below)
+        operations = _sum_squares(n_row) - _sum_squares(below)
         return float(entries.sum()), float(operations.sum())
 
     def solve_into(self, solution: Float[Matrix, "n k"], right_hand_side: Float[Matrix, "n k"]) -> None:
@@ -100,7 +100,7 @@ class Supernodes:
             _solve(self._values, self._layout, self._order, b, x, work, lanes)
 
 
-def _squares(n: Float[Matrix, " s"]) -> Float[Matrix, " s"]:
+def _sum_squares(n: Float[Matrix, " s"]) -> Float[Matrix, " s"]:
     """Sum of the squares of 1 to n."""
     return n * (n + 1) * (2 * n + 1) / 6
 

@@ -25,7 +25,7 @@ def part(matrix: Symmetric, rows: Rows) -> Symmetric:
         In any order [-].
     """
     if isinstance(matrix, NodeMatrix | UpperBlocks):
-        nodes = whole_nodes(rows)
+        nodes = find_whole_nodes(rows)
         if nodes is not None:
             return matrix.part(nodes)
     return sp.csr_array(matrix.tocsr()[rows][:, rows])
@@ -74,12 +74,12 @@ class PartView:
         return np.asarray(self.tocsr().toarray())
 
 
-def rows_of(matrix: Symmetric, rows: Rows) -> sp.csr_array:
+def take_rows(matrix: Symmetric, rows: Rows) -> sp.csr_array:
     """Some rows of a matrix, over all its columns, shape (k, n)."""
     return matrix.rows(rows) if isinstance(matrix, UpperBlocks) else sp.csr_array(matrix.tocsr()[rows])
 
 
-def whole_nodes(rows: Rows) -> Rows | None:
+def find_whole_nodes(rows: Rows) -> Rows | None:
     """Nodes whose degrees of freedom these are, all of each, in ascending order; None of any other rows."""
     nodes = rows[::NODE] // NODE
     ascends = (np.diff(rows) > 0).all()

@@ -44,7 +44,7 @@ def check_symmetric(matrix: Symmetric) -> None:
     if len(whole.shape) != 2 or whole.shape[0] != whole.shape[1] or not whole.shape[0]:
         raise ValueError(f"the matrix has shape {whole.shape}: it must be square and not empty")
     stored = sp.csr_array(whole)
-    largest = _largest(stored)
+    largest = _find_largest(stored)
     if not np.isfinite(largest).all():
         row = int(np.argmin(np.isfinite(largest)))
         raise ValueError(f"the matrix holds what is no finite number in row {row}, counted from 0")
@@ -60,7 +60,7 @@ def check_symmetric(matrix: Symmetric) -> None:
         )
 
 
-def _largest(matrix: sp.csr_array) -> NDArray[np.float64]:
+def _find_largest(matrix: sp.csr_array) -> NDArray[np.float64]:
     """The magnitude of each row's largest entry, shape (n,)."""
     filled = np.flatnonzero(np.diff(matrix.indptr))
     largest = np.zeros(matrix.shape[0])

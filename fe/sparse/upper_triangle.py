@@ -46,7 +46,7 @@ def blocks_or_csr(matrix: Symmetric) -> sp.csr_array | UpperBlocks:
     return whole
 
 
-def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
+def take_upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
     """The upper triangle, in blocks of a node where rows and columns come by threes; with its whole diagonal."""
     n = matrix.shape[0]
     if isinstance(matrix, UpperBlocks):
@@ -57,10 +57,10 @@ def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
     if n > MIN_BLOCKED and n % NODE == 0 and (length.reshape(-1, NODE) == length[::NODE, None]).mean() > 1 / FILL:
         blocks = matrix.tobsr((NODE, NODE))
         if blocks.nnz <= FILL * matrix.nnz:
-            upper = _above(blocks.indptr, blocks.indices, blocks.data, NODE)
+            upper = _take_above(blocks.indptr, blocks.indices, blocks.data, NODE)
             if _has_diagonal(upper):
                 return upper
-    upper = _above(matrix.indptr, matrix.indices, matrix.data, 1)
+    upper = _take_above(matrix.indptr, matrix.indices, matrix.data, 1)
     if not _has_diagonal(upper):
         # PARDISO wants every diagonal entry stored, zeros too.
         row = np.repeat(np.arange(n), np.diff(upper.row_start))
@@ -68,11 +68,11 @@ def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
         values = np.concatenate([upper.values, np.zeros(len(missing))])
         places = (np.concatenate([row, missing]), np.concatenate([upper.column, missing]))
         full = sp.csr_array(sp.coo_array((values, places), shape=matrix.shape))
-        upper = _above(full.indptr, full.indices, full.data, 1)
+        upper = _take_above(full.indptr, full.indices, full.data, 1)
     return upper
 
 
-def _above(row_start: NDArray[Any], column: NDArray[Any], values: NDArray[np.float64], block: int) -> Upper:
+def _take_above(row_start: NDArray[Any], column: NDArray[Any], values: NDArray[np.float64], block: int) -> Upper:
     n = len(row_start) - 1
     row = np.repeat(np.arange(n, dtype=column.dtype), np.diff(row_start))
     kept = column >= row

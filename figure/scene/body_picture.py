@@ -54,7 +54,7 @@ class Marks:
     seen_through: float = 0.0
 
 
-def bodies_picture(bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], caption: Caption) -> Path:
+def draw_bodies(bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], caption: Caption) -> Path:
     """Draw bodies in their places into a PNG file.
 
     Parameters
@@ -72,7 +72,7 @@ def bodies_picture(bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], 
         No picture can be drawn on this machine.
     """
     view = choose_view(np.concatenate([mesh.points for group in bodies.values() for mesh in group]), TOWARDS_EYE)
-    return _drawn(bodies, Path(path), view, caption)
+    return _draw(bodies, Path(path), view, caption)
 
 
 def cut_picture(
@@ -86,7 +86,7 @@ def cut_picture(
     Parameters
     ----------
     bodies, path, caption
-        As in `bodies_picture`.
+        As in `draw_bodies`.
     stations
         Stations of the contact line, shape (n_station, 3) [m].
     """
@@ -96,10 +96,10 @@ def cut_picture(
     near = choose_view(corners, TOWARDS_CUT)
     everything = np.concatenate([mesh.points for group in halves.values() for mesh in group])
     depth = float(np.linalg.norm(everything - near.centre, axis=1).max())
-    return _drawn(halves, Path(path), replace(near, depth=depth), caption, stations)
+    return _draw(halves, Path(path), replace(near, depth=depth), caption, stations)
 
 
-def _drawn(
+def _draw(
     bodies: Mapping[str, list[Mesh]],
     file: Path,
     view: View,
@@ -130,10 +130,10 @@ def save_with_legend(
     left, top, width, height = layout.body
     marks = [item for item in marks if len(item.places)]
     for item in marks:
-        _dots(drawn, item, item.places + 2 * drawn.lift, 1.0)
+        _draw_dots(drawn, item, item.places + 2 * drawn.lift, 1.0)
         if item.seen_through:
             # Before the whole body: a parallel projection shows them where they are.
-            _dots(drawn, item, item.places + IN_FRONT * drawn.lift, item.seen_through)
+            _draw_dots(drawn, item, item.places + IN_FRONT * drawn.lift, item.seen_through)
     drawn.plotter.reset_camera_clipping_range()
     picture = _draw_annotations(layout, caption, legend, marks)
     picture[top : top + height, left : left + width] = drawn.image(mesh.points)
@@ -141,7 +141,7 @@ def save_with_legend(
     return file
 
 
-def _dots(drawn: Scene, marks: Marks, places: Vectors, opacity: float) -> None:
+def _draw_dots(drawn: Scene, marks: Marks, places: Vectors, opacity: float) -> None:
     drawn.plotter.add_points(
         places,
         color=marks.colour,

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from fe.mesh import Mesh
 from figure.line_states import STATES
 from figure.scene.caption import Caption, Colouring, Layout, choose_layout, draw_annotations
-from figure.scene.film import Image, Part, file_to_write, pasted, save_exact_gif
+from figure.scene.film import Image, Part, check_suffix, paste, save_exact_gif
 from figure.scene.mode_picture import FILM_HEIGHT
 from figure.scene.station_picture import StationStates, draw_station_pictures
-from figure.scene.view import choose_view, enlargement, scene
+from figure.scene.view import choose_view, compute_enlargement, scene
 from figure.style import format_three_digits
 from geometry.errors import InputError
 
@@ -26,7 +26,7 @@ NEAR, GAP = 820, 30
 LARGE = 1e-3
 
 
-def deflection_film(
+def draw_deflection_film(
     mesh: Mesh,
     displacement: Motion,
     path: str | PathLike[str],
@@ -69,9 +69,9 @@ def deflection_film(
     OutputError
         The file cannot be written.
     """
-    file = file_to_write(path, (".gif",))
-    motion = _checked(mesh, displacement)
-    enlarged = enlargement(mesh, motion, amplitude)
+    file = check_suffix(path, (".gif",))
+    motion = _check_displacement(mesh, displacement)
+    enlarged = compute_enlargement(mesh, motion, amplitude)
     if stations is not None:
         _check_stations(mesh, motion, stations)
     reached = np.linalg.norm(motion, axis=2).max(axis=0)
@@ -86,12 +86,12 @@ def deflection_film(
     )
     note = f"Deflection drawn {format_three_digits(enlarged)} times as large; grey lines: the bodies at rest"
     caption = Caption(title=title, subtitle=subtitle, note=note)
-    film = _frames(mesh, mesh.points + enlarged * motion, colouring, caption, stations)
+    film = _draw_frames(mesh, mesh.points + enlarged * motion, colouring, caption, stations)
     save_exact_gif(film, file, keep=("white", *STATES.values()))
     return file
 
 
-def _frames(
+def _draw_frames(
     mesh: Mesh, places: Motion, colouring: Colouring, caption: Caption, stations: StationStates | None
 ) -> list[Image]:
     view = choose_view(places.reshape(-1, 3))
@@ -110,10 +110,10 @@ def _frames(
         # Even, as `choose_layout` makes it.
         whole = Layout(width=layout.width + 2 * ((near + 2 * gap) // 2), height=layout.height)
     canvas = draw_annotations(whole, caption, colouring)
-    return [pasted(canvas, own) for own in parts]
+    return [paste(canvas, own) for own in parts]
 
 
-def _checked(mesh: Mesh, displacement: Motion) -> Motion:
+def _check_displacement(mesh: Mesh, displacement: Motion) -> Motion:
     motion = np.asarray(displacement, dtype=np.float64)
     if motion.ndim != 3 or len(motion) < 2 or motion.shape[1:] != (mesh.n_node, 3):
         raise InputError(

@@ -31,7 +31,7 @@ N_COLOUR = 256
 WEIGHTS = np.array([1 << 16, 1 << 8, 1])
 
 
-def file_to_write(path: str | PathLike[str], suffixes: Sequence[str]) -> Path:
+def check_suffix(path: str | PathLike[str], suffixes: Sequence[str]) -> Path:
     """A path with one of some suffixes.
 
     Raises
@@ -45,7 +45,7 @@ def file_to_write(path: str | PathLike[str], suffixes: Sequence[str]) -> Path:
     return file
 
 
-def pasted(canvas: Image, parts: Iterable[Part]) -> Image:
+def paste(canvas: Image, parts: Iterable[Part]) -> Image:
     """A copy of a picture with others in it."""
     picture = canvas.copy()
     for left, top, part in parts:
@@ -62,7 +62,7 @@ def save_picture(picture: Image, file: Path) -> None:
         It cannot be written.
     """
     with _writing(file):
-        _pillow(picture).save(file)
+        _convert_to_pillow(picture).save(file)
 
 
 def save_gif(frames: list[Image], file: Path) -> None:
@@ -75,12 +75,12 @@ def save_gif(frames: list[Image], file: Path) -> None:
     """
     # One palette for all frames, from the two ends of the swing: palettes of their own would flicker.
     ends = [frames[0], frames[len(frames) // 2]]
-    palette = _pillow(np.concatenate(ends, axis=1)).quantize(256, dither=0)
+    palette = _convert_to_pillow(np.concatenate(ends, axis=1)).quantize(256, dither=0)
     colours = np.reshape(palette.getpalette(), (-1, 3))
     # The palette averages its colours: without this the paper would be pale grey.
     colours[colours.min(axis=1) > ALMOST_WHITE] = 255
     palette.putpalette(colours.ravel().tolist())
-    save_indexed([_pillow(frame).quantize(palette=palette, dither=0) for frame in frames], file)
+    save_indexed([_convert_to_pillow(frame).quantize(palette=palette, dither=0) for frame in frames], file)
 
 
 def save_exact_gif(frames: list[Image], file: Path, keep: Iterable[str]) -> None:
@@ -100,9 +100,9 @@ def save_exact_gif(frames: list[Image], file: Path, keep: Iterable[str]) -> None
     OutputError
         It cannot be written.
     """
-    palette = _palette(frames, keep)
-    nearest = _nearest(frames, palette)
-    pictures = [_pillow(nearest[frame @ WEIGHTS]) for frame in frames]
+    palette = _choose_palette(frames, keep)
+    nearest = _find_nearest(frames, palette)
+    pictures = [_convert_to_pillow(nearest[frame @ WEIGHTS]) for frame in frames]
     for picture in pictures:
         picture.putpalette(palette.ravel().tolist())
     save_indexed(pictures, file)
@@ -168,19 +168,19 @@ def _writing(file: Path) -> Iterator[None]:
         raise OutputError(f"{file} cannot be written ({error.strerror}): choose a folder that exists") from error
 
 
-def _pillow(picture: Image) -> Any:
+def _convert_to_pillow(picture: Image) -> Any:
     from PIL import Image as Pillow
 
     return Pillow.fromarray(picture)
 
 
-def _palette(frames: list[Image], keep: Iterable[str]) -> UInt8[NDArray[np.uint8], "colour 3"]:
+def _choose_palette(frames: list[Image], keep: Iterable[str]) -> UInt8[NDArray[np.uint8], "colour 3"]:
     """One palette for all frames, from the two ends of the swing: palettes of their own would flicker."""
     from matplotlib.colors import to_rgb
     from PIL import Image as Pillow
 
     exact = np.array([to_rgb(colour) for colour in keep])
-    ends = _pillow(np.concatenate([frames[0], frames[len(frames) // 2]], axis=1))
+    ends = _convert_to_pillow(np.concatenate([frames[0], frames[len(frames) // 2]], axis=1))
     n_free = N_COLOUR - len(exact)
     # Means of clusters lie nearer to the colours of a colour map than the median cut alone.
     clusters = ends.quantize(n_free, kmeans=2, dither=Pillow.Dither.NONE)
@@ -188,7 +188,9 @@ def _palette(frames: list[Image], keep: Iterable[str]) -> UInt8[NDArray[np.uint8
     return np.concatenate([np.rint(255 * exact), free[:n_free]]).astype(np.uint8)
 
 
-def _nearest(frames: list[Image], palette: UInt8[NDArray[np.uint8], "colour 3"]) -> UInt8[NDArray[np.uint8], " rgb"]:
+def _find_nearest(
+    frames: list[Image], palette: UInt8[NDArray[np.uint8], "colour 3"]
+) -> UInt8[NDArray[np.uint8], " rgb"]:
     """Number of the nearest colour of the palette for each colour of the frames: Pillow's own search is not exact."""
     result = np.zeros(1 << 24, dtype=np.bool_)
     for frame in frames:

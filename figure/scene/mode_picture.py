@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from figure.scene.caption import HEIGHT, Caption, Colouring, Layout, choose_layout, draw_annotations
-from figure.scene.film import Image, file_to_write, pasted, require_film_writer, save_film, save_gif, save_picture
-from figure.scene.view import Scene, Vectors, choose_view, enlargement, scene
+from figure.scene.film import Image, check_suffix, paste, require_film_writer, save_film, save_gif, save_picture
+from figure.scene.view import Scene, Vectors, choose_view, compute_enlargement, scene
 from geometry.errors import InputError
 
 Field = Literal["displacement", "von_mises"]
@@ -100,13 +100,13 @@ def mode_picture(
     OutputError
         The file cannot be written.
     """
-    file = file_to_write(path, (".png",))
-    deflection = _deflection(mesh, displacement, amplitude)
-    colouring = _colouring(mesh, displacement, colour)
+    file = check_suffix(path, (".png",))
+    deflection = _scale_deflection(mesh, displacement, amplitude)
+    colouring = _make_colouring(mesh, displacement, colour)
     reached = np.concatenate([mesh.points, mesh.points + deflection])
-    caption = _caption(frequency, title, deflection)
-    with _stage(mesh, colouring, reached, caption, window_size, HEIGHT) as (canvas, place, drawn):
-        picture = pasted(canvas, [(*place, drawn.image(mesh.points + deflection))])
+    caption = _make_caption(frequency, title, deflection)
+    with _prepare_scene(mesh, colouring, reached, caption, window_size, HEIGHT) as (canvas, place, drawn):
+        picture = paste(canvas, [(*place, drawn.image(mesh.points + deflection))])
     save_picture(picture, file)
     return file
 
@@ -139,27 +139,27 @@ def mode_animation(
     InputError, MissingSoftware, OutputError
         As in `mode_picture`; also MissingSoftware for an MP4 without imageio-ffmpeg.
     """
-    file = file_to_write(path, (".gif", ".mp4"))
+    file = check_suffix(path, (".gif", ".mp4"))
     if n_frame < 2:
         raise InputError(f"n_frame = {n_frame} frames show no motion: give at least 2")
     if is_film := file.suffix.lower() == ".mp4":
         require_film_writer()
-    deflection = _deflection(mesh, displacement, amplitude)
-    colouring = _colouring(mesh, displacement, colour)
+    deflection = _scale_deflection(mesh, displacement, amplitude)
+    colouring = _make_colouring(mesh, displacement, colour)
     reached = np.concatenate([mesh.points + deflection, mesh.points - deflection])
-    caption = _caption(frequency, title, deflection)
-    with _stage(mesh, colouring, reached, caption, window_size, FILM_HEIGHT) as (canvas, place, drawn):
+    caption = _make_caption(frequency, title, deflection)
+    with _prepare_scene(mesh, colouring, reached, caption, window_size, FILM_HEIGHT) as (canvas, place, drawn):
         # From the largest deflection on, so that a still preview shows the mode.
         phases = 2 * np.pi * np.arange(n_frame) / n_frame
         bodies = (drawn.image(mesh.points + np.cos(phase) * deflection) for phase in phases)
-        frames = [pasted(canvas, [(*place, body)]) for body in bodies]
+        frames = [paste(canvas, [(*place, body)]) for body in bodies]
     save = save_film if is_film else save_gif
     save(frames, file)
     return file
 
 
 @contextmanager
-def _stage(
+def _prepare_scene(
     mesh: Mesh,
     colouring: Colouring,
     reached: Float[NDArray[np.float64], "point 3"],
@@ -180,21 +180,21 @@ def _stage(
         yield draw_annotations(layout, caption, colouring), (left, top), drawn
 
 
-def _caption(frequency: float, title: str, deflection: Vectors) -> Caption:
+def _make_caption(frequency: float, title: str, deflection: Vectors) -> Caption:
     largest = float(np.linalg.norm(deflection, axis=1).max())
     hertz = f"{frequency:.2f} Hz"
     note = f"Largest deflection drawn as {largest * 1e3:.3g} mm; grey lines: the body at rest"
     return Caption(title=title or hertz, subtitle=hertz if title else "", note=note)
 
 
-def _deflection(mesh: Mesh, displacement: Vectors, amplitude: float | None) -> Vectors:
+def _scale_deflection(mesh: Mesh, displacement: Vectors, amplitude: float | None) -> Vectors:
     shape = np.asarray(displacement, dtype=np.float64)
     if shape.shape != (mesh.n_node, 3):
         raise InputError(f"displacement has the shape {shape.shape}, but the mesh has {mesh.n_node} nodes: give (n, 3)")
-    return shape * enlargement(mesh, shape, amplitude)
+    return shape * compute_enlargement(mesh, shape, amplitude)
 
 
-def _colouring(mesh: Mesh, displacement: Vectors, colour: ModeColour) -> Colouring:
+def _make_colouring(mesh: Mesh, displacement: Vectors, colour: ModeColour) -> Colouring:
     if colour.field not in LABELS:
         raise InputError(f'field = "{colour.field}" is unknown: use one of {", ".join(LABELS)}')
     name, colour_map = LABELS[colour.field]

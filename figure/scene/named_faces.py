@@ -73,12 +73,12 @@ def named_faces_picture(
     note = f"{mesh.n_node} nodes, {mesh.n_cell} elements{behind}"
     caption = Caption(title=title, subtitle="Mesh and named faces", note=note)
     with scene(mesh, colouring, view, layout.body[2:]) as drawn:
-        drawn.surface.point_data["value"] = _numbers(mesh, faces)
+        drawn.surface.point_data["value"] = _number_points(mesh, faces)
         legend = dict(zip(faces, colours[1:], strict=True))
         return save_with_legend(drawn, mesh, layout, caption, legend, marks, Path(path))
 
 
-def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64], " point"]:
+def _number_points(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64], " point"]:
     """Number of the name of each point of the skin: those of one face have points of their own."""
     name_of: dict[tuple[int, ...], int] = {}
     for number, named in enumerate(faces.values(), start=1):

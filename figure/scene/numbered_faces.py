@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from figure.scene.film import file_to_write
-from figure.scene.off_screen import pyvista_off_screen
+from figure.scene.film import check_suffix
+from figure.scene.off_screen import load_pyvista_off_screen
 
 #: Corners [m] and triangles of a face.
 Surface = tuple[Float[NDArray[np.float64], "corner 3"], Int[NDArray[np.int64], "triangle 3"]]
@@ -27,7 +27,7 @@ ZOOM = 1.1
 VIEWS = ((0.8, -0.62, 0.36), (-0.8, 0.62, -0.36))
 
 
-def numbered_faces_picture(surfaces: Sequence[Surface], path: str | PathLike[str], *, title: str) -> Path:
+def draw_numbered_faces(surfaces: Sequence[Surface], path: str | PathLike[str], *, title: str) -> Path:
     """Draw the faces from both sides, each with its number, counted from 1.
 
     Parameters
@@ -44,8 +44,8 @@ def numbered_faces_picture(surfaces: Sequence[Surface], path: str | PathLike[str
     MissingSoftware
         No picture can be drawn on this machine.
     """
-    file = file_to_write(path, (".png",))
-    pyvista = pyvista_off_screen()
+    file = check_suffix(path, (".png",))
+    pyvista = load_pyvista_off_screen()
     plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, shape=(1, 2), border=False)
     meshes = [pyvista.PolyData(corners, np.insert(triangles, 0, 3, axis=1).ravel()) for corners, triangles in surfaces]
     for half, towards_eye in enumerate(VIEWS):
@@ -55,7 +55,7 @@ def numbered_faces_picture(surfaces: Sequence[Surface], path: str | PathLike[str
             edges = mesh.extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
             if edges.n_points:  # a sphere has none
                 plotter.add_mesh(edges, color="#101820", line_width=1.5)
-        centres = np.array([mesh.cell_centers().points[_largest(mesh)] for mesh in meshes])
+        centres = np.array([mesh.cell_centers().points[_find_largest(mesh)] for mesh in meshes])
         seen = [k for k, mesh in enumerate(meshes) if _faces_eye(mesh, towards_eye)]
         if seen:
             numbers = [str(k + 1) for k in seen]
@@ -71,7 +71,7 @@ def numbered_faces_picture(surfaces: Sequence[Surface], path: str | PathLike[str
     return file
 
 
-def _largest(mesh: object) -> int:
+def _find_largest(mesh: object) -> int:
     """Number of the largest triangle."""
     return int(mesh.compute_cell_sizes(length=False, volume=False)["Area"].argmax())  # type: ignore[attr-defined]
 
@@ -81,4 +81,4 @@ def _faces_eye(mesh: object, towards_eye: Sequence[float]) -> bool:
     normals = mesh.compute_normals(  # type: ignore[attr-defined]
         point_normals=False, cell_normals=True, auto_orient_normals=False, consistent_normals=False
     )["Normals"]
-    return bool(normals[_largest(mesh)] @ np.array(towards_eye) > 0)
+    return bool(normals[_find_largest(mesh)] @ np.array(towards_eye) > 0)

@@ -31,13 +31,13 @@ def require_egl() -> None:
         egl = ctypes.CDLL("libEGL.so.1")
     except OSError as error:
         raise MissingSoftware(f"off-screen pictures need libEGL.so.1: install it with `{REMEDY}`") from error
-    if _n_device(egl) == 0:
+    if _count_devices(egl) == 0:
         raise MissingSoftware(
             f"off-screen pictures need a driver for EGL, which finds none: install it with `{REMEDY}`"
         )
 
 
-def pyvista_off_screen() -> ModuleType:
+def load_pyvista_off_screen() -> ModuleType:
     """PyVista, set to draw through EGL into memory.
 
     Raises
@@ -53,7 +53,7 @@ def pyvista_off_screen() -> ModuleType:
     return pyvista
 
 
-def _n_device(egl: ctypes.CDLL) -> int:
+def _count_devices(egl: ctypes.CDLL) -> int:
     """Number of devices that EGL can draw with (extension EGL_EXT_device_enumeration); 1 if it cannot be asked."""
     egl.eglGetProcAddress.restype = ctypes.c_void_p
     egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]

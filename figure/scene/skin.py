@@ -54,7 +54,7 @@ class FacePattern:
 def make_face_pattern(element: Element, local: int, n: int) -> FacePattern:
     """The pattern of a face with `n` facets along its sides, an even number for triangles."""
     face = list(element.faces[local])
-    at, facets, rims = (_triangle if len(element.corner_faces[local]) == 3 else _square)(n)
+    at, facets, rims = (_sample_triangle if len(element.corner_faces[local]) == 3 else _square)(n)
     origin, along = find_face_frame(element, local)
     value = element.shape(origin + at @ along)[:, face]
     u, v = np.einsum("qaj,tj->tqa", element.gradient(origin + at @ along)[:, face], along)
@@ -66,10 +66,10 @@ def _square(n: int) -> Samples:
     local = np.linspace(0, 1, n + 1)
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     rims = np.stack([index[0], index[:, -1], index[-1, ::-1], index[::-1, 0]])
-    return np.array([(u, v) for v in local for u in local]), _facets(index), rims
+    return np.array([(u, v) for v in local for u in local]), _list_facets(index), rims
 
 
-def _triangle(n: int) -> Samples:
+def _sample_triangle(n: int) -> Samples:
     """Three quadrilaterals, each between a corner, the middles of the two sides there and the centre."""
     half = n // 2
     a, b = (grid.ravel()[:, None] for grid in np.meshgrid(*[np.linspace(0, 1, half + 1)] * 2))
@@ -79,12 +79,12 @@ def _triangle(n: int) -> Samples:
         after, before = ((corner + TRIANGLE[(k + step) % 3]) / 2 for step in (1, 2))
         points.append((1 - a) * (1 - b) * corner + a * (1 - b) * after + a * b * centre + (1 - a) * b * before)
         index.append((half + 1) ** 2 * k + np.arange((half + 1) ** 2).reshape(half + 1, half + 1))
-        facets.append(_facets(index[-1]))
+        facets.append(_list_facets(index[-1]))
     rims = [np.concatenate([index[k][0], index[(k + 1) % 3][-2::-1, 0]]) for k in range(3)]
     return np.concatenate(points), np.concatenate(facets), np.stack(rims)
 
 
-def _facets(index: Int[NDArray[np.int64], "v u"]) -> Int[NDArray[np.int64], "facet 4"]:
+def _list_facets(index: Int[NDArray[np.int64], "v u"]) -> Int[NDArray[np.int64], "facet 4"]:
     return np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(-1, 4)
 
 
@@ -149,7 +149,7 @@ def make_skin(mesh: Mesh) -> Skin:
         edges=np.concatenate(edges),
         is_feature=np.empty(0, dtype=bool),
     )
-    single, is_feature = _single_edges(every, np.concatenate(sides), every.normals(mesh.points))
+    single, is_feature = _find_single_edges(every, np.concatenate(sides), every.normals(mesh.points))
     return Skin(
         sample=sample, along_u=u, along_v=v, quads=every.quads, edges=every.edges[single], is_feature=is_feature
     )
@@ -170,7 +170,7 @@ def find_patterned_faces(mesh: Mesh) -> list[tuple[FacePattern, Int[NDArray[np.i
     ]
 
 
-def _single_edges(
+def _find_single_edges(
     skin: Skin, sides: Int[NDArray[np.int64], "side 2"], normals: Float[NDArray[np.float64], "point 3"]
 ) -> tuple[Int[NDArray[np.int64], " edge"], NDArray[np.bool_]]:
     """One of the two polylines of each edge, and whether the faces beside it meet at an angle."""

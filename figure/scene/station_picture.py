@@ -12,7 +12,7 @@ from fe.mesh import Mesh
 from figure.line_states import STATES, refuse_unknown_states
 from figure.scene.caption import DPI, Colouring
 from figure.scene.film import Image, Part
-from figure.scene.off_screen import pyvista_off_screen
+from figure.scene.off_screen import load_pyvista_off_screen
 from figure.scene.view import OVERSAMPLING, Scene, Vectors, View, behind, choose_view, scene
 from figure.style import INK
 from geometry.errors import InputError
@@ -105,7 +105,7 @@ def draw_station_pictures(
     aspect = float(np.clip(view.half_width / view.half_height, STEEPEST, FLATTEST))
     size = (width, min(round(width / aspect), height - above - below))
     top += (height - above - size[1] - below) // 2
-    heading = _words((width, above), "Contact stations, bodies cut open", scale)
+    heading = _draw_words((width, above), "Contact stations, bodies cut open", scale)
     half = behind(mesh, float(mesh.points[stations.node, 0].mean()))
     cut = half if half.n_cell else mesh
     result: list[list[Part]] = []
@@ -113,8 +113,8 @@ def draw_station_pictures(
         dots = _Dots(drawn, view, mesh.points[stations.node])
         for number, (nodes, states) in enumerate(zip(places, stations.states, strict=True)):
             dots.move(nodes[stations.node], states)
-            picture = _framed(drawn.image(nodes))
-            words = _words((width, below), f"time / period = {number / len(places):.3f}", scale, STATES)
+            picture = _add_frame(drawn.image(nodes))
+            words = _draw_words((width, below), f"time / period = {number / len(places):.3f}", scale, STATES)
             result.append([(left, top, heading), (left, top + above, picture), (left, top + above + size[1], words)])
     return result
 
@@ -136,7 +136,7 @@ class _Dots:
         self._plotter = drawn.plotter
         # Points are drawn as spheres: those of the rims must not reach in front of the dots.
         self._to_dot, self._to_rim = (share * view.depth * view.towards_eye for share in (DOT_BEFORE, RIM_BEFORE))
-        polydata = pyvista_off_screen().PolyData
+        polydata = load_pyvista_off_screen().PolyData
         self._dot, self._rim = polydata(points + self._to_dot), polydata(points + self._to_rim)
         self._dot.point_data["state"] = np.zeros(len(points))
         look: dict[str, Any] = {"style": "points", "render_points_as_spheres": True, "lighting": False}
@@ -164,14 +164,14 @@ def _view(everything: Vectors, reached: Vectors) -> View:
     )
 
 
-def _framed(picture: Image) -> Image:
+def _add_frame(picture: Image) -> Image:
     picture = picture.copy()
     picture[[0, -1]] = FRAME_GREY
     picture[:, [0, -1]] = FRAME_GREY
     return picture
 
 
-def _words(size: tuple[int, int], text: str, scale: float, legend: Mapping[str, str] | None = None) -> Image:
+def _draw_words(size: tuple[int, int], text: str, scale: float, legend: Mapping[str, str] | None = None) -> Image:
     """A line of text, at the right of a legend where there is one."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

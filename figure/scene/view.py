@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fe.mesh import Mesh
 from figure.scene.caption import Colouring
 from figure.scene.film import Image
-from figure.scene.off_screen import pyvista_off_screen
+from figure.scene.off_screen import load_pyvista_off_screen
 from figure.scene.skin import Skin, make_skin
 from geometry.errors import InputError
 
@@ -141,16 +141,16 @@ def scene(mesh: Mesh, colouring: Colouring, view: View, size: tuple[int, int]) -
     MissingSoftware
         No picture can be drawn on this machine.
     """
-    pyvista = pyvista_off_screen()
+    pyvista = load_pyvista_off_screen()
     skin = make_skin(mesh)
     rest = skin.sample @ mesh.points
     surface = pyvista.PolyData.from_regular_faces(rest, skin.quads)
     surface.point_data["value"] = skin.sample @ colouring.values
     surface.point_data.active_normals = skin.normals(mesh.points)
     lift = view.towards_eye * (0.002 * view.depth)
-    lines = _polylines(pyvista, rest + lift, skin.edges)
+    lines = _make_polylines(pyvista, rest + lift, skin.edges)
     # Between surface and lines: where the body is at rest, its outline must not flicker.
-    outline = _polylines(pyvista, rest + lift / 2, skin.edges[skin.is_feature])
+    outline = _make_polylines(pyvista, rest + lift / 2, skin.edges[skin.is_feature])
     plotter = pyvista.Plotter(off_screen=True, window_size=[OVERSAMPLING * n for n in size], lighting="none")
     try:
         plotter.set_background("white")
@@ -189,12 +189,12 @@ def _aim(camera: Any, view: View, size: tuple[int, int]) -> None:
     camera.clipping_range = (view.depth, 7 * view.depth)
 
 
-def _polylines(pyvista: Any, points: Vectors, edges: NDArray[np.int64]) -> Any:
+def _make_polylines(pyvista: Any, points: Vectors, edges: NDArray[np.int64]) -> Any:
     lines = np.column_stack([np.full(len(edges), edges.shape[1]), edges])
     return pyvista.PolyData(points.copy(), lines=lines.ravel())
 
 
-def enlargement(mesh: Mesh, displacement: Motion, amplitude: float | None) -> float:
+def compute_enlargement(mesh: Mesh, displacement: Motion, amplitude: float | None) -> float:
     """Scale factor of a displacement in a picture [-]; 1 where nothing moves.
 
     Parameters

@@ -14,7 +14,7 @@ from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.solution import forces_at
 from hbsolve.state import harmonic_at, make_initial_sliders
-from reduction.array_input import freeze_arrays, real_number, whole_number
+from reduction.array_input import check_real_number, check_whole_number, freeze_arrays
 from reduction.array_type import Array, Real
 
 #: |R| over the motion, and |S| over the mode's own term, of a solution; Newton iterations at most.
@@ -136,13 +136,13 @@ def backbone(
     ----------
     Krack, Nonlinear modal analysis of nonconservative systems, Computers and Structures 154 (2015).
     """
-    number = whole_number(mode, "mode", BalanceError)
+    number = check_whole_number(mode, "mode", BalanceError)
     if not 1 <= number <= balance.system.n_dof:
         raise BalanceError(f"there is no mode {number}: the structure has 1 to {balance.system.n_dof}")
-    first, last = real_number(first, "first", BalanceError), real_number(last, "last", BalanceError)
+    first, last = check_real_number(first, "first", BalanceError), check_real_number(last, "last", BalanceError)
     if not 0 < first < last < np.inf:
         raise BalanceError(f"the amplitudes from {first:g} to {last:g} must be positive and ascending")
-    if not LEAST < real_number(step, "step", BalanceError) < np.inf:
+    if not LEAST < check_real_number(step, "step", BalanceError) < np.inf:
         raise BalanceError(f"step = {step:g} must be finite and larger than {LEAST:g}")
     if balance.n_harmonic < 2:
         raise BalanceError("n_harmonic = 1 is the mean alone: a mode needs its fundamental, n_harmonic = 2 at least")

@@ -28,7 +28,7 @@ from hbsolve.aft import InitialSliders, JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.fourier import Coefficients
 from hbsolve.joint_law.registry import PARAMETERS
-from hbsolve.linear_modes import linear_modes
+from hbsolve.linear_modes import compute_linear_modes
 from hbsolve.linearised import active_rows, scattered, times_jacobian
 from hbsolve.newton import apply_receptance, newton_step
 from hbsolve.sampling import complex_from_real, real_from_complex
@@ -95,7 +95,7 @@ class ModalBalance:
     """
 
     def __init__(self, balance: HarmonicBalance, mode: int) -> None:
-        self.balance, self.mode, self.modes = balance, mode, linear_modes(balance)
+        self.balance, self.mode, self.modes = balance, mode, compute_linear_modes(balance)
         self.others = np.delete(np.arange(len(self.modes.eigenvalue)), mode)
         self.static = self.modes.shapes.T @ balance.structure.static[0].real / self.modes.eigenvalue
         self.rest = np.zeros((balance.n_direction, 2 * balance.n_harmonic - 1))

@@ -30,7 +30,7 @@ from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
 from hbsolve.newton import RELATIVE, STALLED, bordered_step, imbalance
-from hbsolve.solution import TOLERANCE, linear_size
+from hbsolve.solution import TOLERANCE, compute_linear_size
 from reduction.array_type import Real, Whole
 
 #: Corrections at most.
@@ -86,13 +86,13 @@ def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -
     alone determines the direction.
     """
     t = _along_kernel(here, last, metric)
-    sign = _determinant_sign(here) * (1 if t.value >= 0 else -1)
+    sign = _compute_determinant_sign(here) * (1 if t.value >= 0 else -1)
     if sign == -orientation and metric.cosine(t, last) < STRAIGHT_ON:
         return Direction(-t.motion, -t.value), orientation
     return t, sign
 
 
-def corrected_points(
+def correct_points(
     path: Path,
     x: Real,
     value: float,
@@ -139,7 +139,7 @@ def correct_in_plane(
         norm = float(np.linalg.norm(at.residual))
         if norm > STALLED * best:
             norm = float(imbalance(at.residual, at.condensed.columns, x_new, at.forces.coefficients))
-        if norm <= TOLERANCE * linear_size(at.balance.linear(at.condensed)):
+        if norm <= TOLERANCE * compute_linear_size(at.balance.linear(at.condensed)):
             break
         if iteration == CORRECTIONS or not np.isfinite(norm) or norm > 1e3 * best:
             return None
@@ -169,7 +169,7 @@ def _along_kernel(here: Equation, last: Direction, metric: Metric) -> Direction:
     return Direction(t.motion / length, t.value / length)
 
 
-def _determinant_sign(here: Equation) -> int:
+def _compute_determinant_sign(here: Equation) -> int:
     """Sign of det(I + L A)."""
     first, count = here.balance.joint_of_direction
     rows: Whole = active_rows(here.forces.active)

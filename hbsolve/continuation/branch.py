@@ -9,14 +9,14 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from hbsolve.balance import default_samples
+from hbsolve.balance import choose_samples
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.matlab import Exported
 from hbsolve.netcdf import dimensions, read_netcdf
 from hbsolve.sampling import real_from_complex
 from hbsolve.state import SteadyState, harmonic_at
-from reduction.array_input import freeze_arrays, whole_number
+from reduction.array_input import check_whole_number, freeze_arrays
 from reduction.array_type import Array, Real
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class ResponseBranch(Exported):
         count, n_harmonic = len(self.angular_frequency), np.shape(self.coefficients)[1]
         for name, value in (
             ("level", 1), ("iterations", 0), ("highest_harmonic", n_harmonic - 1),
-            ("n_sample", default_samples(n_harmonic)),
+            ("n_sample", choose_samples(n_harmonic)),
         ):  # fmt: skip
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.full(count, float(value)))
@@ -147,7 +147,7 @@ class ResponseBranch(Exported):
             that is not one of these.
         """
         at = harmonic_at(self.coefficients, row, harmonic)
-        if whole_number(derivative, "derivative", BalanceError) not in (0, 1, 2):
+        if check_whole_number(derivative, "derivative", BalanceError) not in (0, 1, 2):
             raise BalanceError(f"derivative = {derivative} must be 0, 1 or 2: displacement, velocity or acceleration")
         return np.asarray((1j * harmonic * self.angular_frequency) ** derivative * at)
 
@@ -171,7 +171,7 @@ class ResponseBranch(Exported):
             No such point, or a balance of another structure.
         """
         count, n_harmonic, n_dof = self.coefficients.shape
-        number = whole_number(index, "index", BalanceError)
+        number = check_whole_number(index, "index", BalanceError)
         if not -count <= number < count:
             raise BalanceError(f"there is no point {number}: the branch has {count}, give 0 to {count - 1}")
         if n_dof != balance.system.n_dof:

@@ -12,14 +12,14 @@ from reduction.array_type import Real
 LEVEL_POWERS, SAME_LEVEL = (1, 2), 1e-9
 
 
-def path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Real]:
+def make_path(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Real]:
     """What the branch was continued over, and its value at each point."""
     frequency, level = branch.angular_frequency, branch.level
     if not len(frequency):
         raise BalanceError("the branch has no point")
     if len(level) > 1 and np.ptp(level) == 0 and np.ptp(frequency) == 0:
         raise BalanceError("neither frequency nor level changes along the branch: a joint's parameter cannot")
-    grown = _level_power(frequency, level)
+    grown = _find_level_power(frequency, level)
     if grown is not None:
         scale = float(level[0] / frequency[0] ** grown)
         return FrequencyPath(balance=balance.at_level(scale), level_power=grown), frequency
@@ -30,7 +30,7 @@ def path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Rea
     raise BalanceError("both frequency and level change along the branch: give one along which one of them does")
 
 
-def _level_power(frequency: Real, level: Real) -> int | None:
+def _find_level_power(frequency: Real, level: Real) -> int | None:
     """P where the level of a branch is that of a `FrequencyPath` that varies with Omega^p; None for any other."""
     if np.ptp(frequency) == 0 or np.ptp(level) == 0:
         return None

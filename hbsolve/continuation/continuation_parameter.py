@@ -164,7 +164,7 @@ class JointPath(Path):
     parameter: str
 
     def __post_init__(self) -> None:
-        joint_index(self.balance, self.joint, self.parameter)
+        find_joint_index(self.balance, self.joint, self.parameter)
 
     @property
     def unit(self) -> str:
@@ -179,7 +179,7 @@ class JointPath(Path):
         BalanceError
             A value that the joint cannot have.
         """
-        number, index = joint_index(self.balance, self.joint, self.parameter)
+        number, index = find_joint_index(self.balance, self.joint, self.parameter)
         try:
             self.balance.system.joints[number].with_values({self.parameter: value})
         except JointError as error:
@@ -192,11 +192,11 @@ class JointPath(Path):
 
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """See `Path`."""
-        number, index = joint_index(self.balance, self.joint, self.parameter)
+        number, index = find_joint_index(self.balance, self.joint, self.parameter)
         return np.asarray(apply_receptance(condensed.columns, spread(balance, number, forces.by_parameter[index])))
 
 
-def joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[int, int]:
+def find_joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[int, int]:
     """Number of a joint, and of its parameter in the table.
 
     Where there is no such joint or parameter the message lists those that there are (`BalanceError`).

@@ -24,14 +24,14 @@ import numpy as np
 from jaxtyping import Complex
 
 from hbsolve.aft import JointForces
-from hbsolve.balance import HarmonicBalance, checked_frequency
+from hbsolve.balance import HarmonicBalance, check_frequency
 from hbsolve.condensed import Condensed, CondensedSlopes, CondensedStructure
 from hbsolve.continuation.continuation_parameter import Path
 from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.state import SteadyState, harmonic_at
-from reduction.array_input import finite_number, whole_number
+from reduction.array_input import check_finite_number, check_whole_number
 from reduction.array_type import Array, Real, Vector
 from reduction.base_excitation import BaseExcitation
 
@@ -84,12 +84,12 @@ class ControlledAmplitude(Path):
     unit = "Hz"
 
     def __post_init__(self) -> None:
-        amplitude = finite_number(self.amplitude, "amplitude", BalanceError)
+        amplitude = check_finite_number(self.amplitude, "amplitude", BalanceError)
         if amplitude <= 0:
             raise BalanceError(f"amplitude = {amplitude:g} must be positive: it is what the control holds")
         object.__setattr__(self, "amplitude", amplitude)
-        object.__setattr__(self, "row", _sensor_row(self.row, self.balance.system.n_dof))
-        if whole_number(self.derivative, "derivative", BalanceError) not in (0, 1, 2):
+        object.__setattr__(self, "row", _make_sensor_row(self.row, self.balance.system.n_dof))
+        if check_whole_number(self.derivative, "derivative", BalanceError) not in (0, 1, 2):
             raise BalanceError(
                 f"derivative = {self.derivative} must be 0, 1 or 2: displacement, velocity or acceleration"
             )
@@ -116,7 +116,7 @@ class ControlledAmplitude(Path):
         Its states have the motion of the joint directions alone: `reading` gives the force, and `ordinary` the
         structure of the full motion.
         """
-        seen = self._structure.at_with_slopes(checked_frequency(value))
+        seen = self._structure.at_with_slopes(check_frequency(value))
         assert seen.slopes is not None
         reading, own = self._split(seen)
         if reading.driven == 0:
@@ -197,7 +197,7 @@ class ControlledAmplitude(Path):
         return self.balance.at_level(1.0)
 
 
-def _sensor_row(row: int | Vector, n_dof: int) -> Real:
+def _make_sensor_row(row: int | Vector, n_dof: int) -> Real:
     """The row of a sensor over all degrees of freedom, each of which reads itself."""
     weights = harmonic_at(np.eye(n_dof, dtype=np.complex128)[:, None], row, 0).real
     if not weights.any():

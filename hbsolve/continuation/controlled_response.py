@@ -16,13 +16,13 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.controlled_amplitude import ControlledAmplitude, Reading
-from hbsolve.continuation.response import branch_of, follow_to_end
+from hbsolve.continuation.response import follow_to_end, make_branch
 from hbsolve.continuation.step import Continuation, ContinuationState
 from hbsolve.errors import NoSteadyState
 from hbsolve.linearised import active_rows, transposed_jacobian
 from hbsolve.newton import RELATIVE, bordered_step
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.solution import TOLERANCE, forces_at, recover_state, relative_residual, residual, solve_at
+from hbsolve.solution import TOLERANCE, compute_relative_residual, forces_at, recover_state, residual, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import from_many_starts
 from reduction.array_type import Real, Vector
@@ -80,15 +80,15 @@ def controlled_response(
         No steady state with that amplitude at the first frequency, or none under the force that a point needs.
     """
     path = ControlledAmplitude(balance=balance, row=row, amplitude=amplitude, derivative=derivative, base=base)
-    continuation = controlled_continuation(path, first, last, step)
+    continuation = make_controlled_continuation(path, first, last, step)
     sliders = make_initial_sliders(balance, slider)
     begun = begin_controlled(continuation, sliders)
     points, state, reason = follow_to_end(continuation, begun, report)
     states = [state_under_force(path, value, point.motion, sliders, point.iterations) for value, point in points]
-    return branch_of([balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
+    return make_branch([balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
 
 
-def controlled_continuation(
+def make_controlled_continuation(
     path: ControlledAmplitude, first: float, last: float, step: float | None = None
 ) -> Continuation:
     """The branch of a path between two frequencies, at both of which the force moves the sensor (`BalanceError`)."""
@@ -179,7 +179,7 @@ class _Trial:
         g = complex_from_real(self.forces.coefficients)[1]
         self.read = complex(level * reading.driven - reading.receptance @ g)
         self.held = path.held(condensed.angular_frequency)
-        self.unbalance = relative_residual(self.balance, condensed, motion, self.forces, self.residual)
+        self.unbalance = compute_relative_residual(self.balance, condensed, motion, self.forces, self.residual)
         self.norm = max(self.unbalance, abs(abs(self.read) / self.held - 1))
 
     def corrected(self) -> "_Trial":

@@ -28,7 +28,7 @@ from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.continuation_parameter import FrequencyPath, equation
 from hbsolve.continuation.level_arc import LevelArc, follow_level
 from hbsolve.continuation.peak import interpolated_peak
-from hbsolve.continuation.response import branch_of
+from hbsolve.continuation.response import make_branch
 from hbsolve.continuation.step import Continuation, ContinuationState, Mark
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoPeakError
@@ -98,7 +98,7 @@ def detached_curves(
         if report is not None:
             report(number, len(seeds))
     ends = [search.upward.first, *sorted(arcs), search.upward.last]
-    for bracket in _brackets(ends, [arcs[omega] for omega in sorted(arcs)]):
+    for bracket in _find_brackets(ends, [arcs[omega] for omega in sorted(arcs)]):
         search.refine(bracket)
     return tuple(search.curves[1:])
 
@@ -133,7 +133,7 @@ class _Search:
         first, last = self.upward.first, self.upward.last
         edge = (last - first) / (2 * N_FREQUENCY)
         evenly = np.linspace(first + edge, last - edge, N_FREQUENCY)
-        peaks = _peaks(self.curves[0])
+        peaks = _find_peaks(self.curves[0])
         return [*peaks, *(item for item in evenly.tolist() if all(abs(item - peak) > edge for peak in peaks))]
 
     def along_level(self, angular_frequency: float) -> LevelArc:
@@ -159,7 +159,7 @@ class _Search:
             below, above = (lower + middle) / 2, (middle + upper) / 2
             values = {middle: missed, **{item: self.along_level(item).missed for item in (below, above)}}
             best = min((value, at) for at, value in values.items())
-            if best[1] == middle and _lowest(values) > WORTHWHILE * missed:
+            if best[1] == middle and _find_lowest(values) > WORTHWHILE * missed:
                 return
             lower, upper = {below: (lower, middle), middle: (below, above), above: (middle, upper)}[best[1]]
             missed, middle = best
@@ -168,7 +168,7 @@ class _Search:
         """Whether a state is one of those of a curve at its frequency."""
         size = float(np.linalg.norm(state.motion)) or 1.0
         balance, condensed = self.upward.path.at(state.angular_frequency)
-        for start, length in _passes(curve, balance, state.angular_frequency):
+        for start, length in _list_passes(curve, balance, state.angular_frequency):
             if np.linalg.norm(start - state.motion) > length + 0.1 * size:
                 continue
             result = newton_from(balance, condensed, start, self.sliders)
@@ -186,7 +186,7 @@ class _Search:
         if len(points) < 2:
             return None
         # States of a branch carry the level that holds at their frequency.
-        return branch_of([self.balance] * len(points), points, reason)
+        return make_branch([self.balance] * len(points), points, reason)
 
     def _follow(self, continuation: Continuation, state: SteadyState) -> tuple[list[SteadyState], StopReason]:
         """Points from a state to where its curve closes, or leaves the range at either end."""
@@ -238,7 +238,9 @@ def _set_out(continuation: Continuation, state: SteadyState, sliders: InitialSli
     return replace(at, value=value, tangent=ahead, orientation=orientation, mark=mark)
 
 
-def _passes(curve: ResponseBranch, balance: HarmonicBalance, angular_frequency: float) -> Iterator[tuple[Real, float]]:
+def _list_passes(
+    curve: ResponseBranch, balance: HarmonicBalance, angular_frequency: float
+) -> Iterator[tuple[Real, float]]:
     """Motions near which a curve passes a frequency, and the length of the step between its points there."""
     omega = curve.angular_frequency
     for index in np.flatnonzero((omega[:-1] - angular_frequency) * (omega[1:] - angular_frequency) <= 0).tolist():
@@ -248,15 +250,15 @@ def _passes(curve: ResponseBranch, balance: HarmonicBalance, angular_frequency: 
         yield before + share * (after - before), float(np.linalg.norm(after - before))
 
 
-def _peaks(curve: ResponseBranch) -> list[float]:
+def _find_peaks(curve: ResponseBranch) -> list[float]:
     """Frequencies of the highest local maxima of the vibration, of the whole structure, between points."""
     size = np.linalg.norm(curve.coefficients[:, 1:], axis=(1, 2))
     inner = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
     highest = inner[np.argsort(-size[inner], kind="stable")][:N_PEAK]
-    return [_vertex(curve.angular_frequency[at - 1 : at + 2], size[at - 1 : at + 2]) for at in highest.tolist()]
+    return [_find_vertex(curve.angular_frequency[at - 1 : at + 2], size[at - 1 : at + 2]) for at in highest.tolist()]
 
 
-def _vertex(omega: Real, size: Real) -> float:
+def _find_vertex(omega: Real, size: Real) -> float:
     """Where three points have their peak; the middle one where it does not lie between the others."""
     try:
         return interpolated_peak(omega, size).angular_frequency
@@ -264,7 +266,7 @@ def _vertex(omega: Real, size: Real) -> float:
         return float(omega[1])
 
 
-def _lowest(missed: dict[float, float]) -> float:
+def _find_lowest(missed: dict[float, float]) -> float:
     """Least value of the parabola through three; 0 where one is not known."""
     first, middle, last = sorted(missed)
     before, after = missed[first] - missed[middle], missed[last] - missed[middle]
@@ -276,7 +278,7 @@ def _lowest(missed: dict[float, float]) -> float:
     return missed[middle] - slope**2 / (4 * curvature) if curvature > 0 else missed[middle]
 
 
-def _brackets(frequencies: Sequence[float], arcs: Sequence[LevelArc]) -> list[Bracket]:
+def _find_brackets(frequencies: Sequence[float], arcs: Sequence[LevelArc]) -> list[Bracket]:
     """Where a fold misses the level by little, and by less than at the frequencies beside; the ends have no arcs."""
     missed = [np.inf, *(arc.missed for arc in arcs), np.inf]
     result = [

@@ -68,7 +68,7 @@ def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: In
         Sliders at the first instant.
     """
     path = LevelPath(balance=balance, angular_frequency=angular_frequency)
-    arc = _arc(path, balance.level, LARGEST)
+    arc = _make_arc(path, balance.level, LARGEST)
     at, condensed = path.at(arc.first)
     try:
         state = arc.state_at(solve_at(at, condensed, None, sliders).motion, sliders)
@@ -79,7 +79,7 @@ def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: In
     turns: list[float] = []
     while points[-1].stop_reason is None:
         points.append(arc.advance(points[-1])[1])
-        states += _passed(path, balance.level, points[-2], points[-1], sliders)
+        states += _find_passed(path, balance.level, points[-2], points[-1], sliders)
         if len(points) > 2 and _turns(*points[-3:]):
             near, turn = _turn(path, balance.level, points[-3:], sliders)
             states += near
@@ -91,7 +91,7 @@ def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: In
     )  # fmt: skip
 
 
-def _arc(path: LevelPath, level: float, largest: float) -> Continuation:
+def _make_arc(path: LevelPath, level: float, largest: float) -> Continuation:
     # The scale of the level, step / largest, is the same for all.
     return Continuation(
         path=path, first=FIRST * level, last=LAST * level, step=STEP * abs(level) * largest / LARGEST,
@@ -110,29 +110,29 @@ def _turn(
 
     Long steps may pass over a turn that reaches the wanted level; a turn close to it is followed with short steps.
     """
-    coarse = _vertex(*points)
+    coarse = _find_vertex(*points)
     # Sizes of the level count: a force against the direction of the load has a negative one.
     turned = points[1].value / level
     is_lowest = turned < points[0].value / level
     outside = turned > 1 if is_lowest else turned < 1
     if not outside or abs(coarse / level - 1) > CLOSE:
         return [], coarse
-    arc, way = _arc(path, level, FINE), sum(_distance(a, b) for a, b in pairwise(points))
+    arc, way = _make_arc(path, level, FINE), sum(_compute_distance(a, b) for a, b in pairwise(points))
     walked = [replace(points[0], step=FINE)]
     states: list[SteadyState] = []
     while walked[-1].stop_reason is None and way > 0:
         walked.append(arc.advance(walked[-1])[1])
-        way -= _distance(walked[-2], walked[-1])
-        states += _passed(path, level, walked[-2], walked[-1], sliders)
-    turns = [_vertex(*three) for three in zip(walked, walked[1:], walked[2:], strict=False) if _turns(*three)]
+        way -= _compute_distance(walked[-2], walked[-1])
+        states += _find_passed(path, level, walked[-2], walked[-1], sliders)
+    turns = [_find_vertex(*three) for three in zip(walked, walked[1:], walked[2:], strict=False) if _turns(*three)]
     return states, (min(turns, key=abs) if is_lowest else max(turns, key=abs)) if turns else coarse
 
 
-def _distance(first: ContinuationState, last: ContinuationState) -> float:
+def _compute_distance(first: ContinuationState, last: ContinuationState) -> float:
     return float(np.linalg.norm(last.motion - first.motion))
 
 
-def _passed(
+def _find_passed(
     path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: InitialSliders
 ) -> list[SteadyState]:
     """The state at a level that lies between two points of an arc; none if there is none, or it is not found."""
@@ -145,13 +145,13 @@ def _passed(
     result = newton_from(balance, condensed, start, sliders)
     if result is None or np.linalg.norm(result.motion - start) > NEAR * length:
         # Beside a fold the way is bent: along it, at a distance that grows from one point to the other.
-        result = newton_from(balance, condensed, _along(path, level, before, after, sliders), sliders)
+        result = newton_from(balance, condensed, _find_motion_along(path, level, before, after, sliders), sliders)
     if result is None or np.linalg.norm(result.motion - start) > length:
         return []
     return [result]
 
 
-def _along(
+def _find_motion_along(
     path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: InitialSliders
 ) -> Real:
     """Motion where the arc between two points passes a level."""
@@ -177,9 +177,9 @@ def _along(
     return motion
 
 
-def _vertex(first: ContinuationState, middle: ContinuationState, last: ContinuationState) -> float:
+def _find_vertex(first: ContinuationState, middle: ContinuationState, last: ContinuationState) -> float:
     """Level at which an arc turns, by the parabola over its length through three points."""
-    before, after = -_distance(first, middle), _distance(middle, last)
+    before, after = -_compute_distance(first, middle), _compute_distance(middle, last)
     if not before or not after:
         return middle.value
     down, up = (first.value - middle.value) / before, (last.value - middle.value) / after

@@ -43,8 +43,8 @@ def steady_states(
     condensed = balance.at(angular_frequency)
     sliders = make_initial_sliders(balance, slider)
     result: list[SteadyState] = []
-    starts = [*motions_along_the_level(balance, angular_frequency, sliders)]
-    starts += _scaled(balance.linear(condensed), n_start, seed)
+    starts = [*find_motions_along_the_level(balance, angular_frequency, sliders)]
+    starts += _list_scaled(balance.linear(condensed), n_start, seed)
     for start in starts:
         try:
             state = solve_at(balance, condensed, start, sliders)
@@ -55,7 +55,7 @@ def steady_states(
     return tuple(sorted(result, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
 
 
-def _scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
+def _list_scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
     """The linear motion, and others of its shape."""
     random = np.random.default_rng(seed)
     for number in range(n_start):
@@ -68,7 +68,7 @@ def _scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
         yield start
 
 
-def motions_along_the_level(
+def find_motions_along_the_level(
     balance: HarmonicBalance, angular_frequency: float, sliders: InitialSliders
 ) -> Iterator[Real]:
     """Motions near steady states where an arc over the level, round its folds, passes that of the balance."""

@@ -75,7 +75,7 @@ def interpolated_peak(angular_frequency: Values, amplitude: Values) -> Resonance
     omega, height = np.asarray(angular_frequency)[order], np.asarray(amplitude)[order]
     if len(omega) < 3:
         raise NoPeakError(f"{len(omega)} samples cannot enclose a peak: give at least 3")
-    top = _enclosed_top(omega, height)
+    top = _find_enclosed_top(omega, height)
     near = slice(top - 1, top + 2)
     if not ((height[near] > 0).all() and (np.diff(omega[near]) > 0).all()):
         raise NoPeakError(
@@ -83,7 +83,7 @@ def interpolated_peak(angular_frequency: Values, amplitude: Values) -> Resonance
             f"they are {height[top - 1]:.3g} at {omega[top - 1]:.6g} and {height[top + 1]:.3g} at "
             f"{omega[top + 1]:.6g} rad/s"
         )
-    peak = _parabola(omega[near], height[near])
+    peak = _fit_parabola(omega[near], height[near])
     if peak is None:
         raise NoPeakError(
             f"the samples near {omega[top]:.6g} rad/s, {omega[top + 1] - omega[top]:.3g} rad/s apart, do not show the "
@@ -112,8 +112,8 @@ def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest
     for _ in range(MAX_SCAN):
         omega = np.linspace(lowest, highest, SCAN)
         height = np.asarray(amplitude(omega))
-        top = _enclosed_top(omega, height)
-        peak = _parabola(omega[top - 1 : top + 2], height[top - 1 : top + 2])
+        top = _find_enclosed_top(omega, height)
+        peak = _fit_parabola(omega[top - 1 : top + 2], height[top - 1 : top + 2])
         if peak is not None and omega[top + 1] - omega[top] <= LAST_SCAN * peak.half_power_width:
             return peak
         lowest, highest = omega[top - 1], omega[top + 1]
@@ -146,7 +146,7 @@ def undamped_from_peak(peak: ResonancePeak, damping_ratio: float) -> float:
     return peak.angular_frequency / sqrt(1 - 2 * damping_ratio**2)
 
 
-def _enclosed_top(omega: Values, height: Values) -> int:
+def _find_enclosed_top(omega: Values, height: Values) -> int:
     """Number of the highest sample, which must have a neighbour on each side."""
     top = int(height.argmax())
     if not (0 < top < len(omega) - 1 and height[top] > 0):
@@ -157,7 +157,7 @@ def _enclosed_top(omega: Values, height: Values) -> int:
     return top
 
 
-def _parabola(omega: Values, height: Values) -> ResonancePeak | None:
+def _fit_parabola(omega: Values, height: Values) -> ResonancePeak | None:
     """Vertex of 1 / height^2 through three samples, the middle one highest; none if it is not above zero."""
     # Both axes are scaled, so that the parabola is computed from numbers near one.
     centre, width = omega[1] ** 2, omega[2] ** 2 - omega[0] ** 2

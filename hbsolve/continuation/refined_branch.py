@@ -10,10 +10,10 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_share
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.errors import BalanceError
-from hbsolve.refinement import MARGIN, RefinedState, checked_rows, checked_tolerance, refine_harmonics
-from hbsolve.solution import forces_at, relative_residual, residual
+from hbsolve.refinement import MARGIN, RefinedState, check_output_rows, check_tolerance, refine_harmonics
+from hbsolve.solution import compute_relative_residual, forces_at, residual
 from hbsolve.state import SteadyState, make_initial_sliders
-from hbsolve.truncation import relative_change, row_amplitude
+from hbsolve.truncation import compute_relative_change, compute_row_amplitude
 from reduction.array_type import Matrix, Real
 
 #: Amplitude of a row, over the largest of its branch, below which its change is relative to this [-]: at an
@@ -58,7 +58,7 @@ def refine_branch(
     BalanceError
         A branch without estimates, or of another balance or other sliders, and what `refine_harmonics` refuses.
     """
-    limit, rows = checked_tolerance(tolerance), checked_rows(balance, rows)
+    limit, rows = check_tolerance(tolerance), check_output_rows(balance, rows)
     if not branch.estimated_change.size:
         raise BalanceError("the branch has no estimated_change: give one of `frequency_response` or `level_response`")
     widened = replace(
@@ -66,9 +66,9 @@ def refine_branch(
         estimated_change=MARGIN * branch.estimated_change,
         truncation_error=MARGIN * (branch.truncation_error + branch.sample_error),
     )
-    least = MIN_RELATIVE_AMPLITUDE * row_amplitude(balance, branch.coefficients[:, balance.main_harmonic], rows).max(
-        axis=0
-    )
+    least = MIN_RELATIVE_AMPLITUDE * compute_row_amplitude(
+        balance, branch.coefficients[:, balance.main_harmonic], rows
+    ).max(axis=0)
     wanted = np.flatnonzero(branch_errors(balance, widened, rows).max(axis=1, initial=0.0) > limit).tolist()
     given = make_initial_sliders(balance, slider).value
     points: dict[int, RefinedState] = {}
@@ -97,8 +97,8 @@ def branch_errors(balance: HarmonicBalance, branch: ResponseBranch, rows: Matrix
         Shape (n, r) [-]; by default the joint directions together (n = 1).
     """
     q = branch.coefficients[:, balance.main_harmonic]
-    least = MIN_RELATIVE_AMPLITUDE * row_amplitude(balance, q, rows).max(axis=0, initial=0.0)
-    return relative_change(balance, branch.estimated_change, q, rows, least)
+    least = MIN_RELATIVE_AMPLITUDE * compute_row_amplitude(balance, q, rows).max(axis=0, initial=0.0)
+    return compute_relative_change(balance, branch.estimated_change, q, rows, least)
 
 
 def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
@@ -106,7 +106,7 @@ def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
     condensed = balance.at(state.angular_frequency)
     forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders)
     R = residual(balance, condensed, state.motion, forces)
-    left = relative_residual(balance, condensed, state.motion, forces, R)
+    left = compute_relative_residual(balance, condensed, state.motion, forces, R)
     if not left <= FOREIGN:
         raise BalanceError(
             f"the point at {state.frequency:.6g} Hz leaves {left:.1e} of the linear motion: give the balance and the "
@@ -132,7 +132,7 @@ def _with_points(branch: ResponseBranch, points: dict[int, RefinedState]) -> Res
         moved = state.coefficients[of_point.main_harmonic]
         values = (
             state.residual_norm, state.iterations, state.periodic_slider, contact_share(of_point, state),
-            relative_change(of_point, item.change, moved)[0], np.nan,
+            compute_relative_change(of_point, item.change, moved)[0], np.nan,
             item.change, of_point.n_harmonic - 1, of_point.n_sample,
         )  # fmt: skip
         for name, value in zip(names, values, strict=True):

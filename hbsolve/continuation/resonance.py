@@ -11,7 +11,7 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.branch_path import path_of
+from hbsolve.continuation.branch_path import make_path
 from hbsolve.continuation.continuation_parameter import FrequencyPath, level_at
 from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
@@ -70,7 +70,7 @@ def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider
     BalanceError
         A branch that is none over frequency, or whose level follows no power of Omega.
     """
-    path, _ = path_of(balance, branch)
+    path, _ = make_path(balance, branch)
     if not isinstance(path, FrequencyPath):
         raise BalanceError("the frequency does not change along the branch: give a result of `frequency_response`")
     amplitude = branch.amplitude(row)
@@ -86,8 +86,8 @@ def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider
     ]  # fmt: skip
     for share in (0.0, *FINER):
         if share:
-            points = _over_the_top(path, points, row, slider, share)
-        state = _between(path, points, row, slider)
+            points = _refine_top(path, points, row, slider, share)
+        state = _find_between(path, points, row, slider)
         if state is not None:
             break
     else:
@@ -108,7 +108,7 @@ def _solve(path: FrequencyPath, angular_frequency: float, start: Real, slider: R
     return steady_state(at_level, angular_frequency, start=start, slider=slider)
 
 
-def _between(path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Real | None) -> SteadyState | None:
+def _find_between(path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Real | None) -> SteadyState | None:
     """The state where the amplitude is stationary between three points; none if a fold or a kink is between them."""
     before, top, behind = (item.angular_frequency for item in points)
     if not (top - before) * (behind - top) > 0:
@@ -122,7 +122,7 @@ def _between(path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Re
         state = solved(value)
         by_frequency, by_level = sensitivity(path.balance, state, [FrequencyParameter(), LevelParameter()])
         change = by_frequency + path.level_power * state.level / value * by_level
-        return float((_at(change[1], row) * np.conj(_at(state.coefficients[1], row))).real)
+        return float((_read_amplitude(change[1], row) * np.conj(_read_amplitude(state.coefficients[1], row))).real)
 
     low, high = sorted((before, behind))
     try:
@@ -135,7 +135,7 @@ def _between(path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Re
     return state if state.amplitude(row) >= (1 - ACCURACY) * points[1].amplitude else None
 
 
-def _over_the_top(
+def _refine_top(
     path: FrequencyPath, points: Sequence[_Point], row: Row, slider: Real | None, share: float
 ) -> list[_Point]:
     """Three points about the top again, from an arc that begins at the first of them and takes shorter steps."""
@@ -212,19 +212,19 @@ def resonance_curve(
                 low, high = max(low - (high - low) / 2, 0.01 * low), high + (high - low) / 2
         at = peaks[-1].state.angular_frequency
         shift = abs(at - peaks[-2].state.angular_frequency) if number else 0.0
-        half = max(WIDTHS * _width(branch, row), SHIFTS * shift, 1e-3 * at)
+        half = max(WIDTHS * _compute_width(branch, row), SHIFTS * shift, 1e-3 * at)
         low, high = max(at - half, 0.1 * at), at + half
         if report is not None:
             report(number + 1, len(levels))
     return tuple(peaks)
 
 
-def _width(branch: ResponseBranch, row: Row) -> float:
+def _compute_width(branch: ResponseBranch, row: Row) -> float:
     """Extent in Omega of the part of a branch that is higher than 0.7 of its top [rad/s]."""
     amplitude = branch.amplitude(row)
     near = branch.angular_frequency[amplitude >= amplitude.max() / np.sqrt(2)]
     return float(near.max() - near.min())
 
 
-def _at(coefficients: Array, row: Row) -> complex:
+def _read_amplitude(coefficients: Array, row: Row) -> complex:
     return complex(coefficients[row] if isinstance(row, int | np.integer) else coefficients @ np.asarray(row))

@@ -93,7 +93,7 @@ def run(
     path = continuation.path
     # A joint's parameter is part of the balance; frequency and level are part of the state.
     balances = [path.at(value)[0] if isinstance(path, JointPath) else path.balance for value, _ in points]
-    return branch_of(balances, [item for _, item in points], reason, continuation.stopped_at(state), state.leaps)
+    return make_branch(balances, [item for _, item in points], reason, continuation.stopped_at(state), state.leaps)
 
 
 def follow_to_end(
@@ -188,7 +188,7 @@ def joint_response(
     return run(Continuation(path=path, first=first, last=last, step=step), None, slider, report)
 
 
-def branch_of(
+def make_branch(
     balances: Sequence[HarmonicBalance],
     states: Sequence[SteadyState],
     stop_reason: StopReason,

@@ -11,13 +11,13 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.controlled_amplitude import ControlledAmplitude
-from hbsolve.continuation.controlled_response import begin_controlled, controlled_continuation, state_under_force
+from hbsolve.continuation.controlled_response import begin_controlled, make_controlled_continuation, state_under_force
 from hbsolve.continuation.response import follow_to_end
 from hbsolve.continuation.surface import ResponseSurface
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import newton_from
 from hbsolve.state import SteadyState, is_same_motion, make_initial_sliders
-from reduction.array_input import real_array, refuse_infinite
+from reduction.array_input import check_array, refuse_infinite
 from reduction.array_type import Real, Vector
 from reduction.base_excitation import BaseExcitation
 
@@ -57,8 +57,8 @@ def response_surface(
     BalanceError
         As `ControlledAmplitude`; frequencies or amplitudes that do not ascend, or too few.
     """
-    omega = _ascending(angular_frequency, "angular_frequency", 2)
-    amplitudes = _ascending(amplitude, "amplitude", 1)
+    omega = _check_ascending(angular_frequency, "angular_frequency", 2)
+    amplitudes = _check_ascending(amplitude, "amplitude", 1)
     sliders = make_initial_sliders(balance, slider)
     shape = len(amplitudes), len(omega)
     level, phase = np.full((2, *shape), np.nan)
@@ -73,7 +73,7 @@ def response_surface(
                 phase[number, place] = np.angle(path.reading_of(state))
         other_frequency[number] = curve.turned
         if below is not None:
-            other_amplitude[number] = [not _connected(below, curve, place, sliders) for place in range(len(omega))]
+            other_amplitude[number] = [not _are_connected(below, curve, place, sliders) for place in range(len(omega))]
         below = curve
         if report is not None:
             report(number + 1, len(amplitudes))
@@ -98,8 +98,8 @@ class _Curve(NamedTuple):
     """Whether the curve turned between the frequency before and each."""
 
 
-def _ascending(values: object, name: str, least: int) -> Float[Real, " n"]:
-    given = real_array(values, name, BalanceError)
+def _check_ascending(values: object, name: str, least: int) -> Float[Real, " n"]:
+    given = check_array(values, name, BalanceError)
     if given.ndim != 1 or len(given) < least:
         raise BalanceError(f"{name} has shape {given.shape}: give a list of {least} numbers at least")
     refuse_infinite(given, name, BalanceError)
@@ -113,9 +113,11 @@ def _follow(
     path: ControlledAmplitude, omega: Float[Real, " p"], sliders: InitialSliders, below: _Curve | None
 ) -> _Curve:
     """The curve of an amplitude, begun at that of the amplitude below."""
-    continuation = controlled_continuation(path, float(omega[0]), float(omega[-1]), None)
+    continuation = make_controlled_continuation(path, float(omega[0]), float(omega[-1]), None)
     start = (
-        None if below is None or below.start is None else _scaled(below.start, path.amplitude / below.path.amplitude)
+        None
+        if below is None or below.start is None
+        else _scale_vibration(below.start, path.amplitude / below.path.amplitude)
     )
     n = len(omega)
     try:
@@ -123,9 +125,9 @@ def _follow(
     except NoSteadyState:
         return _Curve(path, omega, None, [None] * n, [None] * n, [False] * n)
     points = follow_to_end(continuation, begun)[0]
-    passed = [_passed(points, value) for value in omega.tolist()]
+    passed = [_find_passed(points, value) for value in omega.tolist()]
     motions = [
-        None if place is None else _motion_at(path, points[place], points[place + 1], value, sliders)
+        None if place is None else _interpolate_motion(path, points[place], points[place + 1], value, sliders)
         for place, value in zip(passed, omega.tolist(), strict=True)
     ]
     states = [_state_at(path, value, x, sliders) for value, x in zip(omega.tolist(), motions, strict=True)]
@@ -133,14 +135,14 @@ def _follow(
     return _Curve(path, omega, points[0][1].motion, motions, states, turned)
 
 
-def _scaled(motion: Real, ratio: float) -> Real:
+def _scale_vibration(motion: Real, ratio: float) -> Real:
     """A motion with its vibration, and not its mean, times a ratio."""
     result = ratio * motion
     result[:, 0] = motion[:, 0]
     return result
 
 
-def _passed(points: Sequence[tuple[float, SteadyState]], value: float) -> int | None:
+def _find_passed(points: Sequence[tuple[float, SteadyState]], value: float) -> int | None:
     """The first of the points between which and the next a curve passes a frequency; none if it does not."""
     omega = np.array([at for at, _ in points])
     there = np.flatnonzero((omega[:-1] - value) * (omega[1:] - value) <= 0)
@@ -154,7 +156,7 @@ def _turns(points: Sequence[tuple[float, SteadyState]], first: int | None, last:
     return bool((np.diff([at for at, _ in points[first : last + 2]]) < 0).any())
 
 
-def _motion_at(
+def _interpolate_motion(
     path: ControlledAmplitude,
     first: tuple[float, SteadyState],
     last: tuple[float, SteadyState],
@@ -178,13 +180,16 @@ def _state_at(
         return None
 
 
-def _connected(below: _Curve, above: _Curve, place: int, sliders: InitialSliders) -> bool:
+def _are_connected(below: _Curve, above: _Curve, place: int, sliders: InitialSliders) -> bool:
     """Whether each of two states at one frequency is where Newton's method leads from the other."""
     low, high = below.motions[place], above.motions[place]
     if low is None or high is None:
         return False
     ratio, value = above.path.amplitude / below.path.amplitude, float(above.omega[place])
-    for path, start, wanted in ((above.path, _scaled(low, ratio), high), (below.path, _scaled(high, 1 / ratio), low)):
+    for path, start, wanted in (
+        (above.path, _scale_vibration(low, ratio), high),
+        (below.path, _scale_vibration(high, 1 / ratio), low),
+    ):
         result = newton_from(*path.at(value), start, sliders)
         if result is None or not is_same_motion(result.motion, wanted):
             return False

@@ -19,13 +19,13 @@ from jaxtyping import Float
 
 from hbsolve.aft import InitialSliders
 from hbsolve.condensed import CENTRING_STIFFNESS
-from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected_points, tangent
+from hbsolve.continuation.arclength import Corrected, Direction, Metric, correct_points, tangent
 from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
-from hbsolve.solution import recover_state, relative_residual, solve_at
+from hbsolve.solution import compute_relative_residual, recover_state, solve_at
 from hbsolve.state import SteadyState
-from reduction.array_input import real_number
+from reduction.array_input import check_real_number
 from reduction.array_type import Real, Whole
 
 #: Largest, first and smallest ds.
@@ -122,12 +122,12 @@ class Continuation:
 
     def __post_init__(self) -> None:
         for name in ("first", "last") if self.step is None else ("first", "last", "step"):
-            object.__setattr__(self, name, real_number(getattr(self, name), name, BalanceError))
+            object.__setattr__(self, name, check_real_number(getattr(self, name), name, BalanceError))
         if not np.isfinite([self.first, self.last]).all() or self.first == self.last:
             raise BalanceError(f"the range from {self.first:g} to {self.last:g} is empty: give two different ends")
         # Refuses an end that its path cannot have, before anything is computed.
         ends = [self.path.at(end) for end in (self.first, self.last)]
-        amplitude = max(_amplitude(balance.linear(condensed)) for balance, condensed in ends)
+        amplitude = max(_compute_amplitude(balance.linear(condensed)) for balance, condensed in ends)
         object.__setattr__(self, "_least_amplitude", LEAST_AMPLITUDE * amplitude)
         if self.step is not None and not 0 < self.step < np.inf:
             raise BalanceError(f"step = {self.step:g} must be positive and finite")
@@ -162,7 +162,7 @@ class Continuation:
         """The next point, or the end of the branch."""
         sliders = InitialSliders(np.array(state.slider), np.array(state.by_multiplier))
         x, value = np.array(state.motion), state.value
-        metric = Metric(max(_amplitude(x), self._least_amplitude), self._scale)
+        metric = Metric(max(_compute_amplitude(x), self._least_amplitude), self._scale)
         t, orientation = self._set_out(state, metric, sliders)
         step = usual = min(state.step, self._reach(value, t))
         while step >= LEAST:
@@ -171,7 +171,7 @@ class Continuation:
                 ended = self._finish(state, x + ahead * t.motion, ahead, metric, sliders)
                 if ended is not None:
                     return ended
-            for result in corrected_points(self.path, x, value, t, step, metric, sliders, orientation):
+            for result in correct_points(self.path, x, value, t, step, metric, sliders, orientation):
                 onward, sign = tangent(result.at, result.way, metric, orientation)
                 turned = metric.cosine(onward, result.way) < TURN or sign != orientation
                 if step <= SURE or not turned:
@@ -283,7 +283,7 @@ class Continuation:
                 result = solve_at(balance, condensed, x, sliders)
             except NoSteadyState:
                 continue
-            jump = np.linalg.norm(result.motion - x) / _amplitude(x)
+            jump = np.linalg.norm(result.motion - x) / _compute_amplitude(x)
             if jump > FURTHEST_LEAP:
                 continue
             after = replace(
@@ -309,7 +309,7 @@ class Continuation:
         return f"{self.path.displayed(state.value):.6g} {self.path.unit}"
 
 
-def _amplitude(x: Real) -> float:
+def _compute_amplitude(x: Real) -> float:
     """Size of the vibration, or of the displacement where nothing vibrates [m]."""
     vibration = float(np.linalg.norm(x[:, 1:]))
     return vibration or float(np.linalg.norm(x)) or 1.0
@@ -321,5 +321,5 @@ def _drifts(t: Direction, metric: Metric) -> bool:
 
 
 def _point(at: Equation, x: Real, sliders: InitialSliders, iterations: int) -> SteadyState:
-    norm = relative_residual(at.balance, at.condensed, x, at.forces, at.residual)
+    norm = compute_relative_residual(at.balance, at.condensed, x, at.forces, at.residual)
     return recover_state(at.balance, at.condensed, x, sliders, norm, iterations)

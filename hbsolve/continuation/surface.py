@@ -18,7 +18,7 @@ from scipy.interpolate import CubicSpline
 from hbsolve.errors import BalanceError
 from hbsolve.matlab import Exported
 from hbsolve.netcdf import dimensions, read_netcdf
-from reduction.array_input import finite_number, freeze_arrays, whole_number
+from reduction.array_input import check_finite_number, check_whole_number, freeze_arrays
 from reduction.array_type import Array, Real
 
 if TYPE_CHECKING:
@@ -99,21 +99,21 @@ class ResponseSurface(Exported):
         """
         from contourpy import LineType, contour_generator
 
-        level = finite_number(level, "level", BalanceError)
+        level = check_finite_number(level, "level", BalanceError)
         if level <= 0:
             raise BalanceError(f"level = {level:g} must be positive: a response at rest has no curve")
-        if whole_number(fine, "fine", BalanceError) < 1:
+        if check_whole_number(fine, "fine", BalanceError) < 1:
             raise BalanceError(f"fine = {fine} must be at least 1: it counts cells between two points")
         if len(self.amplitude) < 2:
             raise BalanceError("the surface has one amplitude: compute it for two at least")
         stiffness = self.level * np.exp(-1j * self.phase) / self.amplitude[:, None]
-        omega, fine_omega = self.angular_frequency, _refined(self.angular_frequency, fine)
-        decade, fine_decade = np.log(self.amplitude), _refined(np.log(self.amplitude), fine)
-        along = _interpolated(omega, stiffness.T, self.other_frequency.T, fine_omega).T
+        omega, fine_omega = self.angular_frequency, _refine_places(self.angular_frequency, fine)
+        decade, fine_decade = np.log(self.amplitude), _refine_places(np.log(self.amplitude), fine)
+        along = _interpolate_values(omega, stiffness.T, self.other_frequency.T, fine_omega).T
         # Between two frequencies amplitudes are connected where they are at both.
         beside = np.searchsorted(omega, fine_omega)
         torn = self.other_amplitude[:, beside] | self.other_amplitude[:, np.maximum(beside - 1, 0)]
-        between = _interpolated(decade, along, torn, fine_decade)
+        between = _interpolate_values(decade, along, torn, fine_decade)
         needed = np.abs(between) * np.exp(fine_decade)[:, None]
         lines = contour_generator(fine_omega, fine_decade, np.ma.masked_invalid(needed), line_type=LineType.Separate)
         return tuple(LevelContour(line[:, 0], np.exp(line[:, 1])) for line in map(np.asarray, lines.lines(level)))
@@ -164,13 +164,13 @@ def load_surface(path: Path | str) -> ResponseSurface:
     return read_netcdf(path, "response surface: give a file that `ResponseSurface.save`", read)
 
 
-def _refined(places: Float[Real, " p"], fine: int) -> Float[Real, " q"]:
+def _refine_places(places: Float[Real, " p"], fine: int) -> Float[Real, " q"]:
     """Subdivide each interval."""
     number = np.arange(fine * (len(places) - 1) + 1) / fine
     return np.asarray(np.interp(number, np.arange(len(places)), places))
 
 
-def _interpolated(
+def _interpolate_values(
     x: Float[Real, " p"],
     values: Complex[Array, "p n"],
     torn: Bool[NDArray[np.bool_], "p n"],

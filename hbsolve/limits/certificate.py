@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from hbsolve.contact_motion import contact_status
+from hbsolve.contact_motion import find_contact_status
 from hbsolve.limits.local_search import LimitSide, linear_step, local_search, take_step
 from hbsolve.limits.optimum import LimitKey, Optima, Optimum, continue_optimum
 from hbsolve.limits.point import LimitPoint
@@ -50,7 +50,7 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
         realised[number] = side * (there.value - trial.value) / size if there else 0.0
     ends = np.array(optimum.starts)
     status = np.concatenate([
-        contact_status(point.balance, trial.forces, number)
+        find_contact_status(point.balance, trial.forces, number)
         for number, joint in enumerate(point.balance.system.joints) if joint.n_slider
     ])  # fmt: skip
     return {

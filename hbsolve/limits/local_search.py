@@ -66,7 +66,7 @@ class SliderDerivative:
     """Derivatives of the ends of their intervals, shape (n, n) [-]."""
 
 
-def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
+def compute_slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
     """Derivative of a steady state; one-sided at a kink."""
     own, table, A = trial.undetermined, point.sliders, point.condensed.receptance
     tangent, kt = table.tangent[own], table.stiffness[own]
@@ -135,7 +135,7 @@ class LinearProgramme:
 
 def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> LinearProgramme:
     """The linear programme at a steady state."""
-    derivative = slider_derivative(point, trial)
+    derivative = compute_slider_derivative(point, trial)
     own, n = derivative.undetermined, len(derivative.undetermined)
     low, high, w = trial.intervals.low[own], trial.intervals.high[own], trial.initial_slider[own]
     length = high - low

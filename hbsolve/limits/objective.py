@@ -19,10 +19,10 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import BalanceError
 from hbsolve.joint_law.registry import FORCE
-from hbsolve.limits.sliders import slider_table
+from hbsolve.limits.sliders import make_slider_table
 from hbsolve.solution import forces_at
-from hbsolve.state import checked_harmonic, make_initial_sliders
-from reduction.array_input import finite_array
+from hbsolve.state import check_harmonic, make_initial_sliders
+from reduction.array_input import check_finite_array
 from reduction.array_type import Array, Real, Whole
 
 #: Least reference for relative gains of a force or a mean, as a share of its size by friction and loads at rest.
@@ -126,7 +126,7 @@ class OutputHarmonic:
             A degree of freedom or a harmonic that the balance does not have, or a row of another size.
         """
         self._weights(balance)
-        checked_harmonic(self.harmonic, balance.n_harmonic)
+        check_harmonic(self.harmonic, balance.n_harmonic)
 
     def _weights(self, balance: HarmonicBalance) -> Real:
         r = balance.system.n_dof
@@ -134,14 +134,14 @@ class OutputHarmonic:
             if not 0 <= self.row < r:
                 raise BalanceError(f"degree of freedom {self.row} does not exist: the system has 0 to {r - 1}")
             return np.asarray(np.eye(r)[self.row])
-        return finite_array(self.row, "the output row", BalanceError, (r,), ", over all degrees of freedom")
+        return check_finite_array(self.row, "the output row", BalanceError, (r,), ", over all degrees of freedom")
 
     def measure(self, balance: HarmonicBalance, condensed: Condensed) -> LinearMeasure:
         """See `Objective`."""
         row, recovery = self._weights(balance), balance.structure.recovery(condensed)
         by_force = -(row @ recovery.contact[self.harmonic]).astype(np.complex128)
         # Gains of an amplitude are relative to itself; a mean may be zero, and is compared with the range of friction.
-        moved = np.abs(by_force) @ np.abs(_rest_forces(balance, condensed)) if self.harmonic == 0 else 0.0
+        moved = np.abs(by_force) @ np.abs(_compute_rest_forces(balance, condensed)) if self.harmonic == 0 else 0.0
         carried = self.base / (self.harmonic * condensed.angular_frequency) ** 2 if self.harmonic else 0.0
         return LinearMeasure(
             harmonic=self.harmonic,
@@ -180,7 +180,7 @@ class ContactForceHarmonic:
             A contact, direction or harmonic that the balance does not have.
         """
         self._directions(balance)
-        checked_harmonic(self.harmonic, balance.n_harmonic)
+        check_harmonic(self.harmonic, balance.n_harmonic)
 
     def _directions(self, balance: HarmonicBalance) -> Whole:
         if isinstance(self.joints, str) or not len(self.joints):
@@ -201,7 +201,7 @@ class ContactForceHarmonic:
     def measure(self, balance: HarmonicBalance, condensed: Condensed) -> LinearMeasure:
         """See `Objective`."""
         at = self._directions(balance)
-        load = np.abs(_rest_forces(balance, condensed)).mean() * len(at)
+        load = np.abs(_compute_rest_forces(balance, condensed)).mean() * len(at)
         by_motion, by_force = np.zeros((2, balance.n_direction), dtype=np.complex128)
         by_motion[at], by_force[at] = balance.table.reference[at], 1.0
         return LinearMeasure(
@@ -214,9 +214,9 @@ class ContactForceHarmonic:
         )
 
 
-def _rest_forces(balance: HarmonicBalance, condensed: Condensed) -> Real:
+def _compute_rest_forces(balance: HarmonicBalance, condensed: Condensed) -> Real:
     """Size of the force of each direction at rest, and of each tangent's limit, shape (d,) [N]."""
-    table, start = slider_table(balance), make_initial_sliders(balance, None)
+    table, start = make_slider_table(balance), make_initial_sliders(balance, None)
     rest = balance.linear(condensed, 0.0)
     forces = forces_at(balance, condensed.angular_frequency, rest, start, FORCE)
     result = np.abs(forces.coefficients[:, 0] + balance.table.reference * rest[:, 0])

@@ -14,7 +14,7 @@ from hbsolve.limits.optimum import LimitKey, Optima, improve
 from hbsolve.limits.optimum_continuation import HOPELESS
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
-from hbsolve.limits.slider_bounds import random_sliders
+from hbsolve.limits.slider_bounds import make_random_sliders
 from hbsolve.limits.sliders import SliderTable
 
 #: Largest number of reversed combinations of lines.
@@ -71,7 +71,7 @@ def _perturb_at_random(
         some = random.random(n) < 0.5
         return np.asarray(trial.initial_slider + some * random.normal(size=n) * random.choice(SIZES) * length)
     if kind == 1:
-        return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.initial_slider)
+        return np.where(random.random(n) < 0.4, make_random_sliders(table, point.box, random, 7), trial.initial_slider)
     # One line, or all, of another nearby optimum of either limit.
     others = sorted(item for item in best if item != key)
     other = best[others[random.integers(len(others))]].initial_slider if others else trial.initial_slider

@@ -17,7 +17,7 @@ from hbsolve.limits.objective import Measure
 from hbsolve.limits.slider_bounds import SliderBox
 from hbsolve.limits.sliders import SliderTable, StickIntervals, compute_stick_intervals
 from hbsolve.newton import RELATIVE, STALLED, BalancePoint, apply_receptance, imbalance, newton_step
-from hbsolve.solution import TOLERANCE, forces_at, linear_size, ramp
+from hbsolve.solution import TOLERANCE, compute_linear_size, forces_at, ramp
 from hbsolve.steady_state import FEW_STARTS, from_many_starts, steady_state
 from reduction.array_type import Real, Whole
 
@@ -91,7 +91,7 @@ class LimitPoint:
     box: SliderBox
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "scale", linear_size(self.linear))
+        object.__setattr__(self, "scale", compute_linear_size(self.linear))
 
     scale: float = 0.0
 

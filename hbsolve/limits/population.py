@@ -17,26 +17,26 @@ N_BEST, N_BEST_AT_END = 2, 6
 SAME_STATE = 1e-4
 
 
-def first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> Optima:
+def find_first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> Optima:
     """Limits at the frequencies of these indices, in order."""
     # A sweep stays on its branch, and sweeps up and down follow different ones.
-    up = swept_states(curve, indices, starts)
-    down = swept_states(curve, indices[::-1], starts)
+    up = sweep_states(curve, indices, starts)
+    down = sweep_states(curve, indices[::-1], starts)
     chosen: dict[LimitKey, list[SearchStart]] = {}
     for index in indices:
-        box, count = curve.box, number_of_starts(curve, index)
+        box, count = curve.box, count_starts(curve, index)
         for side in LimitSide:
-            states = _distinct([*up[index], *down[index]], side, count)
+            states = _select_distinct([*up[index], *down[index]], side, count)
             chosen[index, side] = [(trial.motion, box.clip(trial.periodic_slider)) for trial in states]
-    return improved_along(curve, indices, chosen)
+    return improve_along(curve, indices, chosen)
 
 
-def number_of_starts(curve: LimitCurve, index: int) -> int:
+def count_starts(curve: LimitCurve, index: int) -> int:
     """Local searches of each side at a frequency, besides that from the frequency before."""
     return N_BEST_AT_END if index in (0, len(curve.angular_frequency) - 1) else N_BEST
 
 
-def improved_along(
+def improve_along(
     curve: LimitCurve, indices: Sequence[int], chosen: Mapping[LimitKey, Sequence[SearchStart]]
 ) -> Optima:
     """Limits at frequencies in order, from motions and sliders of each, and from the limit before."""
@@ -52,7 +52,7 @@ def improved_along(
     return best
 
 
-def swept_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
+def sweep_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
     """States of the members at frequencies in this order, each continued from the frequency before."""
     result: dict[int, list[TrialState]] = {}
     members = list(starts)
@@ -80,7 +80,7 @@ def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) ->
     return point.from_rest(w) or point.from_anywhere(w)
 
 
-def _distinct(solved: Sequence[TrialState], side: LimitSide, count: int) -> list[TrialState]:
+def _select_distinct(solved: Sequence[TrialState], side: LimitSide, count: int) -> list[TrialState]:
     result: list[TrialState] = []
     for trial in sorted(solved, key=lambda trial: -side * trial.value):
         if all(abs(trial.value - other.value) > SAME_STATE * abs(other.value) for other in result):

@@ -12,7 +12,7 @@ from hbsolve.condensed import Condensed
 from hbsolve.limits.objective import Measure, Objective
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.slider_bounds import SliderBox
-from hbsolve.limits.sliders import SliderTable, slider_table
+from hbsolve.limits.sliders import SliderTable, make_slider_table
 from reduction.array_type import Real
 
 Frequencies = Float[Real, " f"]
@@ -37,7 +37,7 @@ class LimitProblem:
     _known: dict[float, tuple[Condensed, Measure]] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sliders", slider_table(self.balance))
+        object.__setattr__(self, "sliders", make_slider_table(self.balance))
         self.objective.check(self.balance)
 
     def with_reaches(self, levels: Sequence[float], reach: Float[Real, "l s"]) -> "LimitProblem":

@@ -21,7 +21,7 @@ from hbsolve.limits.optimum import LimitKey, Optima, improve
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.limits.slider_bounds import N_KIND, random_sliders
+from hbsolve.limits.slider_bounds import N_KIND, make_random_sliders
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
@@ -67,14 +67,14 @@ def random_states(
     table, box, random = curve.problem.sliders, curve.box, np.random.default_rng(seed)
     for way in (0, 1):
         carried: dict[int, TrialState] = {}
-        waiting = {number: random_sliders(table, box, random, number) for number in range(count)}
+        waiting = {number: make_random_sliders(table, box, random, number) for number in range(count)}
         order = range(len(indices)) if way == 0 else range(len(indices) - 1, -1, -1)
         for row in order:
             point = curve.point(indices[row])
             over = replace(curve, level=curve.level * random.uniform(*OVERSHOOT)).point(indices[row])
             last: TrialState | None = None
             for number in range(way, count, 2):
-                trial = _next(point, over, carried.get(number), waiting[number], last, random)
+                trial = _solve_next(point, over, carried.get(number), waiting[number], last, random)
                 if trial is None:
                     carried.pop(number, None)
                     continue
@@ -83,7 +83,7 @@ def random_states(
                 yield row, number, trial
 
 
-def _next(
+def _solve_next(
     point: LimitPoint, over: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None,
     random: np.random.Generator,
 ) -> TrialState | None:  # fmt: skip
@@ -97,7 +97,7 @@ def _next(
             if passed is not None:
                 trial = point.solve(trial.motion, point.box.clip(passed.periodic_slider)) or trial
         elif kind < 6 and known is not None:
-            trial = point.towards(random_sliders(point.sliders, point.box, random, kind), known) or trial
+            trial = point.towards(make_random_sliders(point.sliders, point.box, random, kind), known) or trial
     if trial is not None:
         return trial
     return point.towards(w, last) if last is not None else point.from_rest(w) or point.from_anywhere(w)

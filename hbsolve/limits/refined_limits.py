@@ -16,10 +16,10 @@ from hbsolve.joint_law.registry import FORCE
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import REFINED, ResponseLimits
-from hbsolve.refinement import MARGIN, checked_rows, checked_tolerance, refine_harmonics
+from hbsolve.refinement import MARGIN, check_output_rows, check_tolerance, refine_harmonics
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState
-from hbsolve.truncation import relative_change, truncation
+from hbsolve.truncation import compute_relative_change, truncation
 from reduction.array_type import Matrix
 
 #: Size of a limit, over the largest of its level, below which its change is relative to this [-]: at an antiresonance a
@@ -61,21 +61,21 @@ def refine_limits(
     BalanceError
         A tolerance that is not positive, rows of another size, or limits of another problem.
     """
-    limit, rows = checked_tolerance(tolerance), checked_rows(problem.balance, rows)
+    limit, rows = check_tolerance(tolerance), check_output_rows(problem.balance, rows)
     arrays = {name: np.array(getattr(limits, name)) for name in REFINED}
     largest = [float(np.nanmax(np.abs(item), initial=0.0)) for item in np.moveaxis(limits.value, 1, 0)]
     arrays["refined_harmonic"][:] = problem.balance.n_harmonic - 1
     known = np.argwhere(np.isfinite(limits.value)).tolist()
     for number, (side, level, at) in enumerate(known):
         state = limits.state(problem.balance, list(LimitSide)[side], level, at)
-        for name, value in _refined(problem, state, limit, rows, MIN_RELATIVE_LIMIT * largest[level]).items():
+        for name, value in _refine(problem, state, limit, rows, MIN_RELATIVE_LIMIT * largest[level]).items():
             arrays[name][side, level, at] = value
         if report is not None:
             report(number + 1, len(known))
     return replace(limits, **arrays)
 
 
-def _refined(
+def _refine(
     problem: LimitProblem, state: SteadyState, tolerance: float, rows: Matrix | None, least: float
 ) -> dict[str, float]:
     """Arrays of `REFINED` at a limit; the value is NaN where no state was found with more harmonics."""
@@ -91,7 +91,7 @@ def _refined(
     (searched, size), smallest = measured(balance, state), 0.0 if rows is None else least
     if rows is not None:
         q, change = state.coefficients[balance.main_harmonic], MARGIN * truncation(balance, state).change
-        error = float(relative_change(balance, change, q, rows, smallest).max())
+        error = float(compute_relative_change(balance, change, q, rows, smallest).max())
         if error <= tolerance:
             return dict(zip(REFINED, (searched, error, balance.n_harmonic - 1, False), strict=True))
     result = refine_harmonics(balance, state, tolerance, rows=rows, least=smallest, watch=measured)

@@ -16,11 +16,11 @@ from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import LimitKey, Optima
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
-from hbsolve.limits.result import ResponseLimits, blank_arrays
+from hbsolve.limits.result import ResponseLimits, make_blank_arrays
 from hbsolve.limits.search import LimitSettings, StagedSearch
-from hbsolve.limits.slider_bounds import SliderBox, Sliders, slider_box, starting_sliders
+from hbsolve.limits.slider_bounds import SliderBox, Sliders, choose_starting_sliders, make_slider_box
 from hbsolve.limits.task import Runner, StageProgress
-from reduction.array_input import real_array
+from reduction.array_input import check_array
 from reduction.array_type import Real
 
 
@@ -54,7 +54,7 @@ def limit_problem(
         No rest under the static load.
     """
     # The structure at rest is the same at all frequencies.
-    box = slider_box(balance, balance.at(1.0), nominal, reach)
+    box = make_slider_box(balance, balance.at(1.0), nominal, reach)
     return LimitProblem(balance=balance, objective=objective, box=box)
 
 
@@ -98,20 +98,22 @@ def response_limits(
     omega = ascending(angular_frequency, "angular_frequency")
     scale = ascending(levels, "levels")
     searched = add_auxiliary_frequencies(problem.balance, omega, chosen.frequencies)
-    starts = starts_by_level(problem, searched.angular_frequency, scale, chosen)
+    starts = make_starts_by_level(problem, searched.angular_frequency, scale, chosen)
     run = Runner.from_problem(problem, searched.angular_frequency, store, executor, progress)
     best, audits, certificates = StagedSearch(run=run, levels=scale.tolist(), starts=starts, settings=chosen).limits()
     return collect_limits(problem, searched, scale, best, audits, certificates)
 
 
-def starts_by_level(
+def make_starts_by_level(
     problem: LimitProblem, omega: Frequencies, levels: Real, settings: LimitSettings
 ) -> list[list[Sliders]]:
     """The population's sliders at each level, in its box."""
     at_rest = problem.balance.at(float(omega[0]))
 
     def starts(box: SliderBox) -> list[Sliders]:
-        return starting_sliders(problem.balance, at_rest, problem.sliders, box, settings.population, settings.seed)
+        return choose_starting_sliders(
+            problem.balance, at_rest, problem.sliders, box, settings.population, settings.seed
+        )
 
     if not problem.boxes:
         return [starts(problem.box)] * len(levels)
@@ -120,7 +122,7 @@ def starts_by_level(
 
 def ascending(given: object, what: str) -> Frequencies:
     """Positive, ascending numbers; others are refused (`BalanceError`)."""
-    values = np.atleast_1d(np.array(real_array(given, what, BalanceError)))
+    values = np.atleast_1d(np.array(check_array(given, what, BalanceError)))
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (values > 0).all():
         raise BalanceError(f"{what} must be positive numbers: {values}")
     if (np.diff(values) <= 0).any():
@@ -140,7 +142,7 @@ def collect_limits(
     """Arrays of the optima, audits and certificates of each level, at the requested frequencies."""
     balance, omega = problem.balance, searched.angular_frequency[searched.requested]
     requested = {int(index): row for row, index in enumerate(searched.requested)}
-    arrays = blank_arrays(
+    arrays = make_blank_arrays(
         side=2, level=len(levels), point=len(omega), direction=balance.n_direction, radius=len(RADII), state=3,
         coefficient=2 * balance.n_harmonic - 1, slider_number=balance.n_slider,
     )  # fmt: skip

@@ -179,13 +179,13 @@ def load_limits(path: Path | str) -> ResponseLimits:
     BalanceError
         The file is missing or contains no limits.
     """
-    return read_netcdf(path, "limits: give a file that `ResponseLimits.save`", limits_from_xarray)
+    return read_netcdf(path, "limits: give a file that `ResponseLimits.save`", read_limits_from_xarray)
 
 
-def limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
+def read_limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
     """The limits of a data set that `ResponseLimits.to_xarray` made; a `KeyError` if it is none."""
     # Older files have no refinement.
-    blank = blank_arrays(**{str(name): size for name, size in data.sizes.items()})
+    blank = make_blank_arrays(**{str(name): size for name, size in data.sizes.items()})
     values = {
         name: unknown if name in REFINED and name not in data else data[VARIABLES.get(name, name)].values
         for name, unknown in blank.items()
@@ -193,7 +193,7 @@ def limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
     return ResponseLimits(**{name: array.astype(blank[name].dtype) for name, array in values.items()})
 
 
-def blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:
+def make_blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:
     """Arrays of `ResponseLimits` for the sizes of their dimensions: NaN, 0 or False where nothing is known."""
     arrays: dict[str, NDArray[Any]] = {}
     for item in fields(ResponseLimits):

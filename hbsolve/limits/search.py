@@ -23,10 +23,10 @@ from hbsolve.limits.optimum_continuation import (
 )
 from hbsolve.limits.perturbation import perturb
 from hbsolve.limits.point import SearchStart
-from hbsolve.limits.population import first_limits, improved_along
+from hbsolve.limits.population import find_first_limits, improve_along
 from hbsolve.limits.random_histories import Audit, audit
-from hbsolve.limits.task import Runner, SearchTask, frequency_blocks, task_key
-from reduction.array_input import whole_number
+from hbsolve.limits.task import Runner, SearchTask, make_task_key, split_frequencies
+from reduction.array_input import check_whole_number
 from reduction.array_type import Real
 
 #: Rounds in which optima are continued across the edges of blocks.
@@ -71,7 +71,7 @@ class LimitSettings:
             ("perturbations", 0),
             ("frequencies", 1),
         ):
-            value = whole_number(getattr(self, name), name, BalanceError)
+            value = check_whole_number(getattr(self, name), name, BalanceError)
             if value < least:
                 raise BalanceError(f"{name} = {value} must be {least} at least")
         if self.perturbations > PERTURBATIONS:
@@ -94,12 +94,12 @@ class StagedSearch:
     @property
     def blocks(self) -> list[range]:
         """Indices of the frequencies of each block."""
-        return frequency_blocks(len(self.run.angular_frequency), self.settings.block)
+        return split_frequencies(len(self.run.angular_frequency), self.settings.block)
 
     def limits(self) -> tuple[list[Optima], list[dict[int, Audit]], list[dict[LimitKey, Certificate]]]:
         """Optima, audits and certificates of each level."""
-        result = self._stage("population", first_limits, lambda level, block: (block, self.starts[level]))
-        best = [_merged(parts) for parts in result]
+        result = self._stage("population", find_first_limits, lambda level, block: (block, self.starts[level]))
+        best = [_merge_parts(parts) for parts in result]
         self._improve_all(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.settings.sample:
@@ -124,7 +124,7 @@ class StagedSearch:
         def near(level: int, block: range) -> tuple[range, dict[LimitKey, Sequence[SearchStart]]]:
             return block, {key: value for key, value in chosen[level].items() if key[0] in block}
 
-        best = [_merged(parts) for parts in self._stage("population", improved_along, near)]
+        best = [_merge_parts(parts) for parts in self._stage("population", improve_along, near)]
         self._improve_all(best)
         return best, self._certify(best)
 
@@ -225,7 +225,7 @@ class StagedSearch:
         self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], block: range
     ) -> SearchTask:
         return SearchTask(
-            key=task_key(name, level, block),
+            key=make_task_key(name, level, block),
             call=call,
             level=self.levels[level],
             arguments=arguments,
@@ -272,5 +272,5 @@ class StagedSearch:
                         fresh[level].add(key)
 
 
-def _merged(parts: Iterable[Optima]) -> Optima:
+def _merge_parts(parts: Iterable[Optima]) -> Optima:
     return {key: value for part in parts for key, value in part.items()}

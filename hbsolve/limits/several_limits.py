@@ -13,11 +13,11 @@ from hbsolve.limits.optimum import LimitKey
 from hbsolve.limits.point import SearchStart
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
-from hbsolve.limits.response_limits import ascending, collect_limits, starts_by_level
+from hbsolve.limits.response_limits import ascending, collect_limits, make_starts_by_level
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings, StagedSearch
 from hbsolve.limits.shared_histories import SharedStates, share_histories
-from hbsolve.limits.task import Runner, SearchTask, StageProgress, frequency_blocks, task_key
+from hbsolve.limits.task import Runner, SearchTask, StageProgress, make_task_key, split_frequencies
 from reduction.array_type import Real
 
 #: Work of a shared history relative to the local searches of one objective, measured on a beam with six contacts.
@@ -93,27 +93,27 @@ def several_limits(
         return replace(Runner.from_problem(single, searched.angular_frequency, store, executor, report), prefix=prefix)
 
     first = next(iter(problems.values()))
-    shared = _shared(runner(first, 0.0, ""), [*objectives.values()], scale, chosen)
+    shared = _sample_shared(runner(first, 0.0, ""), [*objectives.values()], scale, chosen)
     result = {}
     for number, (name, single) in enumerate(problems.items()):
         run = runner(single, shared_work + number, f"{name}: ")
         search = StagedSearch(run=run, levels=scale.tolist(), starts=(), settings=chosen)
-        best, certificates = search.limits_from([_starts(parts, number) for parts in shared])
-        audits = [_audits(parts, number) for parts in shared]
+        best, certificates = search.limits_from([_list_starts(parts, number) for parts in shared])
+        audits = [_list_audits(parts, number) for parts in shared]
         result[name] = collect_limits(single, searched, scale, best, audits, certificates)
     return result
 
 
-def _shared(
+def _sample_shared(
     run: Runner, objectives: Sequence[Objective], levels: Real, settings: LimitSettings
 ) -> list[list[SharedStates]]:
     """Sampled states of each level, block by block."""
     problem, omega = run.problem, run.angular_frequency
-    population = starts_by_level(problem, omega, levels, settings)
-    blocks = frequency_blocks(len(omega), settings.block)
+    population = make_starts_by_level(problem, omega, levels, settings)
+    blocks = split_frequencies(len(omega), settings.block)
     tasks = [
         SearchTask(
-            key=task_key("shared", number, block),
+            key=make_task_key("shared", number, block),
             call=share_histories,
             level=float(level),
             arguments=(block, objectives, population[number], settings.sample, (settings.seed, number, block.start, 2)),
@@ -125,12 +125,12 @@ def _shared(
     return [[next(results) for _ in blocks] for _ in levels][::-1]
 
 
-def _starts(parts: Sequence[SharedStates], number: int) -> dict[LimitKey, Sequence[SearchStart]]:
+def _list_starts(parts: Sequence[SharedStates], number: int) -> dict[LimitKey, Sequence[SearchStart]]:
     """Starts of one objective at one level."""
     return {key: states for part in parts for key, states in part.starts[number].items()}
 
 
-def _audits(parts: Sequence[SharedStates], number: int) -> dict[int, Audit]:
+def _list_audits(parts: Sequence[SharedStates], number: int) -> dict[int, Audit]:
     """Sampled states of one objective at one level, by frequency."""
     result = {}
     for part in parts:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hbsolve.errors import BalanceError
-from hbsolve.limits.result import ResponseLimits, limits_from_xarray
+from hbsolve.limits.result import ResponseLimits, read_limits_from_xarray
 from hbsolve.netcdf import read_netcdf, write_netcdf
 
 if TYPE_CHECKING:
@@ -74,6 +74,6 @@ def load_several_limits(path: Path | str) -> dict[str, ResponseLimits]:
 
     def read(data: "xarray.Dataset") -> dict[str, ResponseLimits]:
         names = [str(name) for name in data["quantity"].values]
-        return {name: limits_from_xarray(data.isel(quantity=number)) for number, name in enumerate(names)}
+        return {name: read_limits_from_xarray(data.isel(quantity=number)) for number, name in enumerate(names)}
 
     return read_netcdf(path, "limits of several quantities: give a file that `save_several_limits`", read)

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from hbsolve.continuation.multiple_states import motions_along_the_level
+from hbsolve.continuation.multiple_states import find_motions_along_the_level
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import LimitKey
 from hbsolve.limits.point import ANY_RATIO, LimitPoint, SearchStart, Sliders, TrialState
-from hbsolve.limits.population import SAME_STATE, number_of_starts, swept_states
+from hbsolve.limits.population import SAME_STATE, count_starts, sweep_states
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.random_histories import RUN_IN, random_states
 from hbsolve.state import make_initial_sliders
@@ -91,11 +91,11 @@ def share_histories(
         )
 
     for order in (indices, indices[::-1]):
-        for index, trials in swept_states(curve, order, population).items():
+        for index, trials in sweep_states(curve, order, population).items():
             for trial in trials:
                 evaluate(index, trial, is_random=False)
     for index in indices if branches else ():
-        for trial in _branches(curve.point(index)):
+        for trial in _list_branches(curve.point(index)):
             evaluate(index, trial, is_random=False)
     for row, _, trial in random_states(curve, swept, count, seed):
         if swept[row] in evaluated:
@@ -104,30 +104,30 @@ def share_histories(
     for index, states in evaluated.items():
         for number, chosen in enumerate(starts):
             for side in LimitSide:
-                chosen[index, side] = _furthest(states, number, side, number_of_starts(curve, index))
+                chosen[index, side] = _select_furthest(states, number, side, count_starts(curve, index))
     random = {index: np.array([item.value for item in states if item.is_random]) for index, states in evaluated.items()}
     return SharedStates(
         starts=tuple(starts),
-        sampled={index: _ends(values, len(objectives)) for index, values in random.items()},
+        sampled={index: _find_ends(values, len(objectives)) for index, values in random.items()},
         count={index: len(values) for index, values in random.items()},
         reached={
-            index: _ends(np.array([item.value for item in states]), len(objectives))
+            index: _find_ends(np.array([item.value for item in states]), len(objectives))
             for index, states in evaluated.items()
         },
     )
 
 
-def _branches(point: LimitPoint) -> Iterator[TrialState]:
+def _list_branches(point: LimitPoint) -> Iterator[TrialState]:
     """States of the sliders at rest on an arc over the level."""
     w = point.box.nominal
     start = make_initial_sliders(point.balance, w)
-    for x in motions_along_the_level(point.balance, point.condensed.angular_frequency, start):
+    for x in find_motions_along_the_level(point.balance, point.condensed.angular_frequency, start):
         trial = point.solve(x, w, ANY_RATIO)
         if trial is not None:
             yield trial
 
 
-def _furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, count: int) -> list[SearchStart]:
+def _select_furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, count: int) -> list[SearchStart]:
     """The outermost states for one objective with different values."""
     result: list[_EvaluatedState] = []
     for state in sorted(states, key=lambda item: -side * float(item.value[number])):
@@ -139,5 +139,5 @@ def _furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, c
     return [state.start for state in result]
 
 
-def _ends(values: Real, n_objective: int) -> Float[Real, "2 o"]:
+def _find_ends(values: Real, n_objective: int) -> Float[Real, "2 o"]:
     return np.array([values.min(axis=0), values.max(axis=0)]) if len(values) else np.full((2, n_objective), np.nan)

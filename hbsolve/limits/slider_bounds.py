@@ -14,10 +14,10 @@ from jaxtyping import Float
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import BalanceError
-from hbsolve.limits.sliders import SliderTable, compute_stick_intervals, slider_table
+from hbsolve.limits.sliders import SliderTable, compute_stick_intervals, make_slider_table
 from hbsolve.solution import solve_at
 from hbsolve.state import make_initial_sliders
-from reduction.array_input import real_array, real_number
+from reduction.array_input import check_array, check_real_number
 from reduction.array_type import Real
 
 Sliders = Float[Real, " s"]
@@ -32,7 +32,7 @@ WEAK = 0.1
 OPENING = 100.0
 #: Without a box random states reach further, by a factor of up to two to this power.
 DOUBLINGS = 5.0
-#: Kinds of `random_sliders`; the last two are corners of the box.
+#: Kinds of `make_random_sliders`; the last two are corners of the box.
 N_KIND = 8
 
 
@@ -80,7 +80,7 @@ class SliderBox:
         return int((np.abs(w - self.nominal) >= (1 - ON_BOUND) * self.reach).sum())
 
 
-def slider_box(
+def make_slider_box(
     balance: HarmonicBalance,
     condensed: Condensed,
     nominal: Sequence[float] | Sliders | None = None,
@@ -97,7 +97,7 @@ def slider_box(
     """
     given = make_initial_sliders(balance, nominal)
     rest = solve_at(balance.at_level(0.0), condensed, None, given)
-    intervals = compute_stick_intervals(rest.motion, slider_table(balance), balance.sampling.evaluate)
+    intervals = compute_stick_intervals(rest.motion, make_slider_table(balance), balance.sampling.evaluate)
     radius = np.maximum(intervals.high - intervals.low, 0.0) / 2
     centre = given.value if nominal is not None else rest.periodic_slider
     middle = (intervals.low + intervals.high) / 2
@@ -107,7 +107,7 @@ def slider_box(
 def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> Sliders:
     """Of each slider, shape (s,) [m]."""
     if given is None or np.ndim(given) == 0:
-        wide = float(radius.mean()) if given is None else real_number(given, "reach", BalanceError)
+        wide = float(radius.mean()) if given is None else check_real_number(given, "reach", BalanceError)
         if not wide > 0:
             default = " (by default mu N / k_t at rest, but no contact has a friction limit there)"
             raise BalanceError(
@@ -115,13 +115,13 @@ def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> 
                 + (default if given is None else "")
             )
         return np.full(len(radius), wide)
-    reach = np.array(real_array(given, "reach", BalanceError))
+    reach = np.array(check_array(given, "reach", BalanceError))
     if reach.shape != radius.shape or not (reach > 0).all():
         raise BalanceError(f"reach must be one positive number, or one of each of {len(radius)} sliders: {reach}")
     return reach
 
 
-def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generator, kind: int) -> Sliders:
+def make_random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generator, kind: int) -> Sliders:
     """A random state in the box, of one of eight kinds: each slider, each line, lines with a slope, corners."""
     n, line = len(table.line), table.line
     n_line = int(line.max()) + 1
@@ -151,17 +151,17 @@ def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generat
     return box.clip(box.nominal - pattern * box.static)
 
 
-def starting_sliders(
+def choose_starting_sliders(
     balance: HarmonicBalance, condensed: Condensed, table: SliderTable, box: SliderBox, count: int, seed: int
 ) -> list[Sliders]:
     """A population: rest, vertices of the static friction polytope, random states; the seed chooses the last two."""
     random = np.random.default_rng(seed)
-    answer = [box.nominal.copy(), *_static_vertices(balance, condensed, table, box, random, count // 2 - 1)]
+    answer = [box.nominal.copy(), *_find_static_vertices(balance, condensed, table, box, random, count // 2 - 1)]
     kinds = [2 * k if k % 2 == 0 else k + 6 for k in range(count - len(answer))]
-    return answer[:count] + [random_sliders(table, box, random, kind) for kind in kinds]
+    return answer[:count] + [make_random_sliders(table, box, random, kind) for kind in kinds]
 
 
-def _static_vertices(
+def _find_static_vertices(
     balance: HarmonicBalance,
     condensed: Condensed,
     table: SliderTable,

@@ -55,7 +55,7 @@ class StickIntervals(NamedTuple):
     """d(mu N / k_t)/dv at these instants: 0 where the contact is open [-]."""
 
 
-def slider_table(balance: HarmonicBalance) -> SliderTable:
+def make_slider_table(balance: HarmonicBalance) -> SliderTable:
     """Sliders of a balance, in order of joints and tangents.
 
     A system without sliders, tangents that one Coulomb limit couples, whose disc has no interval, and joints stiffer

@@ -30,12 +30,12 @@ class SearchTask(NamedTuple):
     arguments: tuple[Any, ...]
 
 
-def frequency_blocks(count: int, size: int) -> list[range]:
+def split_frequencies(count: int, size: int) -> list[range]:
     """Indices of the frequencies of each block."""
     return [range(first, last) for first, last in pairwise([*range(0, count, size), count])]
 
 
-def task_key(name: str, level: int, block: range) -> str:
+def make_task_key(name: str, level: int, block: range) -> str:
     """Name of a task in a store."""
     return f"{name}; level {level}, frequencies {block.start} to {block.stop - 1}"
 

@@ -20,7 +20,7 @@ from jaxtyping import Float
 
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
-from hbsolve.limits.slider_bounds import ON_BOUND, random_sliders
+from hbsolve.limits.slider_bounds import ON_BOUND, make_random_sliders
 from reduction.array_type import Real
 
 #: Safety factor on the excess of few tests with few harmonics [-].
@@ -78,12 +78,12 @@ def compute_vibration_bounds(
         curve, random = LimitCurve(problem=problem, level=load, angular_frequency=slowly), np.random.default_rng(SEED)
         for first, way in enumerate(ways):
             kinds = range(first, N_TEST * len(ways), len(ways))
-            sliders = [box.clip(random_sliders(problem.sliders, box, random, kind)) for kind in kinds]
+            sliders = [box.clip(make_random_sliders(problem.sliders, box, random, kind)) for kind in kinds]
             states: list[TrialState | None] = [None] * len(sliders)
             for at in (*way, *way[::-1]):
                 point, last = curve.point(at), None
                 for test, before in enumerate(states):
-                    states[test] = state = _next(point, before, sliders[test], last)
+                    states[test] = state = _solve_next(point, before, sliders[test], last)
                     if state is not None:
                         last, sliders[test] = state, state.periodic_slider
                         # The position of a slipping slider carries no memory.
@@ -101,7 +101,7 @@ def compute_vibration_bounds(
     return np.asarray(box.reach + MARGIN * of_line[:, line])
 
 
-def _next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None) -> TrialState | None:
+def _solve_next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None) -> TrialState | None:
     """The state of a test at its next frequency; `last` is that of another test there.
 
     A state that is not found is skipped: a full search for each of very many would take seconds.

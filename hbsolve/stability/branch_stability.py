@@ -13,10 +13,10 @@ from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane, tangent
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.branch_path import path_of
+from hbsolve.continuation.branch_path import make_path
 from hbsolve.continuation.continuation_parameter import equation
 from hbsolve.errors import BalanceError
-from hbsolve.linear_modes import LinearModes, linear_modes
+from hbsolve.linear_modes import LinearModes, compute_linear_modes
 from hbsolve.solution import recover_state
 from hbsolve.stability.stability import Stability, compute_stability, refuse_stiffer_joints
 from hbsolve.state import SteadyState
@@ -150,8 +150,8 @@ class _BranchFloquetAnalysis:
             )
         refuse_stiffer_joints(balance)
         self.balance, self.branch, self.n_sample = balance, branch, n_sample
-        self.path, self.value = path_of(balance, branch)
-        self.modes: LinearModes = linear_modes(balance)
+        self.path, self.value = make_path(balance, branch)
+        self.modes: LinearModes = compute_linear_modes(balance)
 
     def motion(self, index: int) -> Real:
         """Real coefficients of the joint directions at a point."""
@@ -188,8 +188,8 @@ class _BranchFloquetAnalysis:
             if result is None:
                 raise _NoState
             here = self.at(result.at.condensed.angular_frequency, result.motion, sliders)
-            distance = _distance(here, number)
-            if abs(distance) < abs(_distance(best[2], number)):
+            distance = _compute_distance(here, number)
+            if abs(distance) < abs(_compute_distance(best[2], number)):
                 best = result.motion, result.value, here
             return distance
 
@@ -226,7 +226,7 @@ class _BranchFloquetAnalysis:
         return Bifurcation.PERIOD_DOUBLING if multiplier.real < 0 else Bifurcation.BRANCH_POINT
 
 
-def _distance(here: Stability, number: int) -> float:
+def _compute_distance(here: Stability, number: int) -> float:
     """How far a multiplier is outside the unit circle; sliders that have stopped have none."""
     size = np.abs(here.multipliers[number]) if number < len(here.multipliers) else 0.0
     return float(np.log(max(size, np.finfo(float).tiny)))

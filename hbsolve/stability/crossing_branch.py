@@ -18,9 +18,9 @@ from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane, tangent
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.branch_path import path_of
+from hbsolve.continuation.branch_path import make_path
 from hbsolve.continuation.continuation_parameter import LevelPath, Path, equation
-from hbsolve.continuation.response import branch_of, follow_to_end
+from hbsolve.continuation.response import follow_to_end, make_branch
 from hbsolve.continuation.step import FIRST, Continuation, ContinuationState, Mark
 from hbsolve.errors import BalanceError
 from hbsolve.newton import bordered_step
@@ -65,7 +65,7 @@ def crossing_branches(
     """
     if point.kind is not Bifurcation.BRANCH_POINT:
         raise BalanceError(f"a {point.kind.label} has no other branch of the same period: give a branch point")
-    path, values = path_of(balance, branch)
+    path, values = make_path(balance, branch)
     result = []
     for side in (1, -1):
         left = _leave(path, values, branch, balance, point, side)
@@ -75,11 +75,11 @@ def crossing_branches(
         ends = (float(values.min()), float(values.max()))
         first, last = ends if state.tangent.value >= 0 else ends[::-1]
         continuation = Continuation(path=path, first=first, last=last, step=step)
-        begun = [(_value(path, point.state), point.state), (state.value, first_state)]
+        begun = [(_get_value(path, point.state), point.state), (state.value, first_state)]
         points, state, reason = follow_to_end(continuation, (begun, state))
         states = [item for _, item in points]
         result.append(
-            branch_of([path.balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
+            make_branch([path.balance] * len(states), states, reason, continuation.stopped_at(state), state.leaps)
         )
     return tuple(result)
 
@@ -88,7 +88,7 @@ def _leave(
     path: Path, values: Real, branch: ResponseBranch, balance: HarmonicBalance, point: BifurcationPoint, side: int
 ) -> tuple[SteadyState, ContinuationState] | None:
     """First point of the other branch to one side, and the state of a continuation there."""
-    x, value, start = point.state.motion, _value(path, point.state), point.state.sliders
+    x, value, start = point.state.motion, _get_value(path, point.state), point.state.sliders
     metric = Metric(float(np.linalg.norm(x)) or 1.0, float(np.ptp(values)))
     after = branch.start(balance, point.index + 1) - branch.start(balance, point.index)
     way = Direction(after, float(values[point.index + 1] - values[point.index]))
@@ -132,6 +132,6 @@ def _find_second_direction(
     return Direction(result.motion - along * t.motion, result.value - along * t.value)
 
 
-def _value(path: Path, state: SteadyState) -> float:
+def _get_value(path: Path, state: SteadyState) -> float:
     """Lambda of a state."""
     return state.level if isinstance(path, LevelPath) else state.angular_frequency

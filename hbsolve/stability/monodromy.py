@@ -27,7 +27,7 @@ from jaxtyping import Float
 from fe.compiled import compiled
 from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
-from hbsolve.joint_arrays import instant_force, slope_table, step_slopes
+from hbsolve.joint_arrays import instant_force, make_slope_table, step_slopes
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.linear_modes import LinearModes
 from hbsolve.solution import forces_at
@@ -77,7 +77,7 @@ def monodromy(
     velocity = angular_frequency * motion @ sampling.differentiate
     slider = forces_at(balance, angular_frequency, motion, start, want=FORCE).slider
     step = linear_step(modes, 2 * np.pi / (angular_frequency * balance.n_sample))
-    table, slopes = balance.table, slope_table(balance.system.joints)
+    table, slopes = balance.table, make_slope_table(balance.system.joints)
     matrix, n_force = _integrate_disturbances(step, modes.rows, table, slopes, u, velocity, slider)
     return matrix, int(n_force)
 

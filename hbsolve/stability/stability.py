@@ -9,7 +9,7 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
-from hbsolve.linear_modes import LinearModes, linear_modes
+from hbsolve.linear_modes import LinearModes, compute_linear_modes
 from hbsolve.stability.monodromy import monodromy
 from hbsolve.state import SteadyState, check_state
 from reduction.array_input import freeze_arrays
@@ -74,7 +74,7 @@ def stability(balance: HarmonicBalance, state: SteadyState, *, n_sample: int = 0
     check_state(balance, state)
     refuse_stiffer_joints(balance)
     return compute_stability(
-        balance, linear_modes(balance), state.angular_frequency, state.motion, state.sliders, n_sample
+        balance, compute_linear_modes(balance), state.angular_frequency, state.motion, state.sliders, n_sample
     )
 
 

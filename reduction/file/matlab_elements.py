@@ -130,7 +130,7 @@ class _Elements:
             raise MatlabFileError(f"an element of type {kind} stands where a value should")
         if not content:
             return MatlabValue(name="", shape=(0, 0), numbers=np.zeros((0, 0)))
-        return _value(_Elements(data=content, order=self.order, depth=self.depth + 1))
+        return _read_value(_Elements(data=content, order=self.order, depth=self.depth + 1))
 
 
 def read_variables(data: bytes) -> Iterator[MatlabValue]:
@@ -168,7 +168,7 @@ def read_variables(data: bytes) -> Iterator[MatlabValue]:
         position += 8 + size
 
 
-def _value(elements: _Elements) -> MatlabValue:
+def _read_value(elements: _Elements) -> MatlabValue:
     if elements.depth > DEEPEST:
         raise MatlabFileError(f"values are more than {DEEPEST} deep within each other")
     flags = elements.numbers()
@@ -183,23 +183,23 @@ def _value(elements: _Elements) -> MatlabValue:
     name = elements.next()[1].decode("utf-8", "replace")
     count = int(np.prod(shape, dtype=object))
     if kind == CELL:
-        return MatlabValue(name=name, shape=shape, elements=_values(elements, count))
+        return MatlabValue(name=name, shape=shape, elements=_read_values(elements, count))
     if kind in {STRUCT, OBJECT}:
         if kind == OBJECT:
             elements.next()
-        return MatlabValue(name=name, shape=shape, records=_records(elements, count))
+        return MatlabValue(name=name, shape=shape, records=_read_records(elements, count))
     if kind == CHAR:
-        return MatlabValue(name=name, shape=shape, texts=_texts(elements, shape, count))
+        return MatlabValue(name=name, shape=shape, texts=_read_texts(elements, shape, count))
     if FIRST_NUMBER <= kind <= LAST_NUMBER:
-        return MatlabValue(name=name, shape=shape, numbers=_numbers(elements, shape, count, is_complex))
+        return MatlabValue(name=name, shape=shape, numbers=_read_numbers(elements, shape, count, is_complex))
     if kind == SPARSE:
-        return MatlabValue(name=name, shape=shape, sparse=_sparse(elements, shape, is_complex))
+        return MatlabValue(name=name, shape=shape, sparse=_read_sparse(elements, shape, is_complex))
     if kind in OTHER:
         return MatlabValue(name=name, shape=shape, other=OTHER[kind])
     raise MatlabFileError(f"a value is of the unknown class {kind}")
 
 
-def _numbers(elements: _Elements, shape: tuple[int, ...], count: int, is_complex: bool) -> NDArray[Any]:
+def _read_numbers(elements: _Elements, shape: tuple[int, ...], count: int, is_complex: bool) -> NDArray[Any]:
     parts = [elements.numbers() for _ in range(1 + is_complex)]
     for part in parts:
         if len(part) != count:
@@ -210,7 +210,7 @@ def _numbers(elements: _Elements, shape: tuple[int, ...], count: int, is_complex
     return values.reshape(shape, order="F")
 
 
-def _sparse(elements: _Elements, shape: tuple[int, ...], is_complex: bool) -> sp.csc_array:
+def _read_sparse(elements: _Elements, shape: tuple[int, ...], is_complex: bool) -> sp.csc_array:
     rows, starts = (elements.numbers().astype(np.int64) for _ in range(2))
     if len(shape) != 2 or len(starts) != shape[1] + 1:
         raise MatlabFileError(f"a sparse matrix of shape {shape} has {len(starts)} starts of columns")
@@ -224,7 +224,7 @@ def _sparse(elements: _Elements, shape: tuple[int, ...], is_complex: bool) -> sp
     return sp.csc_array((values.astype(values.dtype.newbyteorder("=")), rows[:used], starts), shape=shape)
 
 
-def _texts(elements: _Elements, shape: tuple[int, ...], count: int) -> list[str]:
+def _read_texts(elements: _Elements, shape: tuple[int, ...], count: int) -> list[str]:
     kind, content = elements.next()
     if kind not in ENCODINGS:
         raise MatlabFileError(f"a text is of the unknown type {kind}")
@@ -235,13 +235,13 @@ def _texts(elements: _Elements, shape: tuple[int, ...], count: int) -> list[str]
     return [text[row :: shape[0]].rstrip() for row in range(shape[0])]
 
 
-def _values(elements: _Elements, count: int) -> list[MatlabValue]:
+def _read_values(elements: _Elements, count: int) -> list[MatlabValue]:
     if 8 * count > len(elements.data):
         raise MatlabFileError(f"{count} values cannot be in {len(elements.data)} bytes")
     return [elements.value() for _ in range(count)]
 
 
-def _records(elements: _Elements, count: int) -> list[dict[str, MatlabValue]]:
+def _read_records(elements: _Elements, count: int) -> list[dict[str, MatlabValue]]:
     length = elements.numbers()
     content = elements.next()[1]
     size = int(length[0]) if len(length) else 0
@@ -249,7 +249,7 @@ def _records(elements: _Elements, count: int) -> list[dict[str, MatlabValue]]:
         raise MatlabFileError(f"{len(content)} bytes are no names of fields of {size} bytes")
     names = [content[start : start + size].split(b"\0")[0] for start in range(0, len(content), size)]
     fields = [name.decode("utf-8", "replace") for name in names]
-    values = _values(elements, count * len(fields))
+    values = _read_values(elements, count * len(fields))
     return [
         dict(zip(fields, values[start : start + len(fields)], strict=True))
         for start in range(0, count * len(fields), max(1, len(fields)))

@@ -52,7 +52,7 @@ class ModelFile:
                 with h5py.File(temporary, "x") as file:
                     file.attrs["format"] = f"stickslip {self.what}"
                     file.attrs["format_version"] = self.version
-                    file.attrs["stickslip_version"] = _stickslip_version()
+                    file.attrs["stickslip_version"] = _find_stickslip_version()
                     file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
                     fill(file)
             except RuntimeError as error:
@@ -180,7 +180,7 @@ def load_assembly(path: Path | str) -> ReducedAssembly:
 def _write(rom: ReducedModel, group: "h5py.Group") -> None:
     group.attrs["n_node"] = rom.n_node
     arrays = {name: getattr(rom, name) for name in (*REAL, *WHOLE)}
-    group.attrs["sha256"] = _checksum(arrays, rom.n_node, rom.boundary_sets, rom.provenance)
+    group.attrs["sha256"] = _compute_checksum(arrays, rom.n_node, rom.boundary_sets, rom.provenance)
     for name, array in arrays.items():
         group.create_dataset(name, data=array, dtype="<f8" if name in REAL else "<i8")
     sets = group.create_group("boundary_sets")
@@ -195,14 +195,14 @@ def _read(group: "h5py.Group", where: str) -> ReducedModel:
     arrays: dict[str, Any] = {name: group[name][()] for name in (*REAL, *WHOLE)}
     sets = {str(rows.attrs["name"]): rows[()] for _, rows in sorted(group["boundary_sets"].items())}
     n_node, provenance = group.attrs["n_node"], dict(json.loads(group["provenance"][()]))
-    if group.attrs["sha256"] != _checksum(arrays, int(n_node), sets, provenance):
+    if group.attrs["sha256"] != _compute_checksum(arrays, int(n_node), sets, provenance):
         raise Damaged
     rows_by_name = {name: rows.tolist() for name, rows in sets.items()}
     check_rom(where, {**arrays, "n_node": np.asarray(n_node)}, rows_by_name, "reduce the system again")
     return ReducedModel(**arrays, boundary_sets=sets, n_node=int(n_node), provenance=provenance)
 
 
-def _checksum(
+def _compute_checksum(
     arrays: Mapping[str, NDArray[Any]], n_node: int, sets: Mapping[str, NDArray[Any]], provenance: Mapping[str, str]
 ) -> str:
     """SHA-256 of all that a model holds, with the shapes, as hexadecimal digits."""
@@ -219,7 +219,7 @@ def _checksum(
     return digest.hexdigest()
 
 
-def _stickslip_version() -> str:
+def _find_stickslip_version() -> str:
     try:
         return version("stickslip")
     except PackageNotFoundError:

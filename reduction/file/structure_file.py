@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.format import MAGIC_PREFIX
 
-from fe.file.npz_archive import NpzError, ObjectArray, npz_headings, read_npz
+from fe.file.npz_archive import NpzError, ObjectArray, read_npz, read_npz_headings
 from reduction.array_input import ASYMMETRY, freeze_arrays, refuse_asymmetric, refuse_infinite
 from reduction.array_type import Matrix
 from reduction.errors import MatrixError
@@ -81,15 +81,15 @@ def load_matrices(path: Path | str) -> StructureMatrices:
         return _of(load_rom(path))
     if kind not in {".npz", ".mat"}:
         raise MatrixError(f'"{path}" ends in "{kind}": give matrices as .npz or .mat, or a reduced model as .h5')
-    variables = _npz(path) if kind == ".npz" else _mat(path)
+    variables = _read_npz_file(path) if kind == ".npz" else _read_mat_file(path)
     if kind == ".npz" and MARK in variables:
         return _of(load_rom_npz(path))
-    result = {name: _matrix(path, name, variables) for name in NAMES}
+    result = {name: _check_matrix(path, name, variables) for name in NAMES}
     mass, damping, stiffness = result["mass"], result["damping"], result["stiffness"]
     if mass is None or stiffness is None:
         name = "mass" if mass is None else "stiffness"
         raise MatrixError(
-            f'"{path}" holds no {name}: call it {" or ".join(NAMES[name])}; its variables are {_listed(variables)}'
+            f'"{path}" holds no {name}: call it {" or ".join(NAMES[name])}; its variables are {_join_names(variables)}'
         )
     damping = np.zeros_like(mass) if damping is None else damping
     for name, matrix in (("damping", damping), ("stiffness", stiffness)):
@@ -117,10 +117,10 @@ def _of(rom: ReducedModel) -> StructureMatrices:
     return StructureMatrices(mass=rom.mass, damping=rom.damping, stiffness=rom.stiffness, rom=rom)
 
 
-def _npz(path: Path) -> dict[str, Any]:
+def _read_npz_file(path: Path) -> dict[str, Any]:
     wanted = {variable: name for name, group in NAMES.items() for variable in group}
     try:
-        headings = npz_headings(path)
+        headings = read_npz_headings(path)
         for variable in wanted.keys() & headings:
             shape, kind = headings[variable]
             if not kind.hasobject:
@@ -134,7 +134,7 @@ def _npz(path: Path) -> dict[str, Any]:
     except NpzError as error:
         if _is_single_array(path):
             raise MatrixError(f'"{path}" holds a single array: write it with np.savez(file, M=M, C=C, K=K)') from None
-        raise _damaged(path, error, "np.savez") from None
+        raise _make_damage_error(path, error, "np.savez") from None
 
 
 def _is_single_array(path: Path) -> bool:
@@ -142,7 +142,7 @@ def _is_single_array(path: Path) -> bool:
         return stream.read(len(MAGIC_PREFIX)) == MAGIC_PREFIX
 
 
-def _mat(path: Path) -> dict[str, Any]:
+def _read_mat_file(path: Path) -> dict[str, Any]:
     data = path.read_bytes()
     if data.startswith(b"MATLAB 7.3"):
         raise MatrixError(f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "-v7")')
@@ -150,17 +150,17 @@ def _mat(path: Path) -> dict[str, Any]:
         # Square as MATLAB has it: a scalar stays a matrix of one row and one column.
         return {value.name: value.content for value in read_variables(data)}
     except MatlabFileError as error:
-        raise _damaged(path, error, "save -v7 or scipy.io.savemat") from None
+        raise _make_damage_error(path, error, "save -v7 or scipy.io.savemat") from None
 
 
-def _damaged(path: Path, reason: Exception, writer: str) -> MatrixError:
+def _make_damage_error(path: Path, reason: Exception, writer: str) -> MatrixError:
     size = path.stat().st_size
     return MatrixError(
         f'"{path}" ({size} bytes) is cut short, damaged or of another kind ({reason}): write it again with {writer}'
     )
 
 
-def _matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | None:
+def _check_matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | None:
     """One matrix of the file, dense and checked by itself; None if the file has none."""
     present = [item for item in NAMES[name] if item in variables]
     if not present:
@@ -197,7 +197,7 @@ def _check_shape(label: str, name: str, shape: tuple[int, ...]) -> None:
 
 
 def _check_definite(path: Path, mass: Matrix, stiffness: Matrix) -> None:
-    lowest = _lowest(mass)
+    lowest = _find_lowest(mass)
     if not lowest > ROUND_OFF:
         dof = int(np.argmin(np.diag(mass)))
         where = f" (M[{dof}, {dof}] = {mass[dof, dof]:g})" if mass[dof, dof] <= 0 else ""
@@ -205,14 +205,14 @@ def _check_definite(path: Path, mass: Matrix, stiffness: Matrix) -> None:
             f'"{path}": the mass is not positive definite, its least scaled eigenvalue is {lowest:.3g}{where}: remove '
             "degrees of freedom without mass, and check the units and signs"
         )
-    lowest = _lowest(stiffness)
+    lowest = _find_lowest(stiffness)
     if lowest < -ASYMMETRY:
         raise MatrixError(
             f'"{path}": the stiffness is indefinite, its least scaled eigenvalue is {lowest:.3g}: check its signs'
         )
 
 
-def _lowest(matrix: Matrix) -> float:
+def _find_lowest(matrix: Matrix) -> float:
     """Least eigenvalue of the matrix scaled to a diagonal of ones: metres and modal coordinates count alike."""
     scale = np.sqrt(np.abs(np.diag(matrix)))
     scale[scale == 0] = np.sqrt(np.abs(matrix).max() or 1.0)
@@ -220,5 +220,5 @@ def _lowest(matrix: Matrix) -> float:
     return float(np.linalg.eigvalsh((scaled + scaled.T) / 2)[0])
 
 
-def _listed(variables: Mapping[str, Any]) -> str:
+def _join_names(variables: Mapping[str, Any]) -> str:
     return ", ".join(sorted(variables)) or "none"

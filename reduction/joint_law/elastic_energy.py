@@ -12,7 +12,7 @@ Law = Callable[[Row], Row]
 STEP = 1e-4
 
 
-def spring_energy_about_mean(stored: Law, force: Law, displacement: Row) -> Row:
+def compute_spring_energy_about_mean(stored: Law, force: Law, displacement: Row) -> Row:
     """Energy about the mean displacement, V(u) - V(m) - V'(m) (u - m), shape (n,) [J].
 
     Parameters
@@ -26,7 +26,7 @@ def spring_energy_about_mean(stored: Law, force: Law, displacement: Row) -> Row:
     return np.asarray(stored(displacement) - stored(mean) - force(mean) * (displacement - mean))
 
 
-def energy_about_mean(stored: Callable[[Row], float], variables: Samples) -> Row:
+def compute_energy_about_mean(stored: Callable[[Row], float], variables: Samples) -> Row:
     r"""Energy about the mean of all variables, V(x) - V(m) - V'(m) (x - m), shape (n,) [J].
 
     Of springs between variables, such as a displacement and sliders, it is that of each about its mean stretch.

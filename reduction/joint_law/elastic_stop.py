@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.joint_law.elastic_energy import spring_energy_about_mean
+from reduction.joint_law.elastic_energy import compute_spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -62,7 +62,7 @@ class ElasticStop(DirectedJoint):
         def indentation(x: Row) -> Row:
             return np.maximum(x - gap, 0.0)
 
-        return spring_energy_about_mean(
+        return compute_spring_energy_about_mean(
             lambda x: stiffness / 2 * indentation(x) ** 2, lambda x: stiffness * indentation(x), displacement[0]
         )
 

@@ -174,6 +174,6 @@ class FrictionContact(PressedJoint):
         return cls(name=name, normal=rows["normal"], tangents=tangents, **{**values, **chosen})
 
 
-def friction_contacts(joints: Iterable[Joint]) -> list[FrictionContact]:
+def list_friction_contacts(joints: Iterable[Joint]) -> list[FrictionContact]:
     """Friction contacts among some joints, in their order."""
     return [joint for joint in joints if isinstance(joint, FrictionContact)]

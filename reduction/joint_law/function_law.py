@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from geometry.errors import RegistryError
 from reduction.array_type import Real, Row
-from reduction.joint_law.elastic_energy import energy_about_mean
+from reduction.joint_law.elastic_energy import compute_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 #: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
@@ -150,12 +150,14 @@ class FunctionJoint(DirectedJoint):
         energy, values = type(self).energy, tuple(parameters.values())
         if energy is None:
             return None
-        return energy_about_mean(lambda x: energy(x[0], tuple(x[1:]), values), np.vstack([displacement[:1], slider]))
+        return compute_energy_about_mean(
+            lambda x: energy(x[0], tuple(x[1:]), values), np.vstack([displacement[:1], slider])
+        )
 
     @classmethod
     def wrong(cls) -> str | None:
         """Reason why its function cannot be used, as the end of a sentence."""
-        return super().wrong() or _wrong_function(cls)
+        return super().wrong() or _find_wrong_function(cls)
 
 
 def joint_law(
@@ -232,7 +234,7 @@ def joint_law(
     return register
 
 
-def _wrong_function(law: type[FunctionJoint]) -> str | None:
+def _find_wrong_function(law: type[FunctionJoint]) -> str | None:
     """Compile a law's function and take it through a random motion, with derivatives against differences."""
     from numba.core.errors import NumbaError
 
@@ -247,7 +249,7 @@ def _wrong_function(law: type[FunctionJoint]) -> str | None:
             f"has a force that cannot be compiled ({report}): use arithmetic, comparisons and functions of math, and "
             f"return {result}"
         )
-    answer, count = _disagreements(law)
+    answer, count = _find_disagreements(law)
     if isinstance(answer, str):
         return answer
     if count > AT_KINK * CHECKS:
@@ -258,7 +260,7 @@ def _wrong_function(law: type[FunctionJoint]) -> str | None:
     return None
 
 
-def _disagreements(law: type[FunctionJoint]) -> tuple[_Disagreement, int] | tuple[str, int]:
+def _find_disagreements(law: type[FunctionJoint]) -> tuple[_Disagreement, int] | tuple[str, int]:
     """One instant at which no difference agrees, and at how many that is so; or why none can be taken."""
     random = np.random.default_rng(0)
     function, scale, s = law.function, law.typical_displacement, law.function.n_state

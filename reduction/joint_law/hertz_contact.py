@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.joint_law.elastic_energy import spring_energy_about_mean
+from reduction.joint_law.elastic_energy import compute_spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -77,7 +77,7 @@ class HertzContact(DirectedJoint):
         def indentation(x: Row) -> Row:
             return np.maximum(x - gap, 0.0) / r
 
-        return spring_energy_about_mean(
+        return compute_spring_energy_about_mean(
             lambda x: k * r**2 / (p + 1) * indentation(x) ** (p + 1),
             lambda x: k * r * indentation(x) ** p,
             displacement[0],

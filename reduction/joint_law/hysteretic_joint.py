@@ -7,7 +7,7 @@ import numpy as np
 
 from reduction.array_type import Row
 from reduction.errors import JointError
-from reduction.joint_law.parallel_sliders import vibration_energy
+from reduction.joint_law.parallel_sliders import compute_vibration_energy
 from reduction.joint_law.registry import DirectedJoint, LawParameter, Samples
 
 #: The first parameters of each of these laws.
@@ -73,4 +73,4 @@ class HystereticJoint(DirectedJoint):
         """Energy of both springs, each about its mean elongation."""
         k, slip = parameters["tangential_stiffness"], parameters["slip_stiffness"]
         ends = np.vstack([np.zeros(displacement.shape[1]), slider[0]])
-        return vibration_energy(np.array([slip, k - slip]), displacement[0], ends)
+        return compute_vibration_energy(np.array([slip, k - slip]), displacement[0], ends)

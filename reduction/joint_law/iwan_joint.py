@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.joint_law.parallel_sliders import vibration_energy
+from reduction.joint_law.parallel_sliders import compute_vibration_energy
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 #: Cells of the grid, and the first edge above zero, over the displacement of macro-slip [-].
@@ -81,7 +81,7 @@ class IwanJoint(DirectedJoint):
     ) -> Row:
         """Energy of all springs, each about its mean elongation."""
         stiffness, _ = make_cells(*(parameters[item.name] for item in self.parameters))
-        return vibration_energy(stiffness, displacement[0], slider)
+        return compute_vibration_energy(stiffness, displacement[0], slider)
 
 
 def make_cells(stiffness: float, limit: float, exponent: float, ratio: float) -> tuple[Row, Row]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from reduction.array_type import Row
 from reduction.errors import JointError
-from reduction.joint_law.parallel_sliders import vibration_energy
+from reduction.joint_law.parallel_sliders import compute_vibration_energy
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -79,4 +79,4 @@ class JenkinsChain(DirectedJoint):
     ) -> Row:
         """Energy of all springs, each about its mean elongation."""
         springs = np.array([parameters[name] for name in self.parameters[0].names(self)] + [parameters["stiffness"]])
-        return vibration_energy(springs, displacement[0], np.vstack([slider, np.zeros(slider.shape[1])]))
+        return compute_vibration_energy(springs, displacement[0], np.vstack([slider, np.zeros(slider.shape[1])]))

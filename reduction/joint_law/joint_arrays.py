@@ -18,7 +18,7 @@ def addresses(joints: Sequence[Joint]) -> Whole:
     return np.array([0 if joint.function is None else joint.function.address for joint in joints], dtype=np.int64)
 
 
-def parameter_rows(joints: Sequence[Joint]) -> Real:
+def stack_parameters(joints: Sequence[Joint]) -> Real:
     """Parameters of each joint, zeros behind them, shape (n_joint, p) with the largest number of parameters p."""
     rows = np.zeros((len(joints), max((len(joint.parameter_names) for joint in joints), default=0)))
     for row, joint in zip(rows, joints, strict=True):

@@ -17,7 +17,7 @@ import numpy as np
 
 from reduction.array_type import Row
 from reduction.errors import JointError
-from reduction.joint_law.parallel_sliders import vibration_energy
+from reduction.joint_law.parallel_sliders import compute_vibration_energy
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -95,4 +95,4 @@ class LuGreFriction(DirectedJoint):
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
     ) -> Row:
         """Energy of the bristles about their mean deflection."""
-        return vibration_energy(np.array([parameters["tangential_stiffness"]]), displacement[0], slider[:1])
+        return compute_vibration_energy(np.array([parameters["tangential_stiffness"]]), displacement[0], slider[:1])

@@ -6,7 +6,7 @@ from reduction.array_type import Row
 from reduction.joint_law.registry import Samples
 
 
-def vibration_energy(stiffness: Row, displacement: Row, slider: Samples) -> Row:
+def compute_vibration_energy(stiffness: Row, displacement: Row, slider: Samples) -> Row:
     """Elastic energy of springs about the mean stretch of each, shape (n,) [J].
 
     Parameters

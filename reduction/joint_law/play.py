@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.joint_law.elastic_energy import spring_energy_about_mean
+from reduction.joint_law.elastic_energy import compute_spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -54,6 +54,6 @@ class Play(DirectedJoint):
         def beyond(x: Row) -> Row:
             return x - np.clip(x, -gap, gap)
 
-        return spring_energy_about_mean(
+        return compute_spring_energy_about_mean(
             lambda x: stiffness / 2 * beyond(x) ** 2, lambda x: stiffness * beyond(x), displacement[0]
         )

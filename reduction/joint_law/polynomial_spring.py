@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.joint_law.elastic_energy import spring_energy_about_mean
+from reduction.joint_law.elastic_energy import compute_spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -55,4 +55,4 @@ class PolynomialSpring(DirectedJoint):
         """About its mean displacement."""
         factors = [parameters[item.name] for item in self.parameters]
         force_of = np.polynomial.Polynomial([0.0, 0.0, *factors])
-        return spring_energy_about_mean(force_of.integ(), force_of, displacement[0])
+        return compute_spring_energy_about_mean(force_of.integ(), force_of, displacement[0])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.joint_law.elastic_energy import spring_energy_about_mean
+from reduction.joint_law.elastic_energy import compute_spring_energy_about_mean
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
@@ -53,7 +53,7 @@ class PowerSpring(DirectedJoint):
     ) -> Row:
         """About its mean displacement."""
         k, r, p = (parameters[name] for name in ("stiffness", "reference", "exponent"))
-        return spring_energy_about_mean(
+        return compute_spring_energy_about_mean(
             lambda x: k * r**2 / (p + 1) * np.abs(x / r) ** (p + 1),
             lambda x: k * x * np.abs(x / r) ** (p - 1),
             displacement[0],

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.joint_law.elastic_energy import spring_energy_about_mean
+from reduction.joint_law.elastic_energy import compute_spring_energy_about_mean
 from reduction.joint_law.registry import Joint, Plausible
 
 #: Friction coefficients: clean metals in vacuum and soft rubber reach a few units (Bowden and Tabor, 1950). With larger
@@ -64,7 +64,7 @@ class PressedJoint(Joint):
         def force(v: Row) -> Row:
             return np.maximum(preload + stiffness * (v - gap), 0.0)
 
-        return spring_energy_about_mean(lambda v: force(v) ** 2 / (2 * stiffness), force, displacement)
+        return compute_spring_energy_about_mean(lambda v: force(v) ** 2 / (2 * stiffness), force, displacement)
 
     @property
     def open_at_rest(self) -> bool:

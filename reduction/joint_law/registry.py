@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from geometry.registry import Registry
-from reduction.array_input import finite_number, real_array
+from reduction.array_input import check_array, check_finite_number
 from reduction.array_type import Real, Row, Rows
 from reduction.errors import ExchangeError, JointError
 
@@ -177,7 +177,7 @@ class Joint(ABC):
         """
         for name in rows:
             what = f'joint "{self.name}": its {name}'
-            row = real_array(getattr(self, name), what, JointError)
+            row = check_array(getattr(self, name), what, JointError)
             object.__setattr__(self, name, row)
             if name != "tangents" and row.ndim != 1:
                 raise JointError(f"{what} has shape {row.shape}, give one row of shape (r,)")
@@ -185,7 +185,7 @@ class Joint(ABC):
                 raise JointError(f"{what} must hold finite numbers, not all of them zero")
         for field in fields(self):  # type: ignore[arg-type]
             if field.type is float:
-                value = finite_number(getattr(self, field.name), f'joint "{self.name}": {field.name}', JointError)
+                value = check_finite_number(getattr(self, field.name), f'joint "{self.name}": {field.name}', JointError)
                 object.__setattr__(self, field.name, value)
         for parameter in self.parameters:
             if parameter.is_list:
@@ -195,10 +195,10 @@ class Joint(ABC):
     def _listed(self, name: str) -> tuple[float, ...]:
         """The list of a field, for which one number is a list of one."""
         what = f'joint "{self.name}": {name}'
-        values = np.atleast_1d(real_array(getattr(self, name), what, JointError))
+        values = np.atleast_1d(check_array(getattr(self, name), what, JointError))
         if values.ndim != 1 or not values.size:
             raise JointError(f"{what} has shape {values.shape}: give a list of at least one number")
-        return tuple(finite_number(value, f"{what}[{number}]", JointError) for number, value in enumerate(values))
+        return tuple(check_finite_number(value, f"{what}[{number}]", JointError) for number, value in enumerate(values))
 
     @property
     @abstractmethod

@@ -67,12 +67,12 @@ def write_beam_case(folder: Path | str) -> Path:
     folder = Path(folder)
     for name, factor, n_harmonic in zip((NAME, FINER), (1, 2), N_HARMONIC, strict=True):
         model = beam_model(factor * N_ELEMENT, n_harmonic=n_harmonic)
-        write_npz(folder / f"{name}.npz", _arrays(model), ZIP_DEFLATED)
-        (folder / f"{name}.toml").write_text(_text(model, name), encoding="utf-8")
+        write_npz(folder / f"{name}.npz", _list_arrays(model), ZIP_DEFLATED)
+        (folder / f"{name}.toml").write_text(_format_case(model, name), encoding="utf-8")
     return folder / f"{NAME}.toml"
 
 
-def _arrays(model: Model) -> dict[str, np.ndarray]:
+def _list_arrays(model: Model) -> dict[str, np.ndarray]:
     system = model.system
     arrays: dict[str, np.ndarray] = {
         "M": system.mass,
@@ -83,7 +83,7 @@ def _arrays(model: Model) -> dict[str, np.ndarray]:
         "dof_direction": np.array([dof.direction for dof in model.dofs]),
         "dof_coordinates": np.array([dof.coordinates for dof in model.dofs]),
     }
-    arrays |= {name: row for name, row in model.places.items() if _node(model, name) is None}
+    arrays |= {name: row for name, row in model.places.items() if _find_node(model, name) is None}
     for line, members in model.lines.items():
         contacts = [model.contact(name) for name in members]
         arrays[f"{line}_normal"] = np.array([contact.normal for contact in contacts])
@@ -91,17 +91,17 @@ def _arrays(model: Model) -> dict[str, np.ndarray]:
     return arrays
 
 
-def _node(model: Model, place: str) -> int | None:
+def _find_node(model: Model, place: str) -> int | None:
     """Node that a place is at; none if it lies within an element."""
     row = model.places[place]
     dof = int(np.abs(row).argmax())
     return model.dofs[dof].node if np.abs(row).sum() - 1 < 1e-9 else None
 
 
-def _text(model: Model, file: str) -> str:
+def _format_case(model: Model, file: str) -> str:
     tables = [f'{HEAD if file == NAME else FINER_HEAD}file = "{file}.npz"\n']
     for name in model.places:
-        node = _node(model, name)
+        node = _find_node(model, name)
         where = f'row = "{name}"' if node is None else f'body = "beam"\nnode = {node}\ndirection = "z"'
         tables.append(f'[[place]]\nname = "{name}"\n{where}\n')
     motions = [sensor.name for sensor in model.sensors if isinstance(sensor, Sensor)]

@@ -39,11 +39,11 @@ def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> 
     n_harmonic
         H + 1 [-].
     """
-    mass, stiffness = _matrices(n_element)
+    mass, stiffness = _assemble_matrices(n_element)
     r = len(mass)
     joints, lines, static = [], {}, np.zeros(r)
     for line in SIDES:
-        members = _line(line, n_element, n_station)
+        members = _make_line(line, n_element, n_station)
         joints += members
         lines[line] = tuple(contact.name for contact in members)
         static += np.sum([contact.preload * contact.normal for contact in members], axis=0)
@@ -55,7 +55,7 @@ def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> 
     first, second = np.sqrt(eigh(stuck, mass, eigvals_only=True)[:2])
     alpha = 2 * DAMPING_RATIO * first * second / (first + second)
     beta = 2 * DAMPING_RATIO / (first + second)
-    places = {name: _rows(x, n_element)[0] for name, x in PLACES.items()}
+    places = {name: _make_rows(x, n_element)[0] for name, x in PLACES.items()}
     force = np.zeros((2, r), dtype=np.complex128)
     force[1] = places["excitation"]
     system = JointedSystem(
@@ -89,7 +89,7 @@ def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> 
     )
 
 
-def _matrices(n: int) -> tuple[Matrix, Matrix]:
+def _assemble_matrices(n: int) -> tuple[Matrix, Matrix]:
     """Mass and stiffness of n Hermite elements, clamped at the first node; degrees of freedom w and w' by node."""
     a = LENGTH / n
     area, inertia = WIDTH * THICKNESS, WIDTH * THICKNESS**3 / 12
@@ -105,7 +105,7 @@ def _matrices(n: int) -> tuple[Matrix, Matrix]:
     return mass[2:, 2:], stiffness[2:, 2:]
 
 
-def _rows(x: float, n: int) -> tuple[Row, Row]:
+def _make_rows(x: float, n: int) -> tuple[Row, Row]:
     """Rows of w and w' at x."""
     a = LENGTH / n
     element = min(int(x / a + 1e-9), n - 1)
@@ -117,14 +117,14 @@ def _rows(x: float, n: int) -> tuple[Row, Row]:
     return w[2:], slope[2:]
 
 
-def _line(line: str, n_element: int, n_station: int) -> list[FrictionContact]:
+def _make_line(line: str, n_element: int, n_station: int) -> list[FrictionContact]:
     """Contacts of one line: shares by Simpson's rule, which keeps the line's moment of inertia."""
     weights = np.array([1.0, 4.0, *([2.0, 4.0] * (n_station // 2 - 1)), 1.0])
     side, sine, cosine = SIDES[line], 0.5, sqrt(3) / 2
     height = side * THICKNESS / 2
     contacts = []
     for number, (x, share) in enumerate(zip(np.linspace(*LINE_ENDS, n_station), weights / weights.sum(), strict=True)):
-        w, slope = _rows(float(x), n_element)
+        w, slope = _make_rows(float(x), n_element)
         axial = -height * slope
         contacts.append(
             FrictionContact(

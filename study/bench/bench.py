@@ -43,11 +43,11 @@ from study.case.setup import ReadCase, Setup, read_case, require_loads
 from study.compare.curve import Coefficients, Drawing
 from study.compare.families import find_families
 from study.compare.result import ComparisonResult
-from study.compare.run import comparison_key, find_comparison
+from study.compare.run import find_comparison, make_comparison_key
 from study.compare.suspicions import require_noise
 from study.diagnose.add import CaseEditError, add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file
-from study.diagnose.history import DIAGNOSIS, HistoryStep, case_key, history_of, read_text
+from study.diagnose.history import DIAGNOSIS, HistoryStep, hash_case, history_of, read_text
 from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import make_waterfall
@@ -344,7 +344,7 @@ class Bench:
         read = require_loads(read_case(self.case, campaign, self.run))
         compared = find_comparison(read.setup, campaign, self.run)
         unknowns, values = list_unknowns(read.setup, campaign)
-        key = comparison_key(read.setup, campaign)
+        key = make_comparison_key(read.setup, campaign)
         step = self.run.step("curves and their sensitivities", expected=10)
         lines = step.run(find_lines, key, compared, unknowns, values)
         return _Comparison(text=text, read=read, compared=compared, unknowns=unknowns, values=values, lines=lines)
@@ -354,7 +354,7 @@ class Bench:
 
     def _is_diagnosed(self, setup: Setup) -> bool:
         """Whether a diagnosis of the case as it is now is stored, so that it takes no time."""
-        key = case_key(read_text(self.case))
+        key = hash_case(read_text(self.case))
         if not any(step.what == DIAGNOSIS and step.case_key == key for step in history_of(self.case).steps):
             return False
         without = tuple(sorted({*setup.without, *self.without}))

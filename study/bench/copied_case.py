@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from study.bench.case_text import list_effect_files, with_effect_files
-from study.diagnose.history import history_file, write_beside
+from study.diagnose.history import name_history_file, write_beside
 
 
-def effect_folder(copy: Path) -> Path:
+def make_effect_folder(copy: Path) -> Path:
     """Folder of the effect files of a copy."""
     return copy.with_suffix("")
 
@@ -40,18 +40,18 @@ def copy_beside(case: Path, text: str, history: str, effects: Mapping[str, str] 
             write_effect_copy(copy, name, source)
         write_beside(copy, use_effect_copies(copy, text))
         if history:
-            write_beside(history_file(copy), history)
+            write_beside(name_history_file(copy), history)
         yield copy
     finally:
-        for file in (copy, history_file(copy)):
+        for file in (copy, name_history_file(copy)):
             file.unlink(missing_ok=True)
-        shutil.rmtree(effect_folder(copy), ignore_errors=True)
+        shutil.rmtree(make_effect_folder(copy), ignore_errors=True)
 
 
 def write_effect_copy(copy: Path, name: str, text: str) -> Path:
     """Write the copy of an effect file into a private folder, where no other user can change it before it runs."""
-    effect_folder(copy).mkdir(mode=0o700, exist_ok=True)
-    file = effect_folder(copy) / name
+    make_effect_folder(copy).mkdir(mode=0o700, exist_ok=True)
+    file = make_effect_folder(copy) / name
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     write_beside(file, text)
     return file
@@ -60,5 +60,8 @@ def write_effect_copy(copy: Path, name: str, text: str) -> Path:
 def use_effect_copies(copy: Path, text: str) -> str:
     """Replace the effect files that a case names by the copies, where there are any."""
     files = list_effect_files(text)
-    own = [f"{effect_folder(copy).name}/{name}" if (effect_folder(copy) / name).is_file() else name for name in files]
+    own = [
+        f"{make_effect_folder(copy).name}/{name}" if (make_effect_folder(copy) / name).is_file() else name
+        for name in files
+    ]
     return text if own == files else with_effect_files(text, own)

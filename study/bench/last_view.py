@@ -24,7 +24,7 @@ def read_last_views(place: BenchFiles, texts: tuple[str, ...]) -> dict[str, byte
     texts
         What the parts are of: text of the case, its history, signature of the campaign.
     """
-    file = _file(place)
+    file = _name_file(place)
     if file is None:
         return {}
     try:
@@ -38,7 +38,7 @@ def read_last_views(place: BenchFiles, texts: tuple[str, ...]) -> dict[str, byte
 
 def store_last_views(place: BenchFiles, texts: tuple[str, ...], views: Mapping[str, bytes]) -> None:
     """Store the parts of a page; where the disk refuses, the next bench begins with an empty page."""
-    file = _file(place)
+    file = _name_file(place)
     if file is None:
         return
     of = json.dumps(_sign(place, texts))
@@ -48,7 +48,7 @@ def store_last_views(place: BenchFiles, texts: tuple[str, ...], views: Mapping[s
         replace_file(file, f'{{"of":{of},"views":{{{listed}}}}}')
 
 
-def _file(place: BenchFiles) -> Path | None:
+def _name_file(place: BenchFiles) -> Path | None:
     """File of a case and its campaign; a new view replaces the last one."""
     if place.cache is None:
         return None

@@ -91,7 +91,7 @@ def find_lines(key: str, compared: ComparisonResult, unknowns: Unknowns, values:
     """Lines of each configuration with their slopes, "free" and "jointed"; the key is that of the comparison."""
     del key
     return {
-        name_configuration(free): _lines(predictor, compared.prediction, unknowns, values)
+        name_configuration(free): _compute_lines(predictor, compared.prediction, unknowns, values)
         for free, predictor in make_predictors(compared).items()
     }
 
@@ -135,7 +135,7 @@ def at_measured(misfit: Misfit, points: Points, line: Complex[NDArray[np.complex
     return replace(misfit, predicted=np.where(modulus, np.abs(predicted), predicted))
 
 
-def _lines(predictor: Predictor, near: Prediction, unknowns: Unknowns, values: Values) -> Lines:
+def _compute_lines(predictor: Predictor, near: Prediction, unknowns: Unknowns, values: Values) -> Lines:
     model = unknowns.compose(values)
     prediction = predictor.predict(model, near)
     changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)

@@ -15,8 +15,8 @@ from diagnosis.candidate.place import find_dof
 from diagnosis.candidate.user_effect import read_effects
 from geometry.errors import InputError
 from study.bench.case_text import hash_text, list_effect_files, with_effect_files
-from study.bench.copied_case import copy_beside, effect_folder, write_effect_copy
-from study.case.added import case_catalogue
+from study.bench.copied_case import copy_beside, make_effect_folder, write_effect_copy
+from study.case.added import list_case_effects
 from study.case.setup import read_case
 from study.case.trust import require_trust
 from study.diagnose.history import read_text, write_beside
@@ -81,7 +81,7 @@ class OwnFile:
     @property
     def named(self) -> str:
         """Name of the file as the case has it."""
-        return f"{effect_folder(self.case).name}/{self.name}" if self.is_copy else self.name
+        return f"{make_effect_folder(self.case).name}/{self.name}" if self.is_copy else self.name
 
     @property
     def path(self) -> Path:
@@ -200,11 +200,11 @@ def _try_effect(
 ) -> tuple[dict[str, float | str], Model]:
     """Run the file on a copy of the case; mistakes bear the names of the user's own files."""
     with copy_beside(own.case, after, "", {own.named: text}) as copy:
-        file = (effect_folder(copy) / own.named).resolve()
+        file = (make_effect_folder(copy) / own.named).resolve()
         try:
             setup = read_case(copy, campaign, run).setup
             offered = read_effects(file).candidates(setup.model)
-            case_catalogue(setup.model, setup.effect_files)  # no two of one name
+            list_case_effects(setup.model, setup.effect_files)  # no two of one name
         except InputError as error:
             sentence = str(error).replace(str(file), str(own.path)).replace(str(copy), str(own.case))
             raise EffectError(sentence) from None

@@ -30,7 +30,7 @@ class ScriptEntry:
     when: str = ""
 
 
-def command_of(entry: ScriptEntry, case: Path, folder: Path, without: Sequence[str] = ()) -> str:
+def format_command(entry: ScriptEntry, case: Path, folder: Path, without: Sequence[str] = ()) -> str:
     """Command that does the same; a comment where the page alone does it."""
     left_out = ["--without", *without] if without else []
     given = entry.arguments
@@ -56,13 +56,13 @@ def command_of(entry: ScriptEntry, case: Path, folder: Path, without: Sequence[s
     return _join(words)
 
 
-def python_of(entry: ScriptEntry) -> str:
+def format_python(entry: ScriptEntry) -> str:
     """Call in Python that does the same."""
     given = {key: value for key, value in entry.arguments.items() if key not in PRIVATE and value not in ((), [], None)}
     return f"bench.{entry.name}({', '.join(f'{key}={value!r}' for key, value in given.items())})"
 
 
-def script_of(
+def format_script(
     entries: Sequence[ScriptEntry], case: Path, folder: Path, without: Sequence[str], text: str, history: str,
     effects: Mapping[str, str] | None = None,
 ) -> str:  # fmt: skip
@@ -79,7 +79,7 @@ def script_of(
     effects
         Effect files that were written since, as they were before, by name.
     """
-    calls = "".join(f"        show({python_of(entry)})\n" for entry in entries)
+    calls = "".join(f"        show({format_python(entry)})\n" for entry in entries)
     return f'''\
 """What was done to {case.name} in `stickslip bench`, once more on a copy of the case: it prints the same numbers.
 

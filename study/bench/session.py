@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from study.bench.last_view import read_last_views, store_last_views
-from study.bench.script import ScriptEntry, command_of, python_of, script_of
+from study.bench.script import ScriptEntry, format_command, format_python, format_script
 from study.bench.work import CALLS, BenchFiles
-from study.diagnose.history import history_file
+from study.diagnose.history import name_history_file
 
 #: Calls that write the case, and those whose answers are of the case as it was when they began.
 WRITING, READING = (
@@ -83,7 +83,7 @@ class Session:
         self._count = 0
         self._began = self.clock()
         self._text = self._text_of_call = self._first = read_text(self.place.case) or ""
-        self._first_history = read_text(history_file(self.place.case)) or ""
+        self._first_history = read_text(name_history_file(self.place.case)) or ""
         self._first_effects: dict[str, str] = {}
         self._campaign = sign_folder(self.place.folder)
         self.views = {name: (1, view) for name, view in read_last_views(self.place, self._shown_texts).items()}
@@ -170,8 +170,8 @@ class Session:
             "versions": {name: version for name, (version, _) in self.views.items()},
             "log": [
                 {
-                    "command": command_of(entry, case, folder, self.place.without),
-                    "python": python_of(entry),
+                    "command": format_command(entry, case, folder, self.place.without),
+                    "python": format_python(entry),
                     "numbers": dict(entry.numbers),
                     "when": entry.when,
                     "name": entry.name,
@@ -184,14 +184,14 @@ class Session:
     def script(self) -> str:
         """Script that repeats what was done."""
         place = self.place
-        return script_of(
+        return format_script(
             self.entries, place.case, place.folder, place.without, self._first, self._first_history, self._first_effects
         )
 
     @property
     def _shown_texts(self) -> tuple[str, ...]:
         """Texts of which the parts of the page are made."""
-        return self._text, read_text(history_file(self.place.case)) or "", self._campaign
+        return self._text, read_text(name_history_file(self.place.case)) or "", self._campaign
 
     @property
     def _all(self) -> list[Call]:

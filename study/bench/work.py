@@ -12,7 +12,7 @@ from typing import Any
 
 from geometry.errors import ComputationFailed, InputError
 from pipeline.duration import Durations
-from pipeline.output import system_failure
+from pipeline.output import describe_system_failure
 from pipeline.progress import Report
 from study import console
 from study.json_value import to_json
@@ -81,7 +81,7 @@ def describe(error: Exception, name: str) -> str:
         return console.OUT_OF_MEMORY
     if isinstance(error, FileNotFoundError):
         return f"{error.filename} is not there any more: put it back"
-    return system_failure(error) or console.report_mistake(error, ["bench", name])
+    return describe_system_failure(error) or console.report_mistake(error, ["bench", name])
 
 
 def _open(place: BenchFiles, send: Send) -> Any:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from correlation.file.column import Column
-from correlation.file.unit_label import amplitude_in_words, amplitude_of_unit, find_suffix, find_unit
+from correlation.file.unit_label import find_amplitude_in_words, find_amplitude_of_unit, find_suffix, find_unit
 from study.campaign.column_role import Role
 from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
@@ -18,22 +18,24 @@ AVERAGED = re.compile(r"averag|mittel|mean", re.IGNORECASE)
 OF_AMPLITUDES = re.compile(r"amplitude|scal|skal|spectr|spektr|detect|format|line \d", re.IGNORECASE)
 
 
-def said_amplitude(judged: JudgedTable, column: Column) -> str:
+def find_said_amplitude(judged: JudgedTable, column: Column) -> str:
     """What the amplitudes of a column are by its unit, its name or the texts beside it; empty if none says it."""
     label = column.label or column.name
     in_units = [column.unit_label, find_unit(label).unit, find_suffix(label)[0].replace("_", " ")]
-    by_label = next((kind for text in in_units if (kind := amplitude_of_unit(text))), "") or amplitude_in_words(label)
+    by_label = next(
+        (kind for text in in_units if (kind := find_amplitude_of_unit(text))), ""
+    ) or find_amplitude_in_words(label)
     if by_label:
         return by_label
     facts = {**judged.table.file.facts, **column.facts}
-    result = {word for key, text in facts.items() if (word := _said_in_text(f"{key}: {text}"))}
+    result = {word for key, text in facts.items() if (word := _find_in_text(f"{key}: {text}"))}
     return result.pop() if len(result) == 1 else ""
 
 
 @cache  # a file may have thousands of texts, which stand beside each of its columns
-def _said_in_text(text: str) -> str:
+def _find_in_text(text: str) -> str:
     """What amplitudes are by a text that speaks of them; empty if it says none."""
-    return amplitude_in_words(text) if OF_AMPLITUDES.search(text) and not AVERAGED.search(text) else ""
+    return find_amplitude_in_words(text) if OF_AMPLITUDES.search(text) and not AVERAGED.search(text) else ""
 
 
 def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str | Marked:
@@ -52,7 +54,7 @@ def draft_amplitude(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str 
     if not stepped:
         return "peak"
     of_drive, of_response = (
-        {said_amplitude(table, column) for table in stepped for column in table.of_role(*roles)}
+        {find_said_amplitude(table, column) for table in stepped for column in table.of_role(*roles)}
         for roles in ((Role.FORCE, Role.LEVEL), (Role.RESPONSE,))
     )
     if len(of_drive - {""}) == 1:
@@ -71,5 +73,5 @@ def own_amplitude(draft: ManifestDraft, judged: JudgedTable, column: Column) -> 
     """The entry of a column whose amplitudes are others than those of the campaign; empty for most."""
     convention = draft.single.get("convention", {}).get("amplitude", "peak")
     common = convention.value if isinstance(convention, Marked) else convention
-    kind = said_amplitude(judged, column)
+    kind = find_said_amplitude(judged, column)
     return {"convention": kind} if kind not in {"", common} else {}

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from correlation.file.column import Column
-from study.campaign.channel_set import ChannelSets, is_response, role_of
+from study.campaign.channel_set import ChannelSets, find_role, is_response
 from study.campaign.column_role import RATIOS, WORDS, Role, name_words
 from study.campaign.table import MeasuredTable
 
@@ -21,7 +21,7 @@ OF_ARRAYS = {"hdf5", "matlab 5", "matlab 7.3"}
 Places = dict[str, tuple[int, ...]]
 
 
-def sets_by_array(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_array(table: MeasuredTable) -> ChannelSets | None:
     """Sets by the index of arrays, where an axis is that of levels; of two axes that may be it, neither counts.
 
     Parameters
@@ -35,11 +35,11 @@ def sets_by_array(table: MeasuredTable) -> ChannelSets | None:
             place = tuple(int(number) for number in match[1].split(",") if number.isdigit())
             arrays.setdefault(column.name[: match.start()], {})[column.name] = place
     columns = {column.name: column for column in table.columns}
-    roles = {array: role_of(table, columns[next(iter(places))]) for array, places in arrays.items()}
+    roles = {array: find_role(table, columns[next(iter(places))]) for array, places in arrays.items()}
     responses = [array for array, role in roles.items() if is_response(role)]
     if not responses or _turns(table):
         return None
-    levels = _levels(table)
+    levels = _find_levels(table)
     forces = [array for array, role in roles.items() if role is Role.FORCE and _rank(arrays[array]) == 1]
     number = len(levels[1]) if levels else len(arrays[forces[0]]) if len(forces) == 1 else 0
     deep = [array for array in responses if _rank(arrays[array]) > 1 and not set(name_words(array)) & RATIOS]
@@ -47,10 +47,10 @@ def sets_by_array(table: MeasuredTable) -> ChannelSets | None:
         return None
     result = ChannelSets(marks={})
     for array, places in arrays.items():
-        axes = [axis for axis, size in enumerate(_sizes(places)) if number > 1 and size == number]
+        axes = [axis for axis, size in enumerate(_count_sizes(places)) if number > 1 and size == number]
         if len(axes) != 1:
             if array in deep or (number > 1 and array in responses):
-                why = _why(array, _sizes(places), number)
+                why = _explain_refusal(array, _count_sizes(places), number)
                 result.lost |= dict.fromkeys(places, why)
             continue
         for name, place in places.items():
@@ -74,7 +74,7 @@ def _mark(
     sets.marks[name] = mark
 
 
-def _levels(table: MeasuredTable) -> tuple[str, np.ndarray] | None:
+def _find_levels(table: MeasuredTable) -> tuple[str, np.ndarray] | None:
     """Name and values of the vector of levels beside a table; None without one, or with several."""
     vectors = [
         (_with_unit(column.name.rpartition("/")[2].rpartition(".")[2], column.unit), column.values)
@@ -104,7 +104,7 @@ def _stands_beside(column: Column, table: MeasuredTable) -> bool:
 
 def _turns(table: MeasuredTable) -> bool:
     """Whether frequencies go back: levels may then be those of passes below each other."""
-    frequency = next((one.values for one in table.columns if role_of(table, one) is Role.FREQUENCY), None)
+    frequency = next((one.values for one in table.columns if find_role(table, one) is Role.FREQUENCY), None)
     return frequency is not None and len({*np.sign(np.diff(frequency.real)).tolist()} - {0.0}) > 1
 
 
@@ -112,11 +112,11 @@ def _rank(places: Mapping[str, tuple[int, ...]]) -> int:
     return len(next(iter(places.values())))
 
 
-def _sizes(places: Mapping[str, tuple[int, ...]]) -> list[int]:
+def _count_sizes(places: Mapping[str, tuple[int, ...]]) -> list[int]:
     return [len({place[axis] for place in places.values()}) for axis in range(_rank(places))]
 
 
-def _why(array: str, sizes: list[int], number: int) -> str:
+def _explain_refusal(array: str, sizes: list[int], number: int) -> str:
     shape = " x ".join(map(str, sizes))
     if number < 2:
         return f'nothing says which axis of "{array}" ({shape} series) is that of sensors: add a vector "level"'

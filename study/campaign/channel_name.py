@@ -7,7 +7,7 @@ from dataclasses import replace
 from correlation.file.quantity import MOTION_WORDS
 from study.campaign.column_role import ComplexPart, Role, name_words
 from study.campaign.run_name import LEVEL_IN_NAME, OF_A_RUN, PLACE
-from study.campaign.table import file_stem
+from study.campaign.table import make_file_stem
 from study.campaign.table_kind import OF_FILE, JudgedTable, Kind
 
 #: Name of a channel that has none.
@@ -23,12 +23,17 @@ def name_channels(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
         Judged tables of all files.
     """
     words = {
-        id(judged): _words(judged) for judged in tables if any(_is_of_file(judged, name) for name in judged.columns)
+        id(judged): _list_words(judged)
+        for judged in tables
+        if any(_is_of_file(judged, name) for name in judged.columns)
     }
     if len(words) < 2:
         return list(tables)
     common = set.intersection(*map(set, words.values()))
-    return [_named(judged, [word for word in words.get(id(judged), ()) if word not in common]) for judged in tables]
+    return [
+        _rename_channels(judged, [word for word in words.get(id(judged), ()) if word not in common])
+        for judged in tables
+    ]
 
 
 def _is_of_file(judged: JudgedTable, column: str) -> bool:
@@ -45,23 +50,23 @@ def _is_of_file(judged: JudgedTable, column: str) -> bool:
 def _names_a_place(judged: JudgedTable, column: str) -> bool:
     """Whether the name of a file says where the sensor is, and that of its channel does not: "acc_tip_3N.csv"."""
     stem = {*judged.columns[column].stem.split()}
-    return stem <= set().union(*MOTION_WORDS.values()) and any(PLACE.fullmatch(word) for word in _parts(judged))
+    return stem <= set().union(*MOTION_WORDS.values()) and any(PLACE.fullmatch(word) for word in _split_names(judged))
 
 
-def _words(judged: JudgedTable) -> list[str]:
+def _list_words(judged: JudgedTable) -> list[str]:
     """Words of the names of a file and a group that may be those of a sensor: places, or any of a nameless channel."""
     of_file = any(one.evidence.startswith(OF_FILE) or NUMBERED.fullmatch(name) for name, one in judged.columns.items())
-    parts = [part for part in _parts(judged) if of_file or PLACE.fullmatch(part)]
+    parts = [part for part in _split_names(judged) if of_file or PLACE.fullmatch(part)]
     return [" ".join(name_words(part)) for part in parts]
 
 
-def _parts(judged: JudgedTable) -> list[str]:
+def _split_names(judged: JudgedTable) -> list[str]:
     """Words of the names of a file and a group that tell no run."""
-    whole = LEVEL_IN_NAME.sub("", f"{file_stem(judged.table.file.path.name)} {judged.table.path}")
+    whole = LEVEL_IN_NAME.sub("", f"{make_file_stem(judged.table.file.path.name)} {judged.table.path}")
     return [part for part in re.split(r"[\W_]+", whole) if not OF_A_RUN.fullmatch(part)]
 
 
-def _named(judged: JudgedTable, words: Sequence[str]) -> JudgedTable:
+def _rename_channels(judged: JudgedTable, words: Sequence[str]) -> JudgedTable:
     """A table whose channels, and their phases, are called by some words."""
     stems = {guess.stem for name, guess in judged.columns.items() if _is_of_file(judged, name)}
     if not words or not stems:

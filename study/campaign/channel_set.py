@@ -28,7 +28,7 @@ from study.campaign.table import MeasuredTable
 
 #: Columns that hold for all sets beside them, and those that belong to one set alone.
 SHARED = {Role.FREQUENCY, Role.TIME, Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.SENSOR}
-#: Name of a column that stands there once more: `unique_names`.
+#: Name of a column that stands there once more: `make_unique_names`.
 AGAIN = re.compile(r" \((\d+)\)$")
 REMEDY = "write its run below [[run]] by hand, or its set into its name"
 
@@ -75,11 +75,11 @@ def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[Me
     sets = next((result for find in finders if (result := find(table)) is not None), None)
     if sets is None:
         return [table], []
-    roles = {column.name: role_of(table, column, sets.names) for column in table.columns}
+    roles = {column.name: find_role(table, column, sets.names) for column in table.columns}
     order = list(dict.fromkeys(mark for column in table.columns if (mark := sets.marks.get(column.name, ""))))
     lost = dict(sets.lost)
     of_level = any(LEVEL_IN_NAME.search(mark) or sets.scalars.get(mark) for mark in order)
-    harmonics = {mark: number for mark in order if (number := harmonic_of(mark)) is not None}
+    harmonics = {mark: number for mark in order if (number := read_harmonic(mark)) is not None}
     marks, names = dict(sets.marks), {**table.names, **sets.names}
     for column in table.columns if len(order) > 1 else ():
         role = roles[column.name]
@@ -88,7 +88,7 @@ def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[Me
         if harmonics and role is not Role.FORCE:
             marks[column.name] = next((mark for mark in order if harmonics.get(mark) == 1), order[0])
         elif role in {Role.RESPONSE, Role.PHASE, Role.COHERENCE} or (role is Role.FORCE and of_level):
-            lost[column.name] = f"it may be of any of {_some(order)}"
+            lost[column.name] = f"it may be of any of {_name_some(order)}"
     tables = []
     for mark in order or [""]:
         own = [one for one in table.columns if one.name not in lost and marks.get(one.name, "") in {"", mark}]
@@ -106,7 +106,7 @@ def split_sets(table: MeasuredTable, finders: Iterable[Finder]) -> tuple[list[Me
     return tables, [f'{file}: "{name}" is not used: {why}; {REMEDY}' for name, why in lost.items()]
 
 
-def role_of(table: MeasuredTable, column: Column, names: Mapping[str, str] | None = None) -> Role:
+def find_role(table: MeasuredTable, column: Column, names: Mapping[str, str] | None = None) -> Role:
     """Role of a column by itself."""
     return recognise_column(column, (names or {}).get(column.name) or table.short_name(column)).role
 
@@ -116,27 +116,27 @@ def is_response(role: Role) -> bool:
     return role in {Role.RESPONSE, Role.OTHER}
 
 
-def harmonic_of(mark: str) -> int | None:
+def read_harmonic(mark: str) -> int | None:
     """Number of the harmonic in the words of a set; None without one."""
     match = HARMONIC_IN_NAME.fullmatch(mark)
     return int(match[1]) if match else None
 
 
-def sets_by_name(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_name(table: MeasuredTable) -> ChannelSets | None:
     """Sets by words of the names of columns: "A_1N" and "A_3N", "tip run1" and "tip run2", "tip up" and "tip down"."""
     splits = {one.name: _split_run(table, one) for one in table.columns if one.response is None}
-    return _several(table, splits) or sets_by_quantity(table)
+    return _make_sets(table, splits) or find_sets_by_quantity(table)
 
 
-def sets_by_quantity(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_quantity(table: MeasuredTable) -> ChannelSets | None:
     """Sets by a number with another unit, "Acc 1000rpm": it may be a place, unless each set has a force."""
     splits = {
         one.name: split_name(table.short_name(one), QUANTITY_OF_COLUMN) for one in table.columns if one.response is None
     }
-    sets = _several(table, splits)
+    sets = _make_sets(table, splits)
     if sets is None:
         return None
-    driven = {sets.marks.get(one.name, "") for one in table.columns if role_of(table, one) is Role.FORCE}
+    driven = {sets.marks.get(one.name, "") for one in table.columns if find_role(table, one) is Role.FORCE}
     return sets if driven >= {*sets.marks.values()} else None
 
 
@@ -146,31 +146,31 @@ def _split_run(table: MeasuredTable, column: Column) -> tuple[str, str]:
     if split_label(LEVEL_BESIDE_UNIT.sub("", name))[1]:
         return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT)
     # Beside a row of units "Acc 1 g" may be channel 1.
-    if column.unit_label and (not split_label(name)[1] or role_of(table, column) is Role.FORCE):
+    if column.unit_label and (not split_label(name)[1] or find_role(table, column) is Role.FORCE):
         return split_name(name, *OF_COLUMN, LEVEL_BESIDE_UNIT, has_unit=False)
     return split_name(name, *OF_COLUMN)
 
 
-def sets_by_harmonic(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_harmonic(table: MeasuredTable) -> ChannelSets | None:
     """Harmonics of responses in columns of their own: "tip H1" and "tip H3"; H1 of a ratio is an estimator."""
     splits = {
         one.name: split_name(table.short_name(one), HARMONIC_IN_NAME) for one in table.columns if one.response is None
     }
-    if _several(table, splits) is None:
+    if _make_sets(table, splits) is None:
         return None
-    roles = {one.name: role_of(table, one) for one in table.columns}
+    roles = {one.name: find_role(table, one) for one in table.columns}
     words = {word for one in table.columns for word in name_words(table.short_name(one))}
     ratios = any("/N" in one.unit or "/(N)" in one.unit or "response" in one.function for one in table.columns)
     if Role.FREQUENCY not in roles.values() or Role.COHERENCE in roles.values() or ratios or words & RATIOS - {"h"}:
         return None
-    sets = _several(table, {name: one for name, one in splits.items() if roles[name] is not Role.FORCE})
-    numbers = {harmonic_of(mark) for mark in sets.marks.values() if mark} if sets else set()
+    sets = _make_sets(table, {name: one for name, one in splits.items() if roles[name] is not Role.FORCE})
+    numbers = {read_harmonic(mark) for mark in sets.marks.values() if mark} if sets else set()
     # H1 and H2 alone may be estimators, unless the force was measured beside motions.
     are_harmonics = 1 in numbers and (max(n or 0 for n in numbers) > 2 or Role.FORCE in roles.values())
     return sets if are_harmonics else None
 
 
-def sets_by_abscissa(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_abscissa(table: MeasuredTable) -> ChannelSets | None:
     """Sets behind times or frequencies of their own, as many columns behind each: "f1, A1, f2, A2"."""
     places = [place for place, one in enumerate(table.columns) if _is_abscissa(table, one)]
     if len(places) < 2 or places[0] != 0 or any(one.abscissa or one.response for one in table.columns):
@@ -180,7 +180,7 @@ def sets_by_abscissa(table: MeasuredTable) -> ChannelSets | None:
     in_blocks = size > 1 and places == list(range(0, len(table.columns), size)) and len(table.columns) % size == 0
     if not in_blocks or all(np.array_equal(first, table.columns[one].values, equal_nan=True) for one in places):
         return None
-    roles = [role_of(table, one) for one in table.columns]
+    roles = [find_role(table, one) for one in table.columns]
     if not all(any(is_response(role) for role in roles[one + 1 : one + size]) for one in places):
         return None
     return ChannelSets(marks={one.name: f"set {1 + number // size}" for number, one in enumerate(table.columns)})
@@ -190,10 +190,10 @@ def _is_abscissa(table: MeasuredTable, column: Column) -> bool:
     """Whether a column is a time or a frequency, judged by its values only if its unit or name may be of one."""
     words = {*name_words(table.short_name(column))}
     may_be = OF_UNIT.get(column.unit) in {"time", "frequency"} or words & (WORDS[Role.TIME] | WORDS[Role.FREQUENCY])
-    return bool(may_be) and role_of(table, column) in {Role.TIME, Role.FREQUENCY}
+    return bool(may_be) and find_role(table, column) in {Role.TIME, Role.FREQUENCY}
 
 
-def sets_by_header(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_header(table: MeasuredTable) -> ChannelSets | None:
     """Sets whose columns have one header each, with a force in each: "Force, Amp, Force, Amp"."""
     names = {column.name for column in table.columns}
     channels = {one.name: AGAIN.sub("", one.name) for one in table.columns}
@@ -201,7 +201,7 @@ def sets_by_header(table: MeasuredTable) -> ChannelSets | None:
     counts = Counter(channels.values())
     if len(counts) == len(channels):
         return None
-    roles = {one.name: role_of(table, one, channels) for one in table.columns}
+    roles = {one.name: find_role(table, one, channels) for one in table.columns}
     forces = {channels[name] for name, role in roles.items() if role is Role.FORCE and counts[channels[name]] > 1}
     if not forces:
         return None
@@ -226,7 +226,7 @@ def number_sets(channels: Mapping[str, Hashable]) -> dict[str, str]:
     return marks
 
 
-def _several(table: MeasuredTable, marked: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
+def _make_sets(table: MeasuredTable, marked: Mapping[str, tuple[str, str]]) -> ChannelSets | None:
     """Sets by names and words of columns, if a response has several words; None if none has."""
     result: dict[str, set[str]] = {}
     for channel, mark in marked.values():
@@ -234,7 +234,7 @@ def _several(table: MeasuredTable, marked: Mapping[str, tuple[str, str]]) -> Cha
     if not any(len(words) > 1 for words in result.values()):
         return None
     named = {name: (channel or "response", mark) for name, (channel, mark) in marked.items() if mark}
-    named |= _below(table, named)
+    named |= _find_columns_below(table, named)
     marks: dict[str, set[str]] = {}
     for column in table.columns:
         channel, mark = named.get(column.name, ("", ""))
@@ -248,13 +248,13 @@ def _several(table: MeasuredTable, marked: Mapping[str, tuple[str, str]]) -> Cha
     )
 
 
-def _below(table: MeasuredTable, named: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+def _find_columns_below(table: MeasuredTable, named: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
     """Headers and sets of columns of one header, one in each set, as below the merged cell of a spreadsheet."""
     names = {column.name for column in table.columns}
     alike: dict[str, list[str]] = {}
     for column in table.columns:
         channel = AGAIN.sub("", column.name)
-        if column.name not in named and role_of(table, column) not in SHARED and channel in names:
+        if column.name not in named and find_role(table, column) not in SHARED and channel in names:
             alike.setdefault(channel, []).append(column.name)
     place = {column.name: number for number, column in enumerate(table.columns)}
     order = list(dict.fromkeys(named[column.name][1] for column in table.columns if column.name in named))
@@ -273,5 +273,5 @@ def _below(table: MeasuredTable, named: Mapping[str, tuple[str, str]]) -> dict[s
     }
 
 
-def _some(marks: Sequence[str]) -> str:
+def _name_some(marks: Sequence[str]) -> str:
     return f"{', '.join(marks[:3])}{' ...' if len(marks) > 3 else ''}"

@@ -8,13 +8,13 @@ from enum import Enum
 import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
-from correlation.campaign.measurement_unit import STRAIN, base_unit, root_units
+from correlation.campaign.measurement_unit import STRAIN, find_base_unit, find_root_units
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from correlation.file.quantity import FORCE_QUANTITY, MOTION_WORDS, OF_UNIT
-from correlation.file.unit_label import find_suffix, split_label, unit_text
+from correlation.file.unit_label import find_suffix, read_unit, split_label
 from study.campaign.motion_ratio import is_motion_ratio
-from study.campaign.unknown_unit import says_counts, says_strain, unknown_unit
+from study.campaign.unknown_unit import find_unknown_unit, says_counts, says_strain
 
 
 class Role(Enum):
@@ -198,30 +198,30 @@ def recognise_column(column: Column, name: str) -> Recognised:
         return _recognise_words(column, words)
     if not np.isfinite(column.values).any():
         return Recognised(role=Role.OTHER, evidence=NO_VALUE)
-    unit, reason = unit_of(column, name)
+    unit, reason = find_unit_of(column, name)
     quantity = OF_UNIT.get(unit, "")
     given = {"time": Role.TIME, "frequency": Role.FREQUENCY, "coherence": Role.COHERENCE}.get(column.function)
     if given is not None and column.abscissa is None and given is not Role.COHERENCE:
         return Recognised(role=given, unit=unit, evidence="the file says so")
     if given is Role.COHERENCE:
-        return Recognised(role=given, evidence="the file says so", stem=_stem(words, name))
-    part = _part(column, words)
-    stem = _stem(words, name)
-    by_name = _role_by_name(words, quantity)
+        return Recognised(role=given, evidence="the file says so", stem=_make_stem(words, name))
+    part = _find_part(column, words)
+    stem = _make_stem(words, name)
+    by_name = _find_role(words, quantity)
     if by_name not in WITHOUT_UNIT and says_strain(column, name):
         return Recognised(
             role=Role.RESPONSE, part=part, quantity=STRAIN, unit=STRAIN, evidence="its unit is a strain", stem=stem
         )
     # A sensor in counts has a sensitivity; a force or a time in counts is of no use.
     in_counts = by_name is None and says_counts(column, name)
-    if by_name not in WITHOUT_UNIT and not in_counts and (foreign := unknown_unit(column, name)):
+    if by_name not in WITHOUT_UNIT and not in_counts and (foreign := find_unknown_unit(column, name)):
         return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{foreign}"', stem=stem)
-    ratio = ratio_quantity(unit)
+    ratio = find_ratio_quantity(unit)
     if ratio:
         return Recognised(role=Role.RESPONSE, part=part, quantity=ratio, unit=unit, evidence=reason, stem=stem)
     if foreign := _foreign(words, unit, quantity) or _spectrum(words, name, by_name) or _spread(words):
         return Recognised(role=Role.FOREIGN, unit=unit, evidence=foreign)
-    if by_name is Role.PHASE or (quantity == "angle" and not set(words) & _motions()):
+    if by_name is Role.PHASE or (quantity == "angle" and not set(words) & _list_motion_words()):
         return _recognise_phase(column, unit, reason, stem)
     if by_name in {Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.COHERENCE}:
         return Recognised(role=by_name, quantity=quantity, unit=unit, evidence=f'called "{name}"', stem=stem)
@@ -234,14 +234,14 @@ def recognise_column(column: Column, name: str) -> Recognised:
         and _may_be_abscissa(column)
         and not _contradicts(column, words, by_name)
     ):
-        return _abscissa_by_name(by_name, name, unit, words)
+        return _recognise_abscissa(by_name, name, unit, words)
     if quantity == "force" and LOAD_CELL_NAME.match(name):
         why = f'called "{name}": a load cell'
         return Recognised(role=Role.RESPONSE, part=part, quantity=LOAD_CELL, unit=unit, evidence=why, stem=stem)
     if quantity == "force" or (by_name is Role.FORCE and quantity in {"", "voltage"}) or _is_drive(words, quantity):
         evidence = reason if quantity and quantity != "voltage" else f'called "{name}"'
         if not unit and set(words) & FORCE_WORDS:
-            return _force_without_unit(column, name, part, stem)
+            return _recognise_force_without_unit(column, name, part, stem)
         return Recognised(
             role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=evidence, stem=stem
         )
@@ -256,7 +256,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if named or part is not ComplexPart.VALUE or np.iscomplexobj(column.values) or column.function:
         kind = "complex numbers" if np.iscomplexobj(column.values) else f"a channel of {column.function}"
         evidence = f'called "{name}"' if named or part is not ComplexPart.VALUE else kind
-        if not unit and (unit := listed_unit(column, named)):
+        if not unit and (unit := find_listed_unit(column, named)):
             evidence += f", and {unit} stands beside it"
         return Recognised(
             role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem,
@@ -278,10 +278,10 @@ def recognise_force_symbol(column: Column, name: str) -> Recognised | None:
     if not (FORCE_SYMBOL.match(name) or (SMALL_FORCE_SYMBOL.match(name) and _has_sign(column))):
         return None
     words = name_words(name)
-    return _force_without_unit(column, name, _part(column, words), _stem(words, name))
+    return _recognise_force_without_unit(column, name, _find_part(column, words), _make_stem(words, name))
 
 
-def unit_of(column: Column, name: str) -> tuple[str, str]:
+def find_unit_of(column: Column, name: str) -> tuple[str, str]:
     """Unit of a column, and who says it: the file, or the end of its name."""
     if column.unit:
         return column.unit, f"unit {column.unit} in the file"
@@ -291,10 +291,10 @@ def unit_of(column: Column, name: str) -> tuple[str, str]:
     return (unit, f'its name ends in "_{ending}"') if unit else ("", "")
 
 
-def listed_unit(column: Column, quantity: str) -> str:
+def find_listed_unit(column: Column, quantity: str) -> str:
     """Unit of a quantity in a list such as "s, m/s^2" that stands beside a column; empty if there is none."""
     texts = [text for key, text in column.facts.items() if key.lower() in {"units", "unit"}]
-    units = [unit_text(part) for text in texts for part in text.split(",")]
+    units = [read_unit(part) for text in texts for part in text.split(",")]
     return next((unit for unit in units if OF_UNIT.get(unit) == quantity), "")
 
 
@@ -308,18 +308,18 @@ def name_words(name: str) -> list[str]:
     return re.findall(r"[^\W\d_²³]+|\d+", unicodedata.normalize("NFC", plain).lower())
 
 
-def _motions() -> set[str]:
+def _list_motion_words() -> set[str]:
     return set().union(*MOTION_WORDS.values()) - {"x", "y", "z", "u", "v", "a"}
 
 
-def _stem(words: list[str], name: str) -> str:
+def _make_stem(words: list[str], name: str) -> str:
     """Words of a name that say no coherence, part of a complex number or amplitude, with its place in an array."""
     common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE], WORDS[Role.COHERENCE], OF_AMPLITUDE)
     index = INDEX.search(name)
     return " ".join(word for word in words if word not in common) + (f" {index[1]}" if index else "")
 
 
-def _abscissa_by_name(role: Role, name: str, unit: str, words: list[str]) -> Recognised:
+def _recognise_abscissa(role: Role, name: str, unit: str, words: list[str]) -> Recognised:
     """A time or frequency by its name, where no unit is known in s, Hz or rad/s."""
     angular = bool(set(words) & {"omega", "om", "angular", "circular", "kreisfrequenz"})
     usual = "s" if role is Role.TIME else "rad/s" if angular else "Hz"
@@ -336,7 +336,7 @@ def _foreign(words: list[str], unit: str, quantity: str) -> str:
         return ""
     of_force = RATIO.fullmatch(unit)
     try:
-        base_unit(of_force[1] if of_force else unit)
+        find_base_unit(of_force[1] if of_force else unit)
     except ValueError:
         is_number = "/" not in unit and not _has_dimension(unit)  # such as a percentage
         return "" if is_number or is_motion_ratio(unit) else f"{unit} is a unit of no motion, force or voltage"
@@ -359,14 +359,14 @@ def _spread(words: list[str]) -> str:
 
 def _has_dimension(unit: str) -> bool:
     try:
-        return bool(root_units(unit)[1])
+        return bool(find_root_units(unit)[1])
     except ValueError:
         return False
 
 
-def _force_without_unit(column: Column, name: str, part: ComplexPart, stem: str) -> Recognised:
+def _recognise_force_without_unit(column: Column, name: str, part: ComplexPart, stem: str) -> Recognised:
     """A force by its name, in newtons, unless units are listed beside it."""
-    listed = {quantity: listed_unit(column, quantity) for quantity in ("force", "voltage")}
+    listed = {quantity: find_listed_unit(column, quantity) for quantity in ("force", "voltage")}
     quantity = next((quantity for quantity, unit in listed.items() if unit), "")
     unit = listed.get(quantity, "N")
     says = f"{unit} stands beside it" if quantity else "the file says no unit: N"
@@ -384,9 +384,9 @@ def _recognise_words(column: Column, words: list[str]) -> Recognised:
     return Recognised(role=Role.OTHER, evidence=f"its words are {', '.join(column.words[:4])}")
 
 
-def _role_by_name(words: list[str], quantity: str) -> Role | None:
+def _find_role(words: list[str], quantity: str) -> Role | None:
     roles = [role for role in WORDS if set(words) & WORDS[role]]
-    if quantity != "force" and set(words) & _motions() and not set(words) & FORCE_QUANTITY:
+    if quantity != "force" and set(words) & _list_motion_words() and not set(words) & FORCE_QUANTITY:
         roles = [role for role in roles if role is not Role.FORCE]  # "acc_drive" is the motion of the drive
     if Role.PHASE in roles:
         return Role.PHASE
@@ -397,26 +397,26 @@ def _role_by_name(words: list[str], quantity: str) -> Role | None:
 
 def _is_drive(words: list[str], quantity: str) -> bool:
     """Whether a voltage is that of a generator, not of a sensor of motion."""
-    return quantity == "voltage" and bool(set(words) & DRIVE_WORDS) and not set(words) & _motions()
+    return quantity == "voltage" and bool(set(words) & DRIVE_WORDS) and not set(words) & _list_motion_words()
 
 
-def _part(column: Column, words: list[str]) -> ComplexPart:
+def _find_part(column: Column, words: list[str]) -> ComplexPart:
     if np.iscomplexobj(column.values):
         return ComplexPart.VALUE
     return next((part for part, family in PARTS.items() if set(words) & family), ComplexPart.VALUE)
 
 
-def ratio_quantity(unit: str) -> str:
+def find_ratio_quantity(unit: str) -> str:
     """Quantity of a ratio to a force, such as acceleration of (m/s^2)/N or 1/kg; empty if it is none."""
     match = RATIO.fullmatch(unit)
     quantity = OF_UNIT.get(match[1], "") if match else ""
     if quantity in MOTIONS or "/" not in unit:
         return quantity if quantity in MOTIONS else ""
     try:
-        dimension = root_units(unit)[1]
+        dimension = find_root_units(unit)[1]
     except ValueError:
         return ""
-    return next((motion for motion in MOTIONS if root_units(f"({SI_UNIT[motion]})/N")[1] == dimension), "")
+    return next((motion for motion in MOTIONS if find_root_units(f"({SI_UNIT[motion]})/N")[1] == dimension), "")
 
 
 def _may_be_abscissa(column: Column) -> bool:

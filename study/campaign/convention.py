@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 from correlation.file.quantity import OF_UNIT
 from study.campaign.amplitude import draft_amplitude
-from study.campaign.column_role import Role, ratio_quantity
+from study.campaign.column_role import Role, find_ratio_quantity
 from study.campaign.draft import ManifestDraft, without_marks
-from study.campaign.draft_frequency import force_column, phase_evidence
-from study.campaign.level import named_levels, number_beside, unit_of_number
+from study.campaign.draft_frequency import find_force_column, list_phase_evidence
+from study.campaign.level import find_named_levels, find_number_beside, find_unit_of_number
 from study.campaign.question import Marked
-from study.campaign.run_name import level_value
+from study.campaign.run_name import read_level
 from study.campaign.table_kind import JudgedTable, Kind
 
 TIMES = ("exp(+i omega t)", "exp(-i omega t)")
@@ -22,7 +22,7 @@ UNCALIBRATED = {"V", "mV", "%"}
 AGREE = 3 / 4
 
 
-def drive_of(judged: JudgedTable) -> tuple[str, str]:
+def find_drive(judged: JudgedTable) -> tuple[str, str]:
     """What drives in a table, and its unit; both are empty if the file does not say it.
 
     Parameters
@@ -30,7 +30,7 @@ def drive_of(judged: JudgedTable) -> tuple[str, str]:
     judged
         Stepped sines or steady states.
     """
-    force = force_column(judged)
+    force = find_force_column(judged)
     if force is not None:
         guess = judged.columns[force.name]
         return DRIVES.get(guess.quantity, ""), guess.unit
@@ -38,10 +38,10 @@ def drive_of(judged: JudgedTable) -> tuple[str, str]:
         guess = judged.columns[column.name]
         if guess.role is Role.LEVEL and guess.unit:
             return DRIVES.get(OF_UNIT.get(guess.unit, ""), ""), guess.unit
-    if number_beside(judged, None):
-        return _drive_in(unit_of_number(judged.table))
-    match = next(iter(named_levels(judged.table)), None)
-    return _drive_in(level_value(match)[1]) if match else ("", "")
+    if find_number_beside(judged, None):
+        return _drive_in(find_unit_of_number(judged.table))
+    match = next(iter(find_named_levels(judged.table)), None)
+    return _drive_in(read_level(match)[1]) if match else ("", "")
 
 
 def _drive_in(unit: str) -> tuple[str, str]:
@@ -50,22 +50,22 @@ def _drive_in(unit: str) -> tuple[str, str]:
     return (DRIVES[quantity], unit) if quantity in DRIVES else ("", "")
 
 
-def _assumed_drive(judged: JudgedTable) -> str:
+def _describe_assumed_drive(judged: JudgedTable) -> str:
     """Why the unit of the force of a table is assumed; empty where the file says it, or has no force."""
-    force = force_column(judged)
+    force = find_force_column(judged)
     return judged.columns[force.name].evidence if force is not None and judged.columns[force.name].assumed else ""
 
 
 def keep_one_drive(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> list[JudgedTable]:
     """Tables with the drive of most steady states; the others are left out, since a campaign has one drive."""
     states = [table for table in tables if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
-    drives = [drive for table in states if (drive := drive_of(table)[0])]
+    drives = [drive for table in states if (drive := find_drive(table)[0])]
     if len({*drives}) < 2:
         return list(tables)
     main = max(dict.fromkeys(drives), key=drives.count)
     used = []
     for table in tables:
-        own = drive_of(table)[0] if table in states else ""
+        own = find_drive(table)[0] if table in states else ""
         if own in {"", main}:
             used.append(table)
         else:
@@ -93,18 +93,18 @@ def draft_conventions(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> in
     states = [table for table in tables if table.kind is not Kind.FREQUENCY_RESPONSE]
     time = _time(draft, tables)
     amplitude = draft_amplitude(draft, tables)
-    drives = [(table, *drive_of(table)) for table in states]
+    drives = [(table, *find_drive(table)) for table in states]
     drive = next((drive for _, drive, _ in drives if drive), "")
-    stated = next((unit for table, _, unit in drives if unit and not _assumed_drive(table)), "")
-    assumed = "" if stated else next((why for table in states if (why := _assumed_drive(table))), "")
+    stated = next((unit for table, _, unit in drives if unit and not _describe_assumed_drive(table)), "")
+    assumed = "" if stated else next((why for table in states if (why := _describe_assumed_drive(table))), "")
     unit = stated or next((unit for _, _, unit in drives if unit), "")
-    if not states and any("/V" not in unit and ratio_quantity(unit) for unit in _units(tables)):
+    if not states and any("/V" not in unit and find_ratio_quantity(unit) for unit in _list_units(tables)):
         unit = "N"  # the denominator of the responses
     why = assumed or "the files say no unit of the force"
     level: str | Marked = unit if unit and not assumed else Marked(value="N", assumed=why)
     if drive == BASE:
         first = next(table for table, one, _ in drives if one == BASE)
-        source = "has" if force_column(first) is not None else "names"
+        source = "has" if find_force_column(first) is not None else "names"
         why = f'"{first.table.file.path.name}" {source} the acceleration of the base'
         draft.single["drive"] = {"quantity": Marked(value=BASE, assumed=why)}
         level = unit or Marked(value="m/s^2", assumed="the files say no unit of the acceleration")
@@ -124,14 +124,14 @@ def draft_conventions(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> in
     return -1 if without_marks(time) == TIMES[1] else 1
 
 
-def _units(tables: Sequence[JudgedTable]) -> list[str]:
+def _list_units(tables: Sequence[JudgedTable]) -> list[str]:
     """Units of all responses."""
     return [table.columns[column.name].unit for table in tables for column in table.of_role(Role.RESPONSE)]
 
 
 def _time(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> str | Marked:
     """Sign of time from the phases, where they tell it."""
-    evidence = [item for table in tables if table.of_role(Role.FREQUENCY) for *_, item in phase_evidence(table)]
+    evidence = [item for table in tables if table.of_role(Role.FREQUENCY) for *_, item in list_phase_evidence(table)]
     falls, rises = (sum(item.time_sign == sign for item in evidence) for sign in (1, -1))
     if not evidence:
         return TIMES[0]  # without phases it has no meaning

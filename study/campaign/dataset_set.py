@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 from correlation.file.column import Column
-from study.campaign.channel_set import ChannelSets, is_response, number_sets, role_of
+from study.campaign.channel_set import ChannelSets, find_role, is_response, number_sets
 from study.campaign.column_role import Role, recognise_column
 from study.campaign.run_name import HARMONIC_IN_NAME, LEVEL_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY_OF_COLUMN
 from study.campaign.table import MeasuredTable
@@ -20,7 +20,7 @@ DATASET = re.compile(r"^58 #\d+ ")
 FREQUENCY_RESPONSE = "frequency response"
 
 
-def sets_by_dataset(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_dataset(table: MeasuredTable) -> ChannelSets | None:
     """Sets of the datasets of one abscissa; frequency responses are repeats unless their texts have levels.
 
     Parameters
@@ -31,34 +31,34 @@ def sets_by_dataset(table: MeasuredTable) -> ChannelSets | None:
     columns = [one for one in table.columns if one.response is not None and one.abscissa is not None]
     points = Counter(_point(one) for one in columns)
     if max(points.values(), default=1) < 2:
-        return _named(_common_level(table, columns), columns)
+        return _make_sets(_find_common_level(table, columns), columns)
     roles = {one.name: recognise_column(one, table.short_name(one)).role for one in columns}
     measured = [one for one in columns if roles[one.name] is Role.FORCE or is_response(roles[one.name])]
-    keys = {one.name: _channel(one, roles[one.name]) for one in measured}
+    keys = {one.name: _identify_channel(one, roles[one.name]) for one in measured}
     counts = Counter(keys.values())
     if max(counts.values(), default=1) < 2:
-        return _named(_common_level(table, columns), columns)
+        return _make_sets(_find_common_level(table, columns), columns)
     driven: set[Hashable] = {keys[one.name] for one in measured if roles[one.name] is Role.FORCE}
     are_ratios = any(one.function == FREQUENCY_RESPONSE for one in measured)
     if are_ratios:
-        return _estimates(measured, keys) or _named(_levels(columns, keys), columns)
-    marks = next((marks for marks in _texts(measured) if _are_sets(marks, keys, driven)), None)
-    marks = marks or _by_order(measured, keys)
+        return _find_other_estimates(measured, keys) or _make_sets(_find_levels(columns, keys), columns)
+    marks = next((marks for marks in _list_texts(measured) if _are_sets(marks, keys, driven)), None)
+    marks = marks or _number_by_order(measured, keys)
     if marks is not None:
-        return _named(marks, measured)
+        return _make_sets(marks, measured)
     why = "its sensor has several datasets, and neither their texts nor their order tell which belong together"
     return ChannelSets(marks={}, lost={name: why for name, key in keys.items() if counts[key] > 1})
 
 
-def _channel(column: Column, role: Role) -> tuple[Hashable, ...]:
+def _identify_channel(column: Column, role: Role) -> tuple[Hashable, ...]:
     """What a dataset measures, where and in which harmonic; one that names no point is a channel of its own."""
     reference = column.reference
     to = None if reference is None else (reference.node or reference.name, reference.direction.lstrip("+-"))
     kind = (column.function, role, column.unit, column.facts.get("quantity", ""))
-    return _point(column), to, kind, _harmonic(column)
+    return _point(column), to, kind, _find_harmonic(column)
 
 
-def _harmonic(column: Column) -> int | None:
+def _find_harmonic(column: Column) -> int | None:
     """Harmonic in the texts of a dataset; None without one, and for a frequency response, whose H1 is an estimator."""
     if column.function == FREQUENCY_RESPONSE:
         return None
@@ -66,7 +66,7 @@ def _harmonic(column: Column) -> int | None:
     return next((int(match[1]) for match in result if match), None)
 
 
-def sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
+def find_sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
     """Harmonics of the datasets of one set, by their texts; the first of the force drives.
 
     Parameters
@@ -75,12 +75,12 @@ def sets_by_dataset_harmonic(table: MeasuredTable) -> ChannelSets | None:
         Table of a universal file.
     """
     columns = [one for one in table.columns if one.response is not None]
-    roles = {one.name: role_of(table, one) for one in columns}
-    harmonics = {one.name: number for one in columns if (number := _harmonic(one)) is not None}
+    roles = {one.name: find_role(table, one) for one in columns}
+    harmonics = {one.name: number for one in columns if (number := _find_harmonic(one)) is not None}
     of_channel: dict[Hashable, set[int]] = {}
     for one in columns:
         if one.name in harmonics and is_response(roles[one.name]):
-            of_channel.setdefault(_channel(one, roles[one.name])[:-1], set()).add(harmonics[one.name])
+            of_channel.setdefault(_identify_channel(one, roles[one.name])[:-1], set()).add(harmonics[one.name])
     if max(map(len, of_channel.values()), default=0) < 2:
         return None
     why = "the force of a run is that of its first harmonic"
@@ -99,7 +99,7 @@ def _point(column: Column) -> Hashable:
     return point.node or point.name, point.direction.lstrip("+-")
 
 
-def _texts(columns: Sequence[Column]) -> Iterator[dict[str, str]]:
+def _list_texts(columns: Sequence[Column]) -> Iterator[dict[str, str]]:
     """What may tell the sets of datasets: a level or repeat in one line, those in all lines, a whole line."""
     for telling in TELLING:
         for line in LINES:
@@ -124,7 +124,7 @@ def _are_sets(marks: Mapping[str, str], keys: Mapping[str, Hashable], driven: se
     )
 
 
-def _by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
+def _number_by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
     """Set of each dataset by its place, if all sets have one order, or all channels the same number of datasets."""
     counts = Counter(keys.values())
     number = max(counts.values())
@@ -137,7 +137,7 @@ def _by_order(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[s
     return number_sets({one.name: keys[one.name] for one in columns})
 
 
-def _estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> ChannelSets | None:
+def _find_other_estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> ChannelSets | None:
     """Of several estimates of one frequency response the first is kept."""
     result = {
         one.name: match[0]
@@ -153,7 +153,7 @@ def _estimates(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> Chann
     return ChannelSets(marks={}, lost=lost) if lost else None
 
 
-def _levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
+def _find_levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str, str] | None:
     """Set of each frequency response by the level in its text."""
     for line in LINES:
         matches = {one.name: LEVEL_IN_NAME.search(one.facts.get(line, "")) for one in columns}
@@ -164,7 +164,7 @@ def _levels(columns: Sequence[Column], keys: Mapping[str, Hashable]) -> dict[str
     return None
 
 
-def _common_level(table: MeasuredTable, columns: Sequence[Column]) -> dict[str, str] | None:
+def _find_common_level(table: MeasuredTable, columns: Sequence[Column]) -> dict[str, str] | None:
     """The level in the texts of all datasets of one abscissa, where those of other abscissas are other sets."""
     if len({one.abscissa for one in table.file.columns if one.abscissa}) < 2:
         return None
@@ -176,7 +176,7 @@ def _common_level(table: MeasuredTable, columns: Sequence[Column]) -> dict[str, 
     return None
 
 
-def _named(marks: dict[str, str] | None, columns: Sequence[Column]) -> ChannelSets | None:
+def _make_sets(marks: dict[str, str] | None, columns: Sequence[Column]) -> ChannelSets | None:
     if marks is None:
         return None
     return ChannelSets(marks=marks, names={one.name: DATASET.sub("", one.name) for one in columns})

@@ -7,7 +7,7 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable, Item, Table
 
-from correlation.file.column import unique_names
+from correlation.file.column import make_unique_names
 from geometry.name_list import MAX_NAMES, join_first_names
 from study.campaign.question import Answers, Marked, Question
 from study.campaign.table_kind import JudgedTable
@@ -101,7 +101,7 @@ class ManifestDraft:
         """Number entries of one kind and name: what is said of one of them is said by its name."""
         for kind in NAMED:
             names = [str(without_marks(entry["name"])) for entry in self.entries[kind]]
-            for entry, name, unique in zip(self.entries[kind], names, unique_names(names, "{} {}"), strict=True):
+            for entry, name, unique in zip(self.entries[kind], names, make_unique_names(names, "{} {}"), strict=True):
                 if unique != name:
                     entry["name"] = unique
 
@@ -121,15 +121,15 @@ class ManifestDraft:
         singles = {name: [table] for name, table in self.single.items()}
         for kind, entries in {**singles, **self.entries}.items():
             for entry in entries:
-                name = entry_name(entry)
-                for key, value, reason in marked_values(entry):
+                name = name_entry(entry)
+                for key, value, reason in list_marked_values(entry):
                     # Numbers such as those of repeats follow from one reason.
                     is_number = isinstance(value, int | float) and not isinstance(value, bool)
                     same = groups.setdefault((key, "" if is_number else _format(value), reason), _Assumption())
                     same.values.setdefault(_format(value))
                     same.names.setdefault(kind, []).append(name)
         return [
-            f"{_all_called(assumption.names, self.entries)}: {key} = {_listed([*assumption.values])}: {reason}"
+            f"{_name_all(assumption.names, self.entries)}: {key} = {_join_names([*assumption.values])}: {reason}"
             for (key, _, reason), assumption in groups.items()
         ] + [sentence for sentence in [self.run_order()] if sentence]
 
@@ -151,7 +151,7 @@ class ManifestDraft:
         document.add("schema", tomlkit.item(1))
         document.add("title", tomlkit.item(self.title))
         for name, table in self.single.items():
-            document.add(name, _table(table))
+            document.add(name, _make_table(table))
         for kind, entries in self.entries.items():
             if kind == "run" and (order := self.run_order()):
                 document.add(tomlkit.nl())
@@ -159,7 +159,7 @@ class ManifestDraft:
             if entries:
                 array = tomlkit.aot()
                 for entry in entries:
-                    array.append(_table(entry))
+                    array.append(_make_table(entry))
                 document.add(kind, array)
         for sentence in self.left_out:
             document.add(tomlkit.nl())
@@ -175,7 +175,7 @@ class _Assumption:
     names: dict[str, list[str]] = field(default_factory=dict)
 
 
-def entry_name(entry: Mapping[str, Any]) -> str:
+def name_entry(entry: Mapping[str, Any]) -> str:
     """An entry as people find it: its name, or its file and the group in it."""
     return entry.name if isinstance(entry, Run) else str(without_marks(entry.get("name", entry.get("file", ""))))
 
@@ -189,11 +189,11 @@ def assumed(value: Any) -> str:
     return ""
 
 
-def marked_values(entry: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
+def list_marked_values(entry: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
     """Keys, values and reasons of what was assumed in an entry and in its tables."""
     for key, value in entry.items():
         if isinstance(value, Mapping):
-            for inner, shown, reason in marked_values(value):
+            for inner, shown, reason in list_marked_values(value):
                 yield inner if key == "columns" else f'{inner} of "{key}"', shown, reason
         elif isinstance(value, Marked) and value.assumed:
             yield key, value.value, value.assumed
@@ -208,14 +208,14 @@ def without_marks(value: Any) -> Any:
     return value
 
 
-def _table(entry: Mapping[str, Any]) -> Table:
+def _make_table(entry: Mapping[str, Any]) -> Table:
     table = tomlkit.table()
     for key, value in entry.items():
         # Columns and coherences are tables of their own; what is in them stands on one line.
         if key in {"columns", "coherence"}:
-            table.add(key, _table(value))
+            table.add(key, _make_table(value))
             continue
-        item = _item(without_marks(value))
+        item = _make_item(without_marks(value))
         reason = assumed(value)
         if reason:
             item.comment(f"assumed: {reason}")
@@ -223,13 +223,13 @@ def _table(entry: Mapping[str, Any]) -> Table:
     return table
 
 
-def _item(value: Any) -> Item:
+def _make_item(value: Any) -> Item:
     if not isinstance(value, Mapping):
         item: Item = tomlkit.item(value)
         return item
     inline: InlineTable = tomlkit.inline_table()
     for key, inner in value.items():
-        inline.append(key, _item(inner))
+        inline.append(key, _make_item(inner))
     return inline
 
 
@@ -238,18 +238,18 @@ def _format(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _listed(values: Sequence[str]) -> str:
+def _join_names(values: Sequence[str]) -> str:
     if len(values) > MAX_NAMES + 1:
         return f"{', '.join(values[: MAX_NAMES - 1])}, ... {values[-1]}"
     return ", ".join(values)
 
 
-def _all_called(names: Mapping[str, Sequence[str]], entries: Mapping[str, Sequence[Any]]) -> str:
+def _name_all(names: Mapping[str, Sequence[str]], entries: Mapping[str, Sequence[Any]]) -> str:
     """Entries of several kinds as people name them."""
-    return ", ".join(_called(kind, own, len(entries.get(kind, ()))) for kind, own in names.items())
+    return ", ".join(_name_kind(kind, own, len(entries.get(kind, ()))) for kind, own in names.items())
 
 
-def _called(kind: str, names: Sequence[str], count: int) -> str:
+def _name_kind(kind: str, names: Sequence[str], count: int) -> str:
     """Entries of one kind as people name them: sensors "a", "b", or all 9 sensors."""
     different = [name for name in dict.fromkeys(names) if name]
     word = CALLED.get(kind, kind)

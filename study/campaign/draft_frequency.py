@@ -13,10 +13,10 @@ from study.campaign.column_role import RATIOS, WORDS, ComplexPart, Role, name_wo
 from study.campaign.draft import ManifestDraft, Run
 from study.campaign.level import (
     ask_levels,
-    level_in_name,
-    levels_of_force,
-    named_set_point,
-    number_beside,
+    find_level_in_name,
+    find_levels_of_force,
+    find_named_set_point,
+    find_number_beside,
     number_passes,
 )
 from study.campaign.phase_convention import PhaseEvidence, judge_phase
@@ -25,10 +25,10 @@ from study.campaign.run_name import WAY_OF_COLUMN, WITH_CONTACTS, WITHOUT_CONTAC
 from study.campaign.sensor_draft import (
     add_sensor,
     as_amplitude,
-    direction_sign,
-    drive_reading,
+    choose_sensor_name,
+    draft_drive_reading,
+    find_direction_sign,
     reading,
-    sensor_name,
     with_sign,
 )
 from study.campaign.table_kind import JudgedTable
@@ -39,10 +39,10 @@ CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
 PHASES = "it has no phase, so that those of the responses are taken to count from it"
 
 
-def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
+def pair_responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
     """Responses, each with the column of its phase or imaginary part if there is one."""
     columns = judged.of_role(Role.RESPONSE)
-    of_force = force_partner(judged)
+    of_force = find_force_partner(judged)
     phases = [one for one in judged.of_role(Role.PHASE) if one is not of_force and not is_of_force(judged, one)]
     pairs: list[tuple[Column, Column | None]] = []
     main = [column for column in columns if judged.columns[column.name].part is not ComplexPart.IMAGINARY]
@@ -57,23 +57,25 @@ def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | No
             candidates = phases if column in alone else []
         same = [one for one in candidates if judged.columns[one.name].stem == guess.stem]
         if not same and column in alone:
-            same = nearest_each_other(judged, column, phases, alone)
+            same = find_nearest_each_other(judged, column, phases, alone)
         partner = same[0] if same else (candidates[0] if len(candidates) == len(main) == 1 else None)
         pairs.append((column, partner))
     return pairs
 
 
-def nearest_each_other(
+def find_nearest_each_other(
     judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]
 ) -> list[Column]:
     """The one of some columns whose name is nearest to that of a column, and to no other one like it."""
-    nearest = _nearest(judged, column, others, like)
-    return [nearest] if nearest is not None and _nearest(judged, nearest, like, others) is column else []
+    nearest = _find_nearest(judged, column, others, like)
+    return [nearest] if nearest is not None and _find_nearest(judged, nearest, like, others) is column else []
 
 
-def _nearest(judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]) -> Column | None:
+def _find_nearest(
+    judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]
+) -> Column | None:
     """The column whose name differs least, and in words of motions or ratios alone: "acc tip" and "phase tip"."""
-    own, of_others = _telling_words(judged, like), _telling_words(judged, others)
+    own, of_others = _list_telling_words(judged, like), _list_telling_words(judged, others)
     result: dict[int, list[Column]] = {}
     for other in others:
         different = own[column.name] ^ of_others[other.name]
@@ -83,7 +85,7 @@ def _nearest(judged: JudgedTable, column: Column, others: Sequence[Column], like
     return least[0] if len(least) == 1 else None
 
 
-def _telling_words(judged: JudgedTable, columns: Sequence[Column]) -> dict[str, set[str]]:
+def _list_telling_words(judged: JudgedTable, columns: Sequence[Column]) -> dict[str, set[str]]:
     """Words of the names of some columns without those of all of them: "H1 tip", "H1 root" are of tip and root."""
     words = {one.name: set(judged.columns[one.name].stem.split()) for one in columns}
     shared = set.intersection(*words.values()) if len(words) > 1 else set()
@@ -97,7 +99,7 @@ def is_of_force(judged: JudgedTable, column: Column) -> bool:
     return bool(words & WORDS[Role.FORCE] - set(responses))
 
 
-def complex_response(judged: JudgedTable, column: Column, partner: Column | None) -> NDArray[Any] | None:
+def make_complex_response(judged: JudgedTable, column: Column, partner: Column | None) -> NDArray[Any] | None:
     """Values of a response as complex numbers; None without a phase."""
     if np.iscomplexobj(column.values):
         return np.asarray(column.values)
@@ -109,7 +111,7 @@ def complex_response(judged: JudgedTable, column: Column, partner: Column | None
     return np.asarray(column.values * np.exp(1j * (np.radians(partner.values) if degrees else partner.values)))
 
 
-def force_column(judged: JudgedTable) -> Column | None:
+def find_force_column(judged: JudgedTable) -> Column | None:
     """The force that drives: of several a measured one before the voltage of a shaker, whose name says least else."""
     forces = [one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is not ComplexPart.IMAGINARY]
     measured = [one for one in forces if judged.columns[one.name].unit and not _is_voltage(judged, one)]
@@ -120,9 +122,9 @@ def _is_voltage(judged: JudgedTable, column: Column) -> bool:
     return judged.columns[column.name].quantity == "voltage"
 
 
-def force_partner(judged: JudgedTable) -> Column | None:
+def find_force_partner(judged: JudgedTable) -> Column | None:
     """Column of the imaginary part or of the phase of the force that drives, if there is one."""
-    force = force_column(judged)
+    force = find_force_column(judged)
     if force is None or np.iscomplexobj(force.values):
         return None
     guess = judged.columns[force.name]
@@ -136,19 +138,19 @@ def force_partner(judged: JudgedTable) -> Column | None:
     return next(iter([*same, *(one for one in phases if is_of_force(judged, one))]), None)
 
 
-def complex_force(judged: JudgedTable) -> NDArray[Any] | None:
+def make_complex_force(judged: JudgedTable) -> NDArray[Any] | None:
     """The force that drives along its axis, complex where its phase was measured; None without a force."""
-    force = force_column(judged)
+    force = find_force_column(judged)
     if force is None:
         return None
-    values = complex_response(judged, force, force_partner(judged))
-    return np.asarray(direction_sign(force) * (force.values if values is None else values))
+    values = make_complex_response(judged, force, find_force_partner(judged))
+    return np.asarray(find_direction_sign(force) * (force.values if values is None else values))
 
 
 def report_unused_phases(draft: ManifestDraft, judged: JudgedTable) -> None:
     """Say which phases belong to no column: the responses and forces are read without them."""
-    used = {partner.name for _, partner in responses_with_phases(judged) if partner is not None}
-    of_force = force_partner(judged)
+    used = {partner.name for _, partner in pair_responses_with_phases(judged) if partner is not None}
+    of_force = find_force_partner(judged)
     used |= {of_force.name} if of_force is not None else set()
     draft.left_out += [
         f'{judged.table.file.path.name}: the phase "{column.name}" is of no column by its name: if it is that of a '
@@ -161,7 +163,7 @@ def report_unused_phases(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 def report_second_forces(draft: ManifestDraft, judged: JudgedTable) -> None:
     """Say which forces are not read, since another one drives."""
-    force, partner = force_column(judged), force_partner(judged)
+    force, partner = find_force_column(judged), find_force_partner(judged)
     draft.left_out += [
         f'{judged.table.file.path.name}: "{column.name}" is not used: '
         + (
@@ -175,48 +177,48 @@ def report_second_forces(draft: ManifestDraft, judged: JudgedTable) -> None:
     ]
 
 
-def phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvidence]]:
+def list_phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvidence]]:
     """What the phases of each sensor say, by its name and column, one item per pass.
 
     Levels that stand in one file are not judged together: beside a high one, all of a low one is small.
     """
-    frequency, force = judged.of_role(Role.FREQUENCY)[0].values, complex_force(judged)
+    frequency, force = judged.of_role(Role.FREQUENCY)[0].values, make_complex_force(judged)
     # At a constant response only the ratio to the force has a peak, and phases may count from another signal.
     drive = np.ones(len(frequency)) if force is None else np.where(force == 0, np.nan, force)
     evidence = []
     for rows in judged.rows():
-        if harmonic_of_rows(judged, rows) != 1:
+        if find_harmonic_of_rows(judged, rows) != 1:
             continue
         own = np.flatnonzero(
             judged.mask(rows) & np.isfinite(frequency) & (frequency > 0)
         )  # a spectrum may have two sides
-        of_pass = number_passes(frequency[own], _stated_sweep(judged, own))
+        of_pass = number_passes(frequency[own], _find_stated_sweep(judged, own))
         passes = [own[of_pass == number] for number in range(int(of_pass.max(initial=-1)) + 1)]
-        for column, partner in responses_with_phases(judged):
-            values = complex_response(judged, column, partner)
+        for column, partner in pair_responses_with_phases(judged):
+            values = make_complex_response(judged, column, partner)
             if values is None:
                 continue
             ratio = values / drive
             judgements = [judge_phase(frequency[one], ratio[one]) for one in passes]
             if all(item is None for item in judgements):  # frequencies in no order have passes of few points each
                 judgements = [judge_phase(frequency[own], ratio[own])]
-            name = _row_name(judged, rows) or sensor_name(judged, column)
+            name = _find_row_name(judged, rows) or choose_sensor_name(judged, column)
             evidence += [(name, column, item) for item in judgements if item is not None]
     return evidence
 
 
-def harmonic_of_rows(judged: JudgedTable, rows: Mapping[str, Any]) -> int:
+def find_harmonic_of_rows(judged: JudgedTable, rows: Mapping[str, Any]) -> int:
     """Harmonic of the responses in some rows of a table [-]."""
     column = next((one for one in judged.settings if judged.columns[one.name].role is Role.HARMONIC), None)
     return judged.table.harmonic if column is None else int(rows[column.name])
 
 
-def _row_name(judged: JudgedTable, rows: Mapping[str, Any]) -> str:
+def _find_row_name(judged: JudgedTable, rows: Mapping[str, Any]) -> str:
     """Name of a sensor that the rows of a series give; empty if they give none."""
     return next((str(rows[one.name]) for one in judged.settings if one.words), "")
 
 
-def _stated_sweep(judged: JudgedTable, rows: NDArray[Any]) -> NDArray[np.int64] | None:
+def _find_stated_sweep(judged: JudgedTable, rows: NDArray[Any]) -> NDArray[np.int64] | None:
     """Sweep (+1 up, -1 down, 0 none) of some rows, shape (n,), if the file says it in words."""
     for column in judged.of_role(Role.SWEEP):
         if column.words:
@@ -237,18 +239,18 @@ def draft_stepped_sine(draft: ManifestDraft, judged: JudgedTable, test: str, sig
     test
         Name of its test.
     signs
-        Signs of sensors that read the other way round, by their names in `phase_evidence`.
+        Signs of sensors that read the other way round, by their names in `list_phase_evidence`.
     """
     add_test(draft, test)
     report_unused_phases(draft, judged)
     report_second_forces(draft, judged)
-    frequency, force = judged.of_role(Role.FREQUENCY)[0], force_column(judged)
-    pairs = responses_with_phases(judged)
+    frequency, force = judged.of_role(Role.FREQUENCY)[0], find_force_column(judged)
+    pairs = pair_responses_with_phases(judged)
     for rows in judged.rows():
         columns: dict[str, Any] = {"frequency": reading(draft, judged, frequency)}
         if force is not None:
-            partner = force_partner(judged)
-            columns["force"] = drive_reading(draft, judged, force, phase=partner)
+            partner = find_force_partner(judged)
+            columns["force"] = draft_drive_reading(draft, judged, force, phase=partner)
             if partner is None and not np.iscomplexobj(force.values):
                 columns["force"] = as_amplitude(columns["force"])
                 if any(phase is not None or np.iscomplexobj(column.values) for column, phase in pairs):
@@ -257,40 +259,40 @@ def draft_stepped_sine(draft: ManifestDraft, judged: JudgedTable, test: str, sig
             for column in judged.of_role(role)[:1]:
                 columns[role.value] = column.name
         for column, partner in pairs:
-            sensor, entry = _sensor_reading(draft, judged, column, partner, rows, signs)
+            sensor, entry = _draft_sensor_reading(draft, judged, column, partner, rows, signs)
             put_once(draft, judged, columns, sensor, column, entry)
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
-        run |= _level(draft, judged, rows, force)
+        run |= _draft_level(draft, judged, rows, force)
         if "sweep" not in columns and (way := WAY_OF_COLUMN.search(judged.table.of_set)):
             way_word = "up" if SWEEP_WORDS[way[0].lower()] > 0 else "down"
             run["sweep"] = Marked(value=way_word, assumed=f'its columns are called "{way[0]}"')
         run |= {"rows": rows} if rows else {}
-        drive = complex_force(judged)
+        drive = make_complex_force(judged)
         if drive is not None and is_response_controlled(judged, drive, pairs[0][0], rows):
             why = "the force varies with the frequency and the response does not"
             run["control"] = Marked(value="response", assumed=why)
-        lacking = missing_values(judged, judged.mask(rows))
+        lacking = describe_missing_values(judged, judged.mask(rows))
         if lacking:
             run["missing"] = Marked(value="skip", assumed=lacking)
         draft.entries["run"].append(Run({**run, "columns": columns}, judged))
 
 
-def _sensor_reading(
+def _draft_sensor_reading(
     draft: ManifestDraft, judged: JudgedTable, column: Column, phase: Column | None, rows: Mapping[str, Any],
     signs: Mapping[str, Marked],
 ) -> tuple[str, str | dict[str, Any]]:  # fmt: skip
     """Sensor of a response, and its reading in some rows."""
     real_only = phase is None and not np.iscomplexobj(column.values)
-    word = _row_name(judged, rows)
+    word = _find_row_name(judged, rows)
     sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False, name=word)
     entry = reading(draft, judged, column, sensor=sensor, phase=phase)
     if real_only:
         rest = entry if isinstance(entry, dict) else {}
         entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit", "convention"}}}
     else:
-        sign = -1 if direction_sign(column) < 0 else signs.get(word or sensor_name(judged, column), 1)
+        sign = -1 if find_direction_sign(column) < 0 else signs.get(word or choose_sensor_name(judged, column), 1)
         entry = with_sign(entry, sign)
-    harmonic = harmonic_of_rows(judged, rows)
+    harmonic = find_harmonic_of_rows(judged, rows)
     if harmonic != 1:
         entry = {**({"column": entry} if isinstance(entry, str) else entry), "harmonic": harmonic}
     return sensor, entry
@@ -309,7 +311,7 @@ def put_once(
         columns[sensor] = entry
 
 
-def missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
+def describe_missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
     """Which columns hold no number in some of the rows of a series, and in how many; empty if none does."""
     others = judged.of_role(Role.RESPONSE, Role.FORCE, Role.PHASE, Role.COHERENCE)
     used = [*judged.of_role(Role.FREQUENCY)[:1], *others]
@@ -340,7 +342,9 @@ def add_test(draft: ManifestDraft, test: str) -> None:
         draft.entries["test"].append({"name": test, "configuration": ask_configuration(draft, test)})
 
 
-def _level(draft: ManifestDraft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:
+def _draft_level(
+    draft: ManifestDraft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None
+) -> dict[str, Any]:
     """Level of a run: a setting, a number beside the columns, a number in the name, or the measured force."""
     for column in judged.settings:
         guess = judged.columns[column.name]
@@ -349,18 +353,18 @@ def _level(draft: ManifestDraft, judged: JudgedTable, rows: Mapping[str, Any], f
             return {"level": Marked(value=stated, assumed=why) if guess.assumed else stated}
     mask = judged.mask(rows)
     size = None if force is None else np.abs(force.values[mask])
-    if beside := number_beside(judged, size):
+    if beside := find_number_beside(judged, size):
         return beside
-    value, _ = level_in_name(judged)
+    value, _ = find_level_in_name(judged)
     if value is not None and force is None:
         return {"level": Marked(value=value, assumed="the level in its name")}
     if judged.of_role(Role.LEVEL):
         return {}
     frequency = judged.of_role(Role.FREQUENCY)[0].values[mask]
-    sweep = _stated_sweep(judged, mask)
+    sweep = _find_stated_sweep(judged, mask)
     if force is not None and size is not None:
-        return levels_of_force(frequency, sweep, size) or named_set_point(judged, force.name, size)
-    sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]
+        return find_levels_of_force(frequency, sweep, size) or find_named_set_point(judged, force.name, size)
+    sizes = [np.abs(column.values[mask]) for column, _ in pair_responses_with_phases(judged)]
     return ask_levels(draft, judged.table.label, frequency, sweep, sizes)
 
 

@@ -22,7 +22,7 @@ def draft_load_cells(draft: ManifestDraft) -> None:
         Draft with its sensors and runs; gets ``[[load_cells]]`` and the contact forces that follow.
     """
     cells = {entry["name"]: entry for entry in draft.entries["sensor"] if entry["quantity"] == LOAD_CELL}
-    pairs = [pair for pair in _pairs([*cells]) if all("phase" not in cells[name] for name in pair)]
+    pairs = [pair for pair in _find_pairs([*cells]) if all("phase" not in cells[name] for name in pair)]
     for number, (first, second) in enumerate(pairs):
         default = LINES[number] if number < len(LINES) else f"line {number + 1}"
         line = draft.ask(
@@ -51,7 +51,7 @@ def draft_load_cells(draft: ManifestDraft) -> None:
     draft.entries["sensor"] = [entry for entry in draft.entries["sensor"] if entry["name"] not in alone]
 
 
-def _pairs(names: list[str]) -> Iterator[tuple[str, str]]:
+def _find_pairs(names: list[str]) -> Iterator[tuple[str, str]]:
     """Cells 1 and 2, 3 and 4 of one name."""
     for name in sorted(names):
         stem, digit = name[:-1], int(name[-1])

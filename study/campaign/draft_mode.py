@@ -14,8 +14,8 @@ from study.campaign.draft import ManifestDraft, Note, without_marks
 from study.campaign.draft_frequency import ask_configuration
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import AXES, draft_position
-from study.campaign.table import file_stem
-from study.campaign.table_kind import HERTZ, JudgedTable, value_of
+from study.campaign.table import make_file_stem
+from study.campaign.table_kind import HERTZ, JudgedTable, get_value
 
 MODES = {"normal mode", "complex mode"}
 #: A larger damping ratio is that of no mode, in a ring-down either [-].
@@ -40,14 +40,14 @@ def draft_modes(draft: ManifestDraft, files: Mapping[str, MeasuredFile]) -> None
     """
     nodes = {number: node for file in files.values() for number, node in file.nodes.items()}
     for name, file in files.items():
-        reasons = [_unusable(shape) for shape in file.shapes]
+        reasons = [_describe_unusable(shape) for shape in file.shapes]
         pairs = [*zip(file.shapes, reasons, strict=True)]
         draft.left_out += [f"{name}, {shape.where}: {reason}" for shape, reason in pairs if reason]
         modes = [shape for shape, reason in pairs if not reason]
         taken: set[str] = set()
         for number, shape in enumerate(modes, start=1):
-            called = _unique(f"{file_stem(name)} {shape.facts.get('mode', number)}", taken)
-            draft.entries["mode"].append(_mode(draft, file, shape, called, {**nodes, **file.nodes}))
+            called = _make_unique(f"{make_file_stem(name)} {shape.facts.get('mode', number)}", taken)
+            draft.entries["mode"].append(_draft_mode(draft, file, shape, called, {**nodes, **file.nodes}))
         if modes:
             result = [shape.frequency for shape in modes]
             why = f"shapes with natural frequencies from {min(result):.4g} to {max(result):.4g} Hz"
@@ -69,17 +69,17 @@ def draft_mode_table(draft: ManifestDraft, judged: JudgedTable) -> None:
     guess = judged.columns[frequency.name]
     hertz = HERTZ.get(guess.unit, 1.0) * frequency.values
     configuration = ask_configuration(draft, label)
-    damping, why = _damping_ratios(draft, judged)
+    damping, why = _read_damping_ratios(draft, judged)
     named = sorted(judged.of_role(Role.MODE), key=lambda column: not column.words)
     taken = {str(entry["name"]) for entry in draft.entries["mode"]}
     for row, value in enumerate(hertz.tolist()):
-        number = value_of(named[0], row) if named else row + 1
+        number = get_value(named[0], row) if named else row + 1
         called = number if isinstance(number, str) else f"{label} {number:g}"
         if not (np.isfinite(value) and value > 0):
             why_not = f"its natural frequency is {value:g} Hz: a [[mode]] has one above zero"
             draft.left_out.append(f'{file}: the mode "{called}": {why_not}')
             continue
-        entry: dict[str, Any] = {"name": _unique(called, taken), "configuration": configuration}
+        entry: dict[str, Any] = {"name": _make_unique(called, taken), "configuration": configuration}
         shown = f"{value:.9g} Hz"
         entry["frequency"] = Marked(value=shown, assumed=guess.evidence) if guess.assumed else shown
         if damping[row] > 0:
@@ -88,7 +88,7 @@ def draft_mode_table(draft: ManifestDraft, judged: JudgedTable) -> None:
         draft.entries["mode"].append(entry)
 
 
-def _damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDArray[np.float64], str]:
+def _read_damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDArray[np.float64], str]:
     """Damping ratios of the rows of a table [-], NaN without any, and why their unit was assumed."""
     column = next(iter(judged.of_role(Role.DAMPING)), None)
     if column is None:
@@ -105,7 +105,7 @@ def _damping_ratios(draft: ManifestDraft, judged: JudgedTable) -> tuple[NDArray[
     return column.values / (100 if answer.value == "percent" else 1), why
 
 
-def _unusable(shape: MeasuredShape) -> str:
+def _describe_unusable(shape: MeasuredShape) -> str:
     """Why a shape is no natural mode; empty if it is one."""
     if shape.kind not in MODES:
         return f"a shape of the kind {shape.kind} is no natural mode"
@@ -114,23 +114,23 @@ def _unusable(shape: MeasuredShape) -> str:
     return ""
 
 
-def _unique(name: str, taken: set[str]) -> str:
+def _make_unique(name: str, taken: set[str]) -> str:
     while name in taken:
         name += "'"
     taken.add(name)
     return name
 
 
-def _mode(
+def _draft_mode(
     draft: ManifestDraft, file: MeasuredFile, shape: MeasuredShape, name: str, nodes: Mapping[int, Node]
 ) -> dict[str, Any]:
     """Entry of one mode."""
-    entry: dict[str, Any] = {"name": name, "configuration": ask_configuration(draft, file_stem(file.path.name))}
+    entry: dict[str, Any] = {"name": name, "configuration": ask_configuration(draft, make_file_stem(file.path.name))}
     entry["frequency"] = f"{shape.frequency:.9g} Hz"
     if np.isfinite(shape.damping_ratio) and shape.damping_ratio > 0:
         entry["damping"] = float(f"{shape.damping_ratio:.9g}")
     where = f"{file.path.name}, {shape.where}"
-    quantity, readings = _of_one_quantity(draft, _readings(draft, shape, where), where)
+    quantity, readings = _keep_one_quantity(draft, _draft_readings(draft, shape, where), where)
     if len(readings) < 2:
         draft.left_out.append(f"{where}: its shape moves {len(readings)} points, and a comparison needs two")
         return entry
@@ -145,7 +145,7 @@ def _mode(
     return {**entry, "shape": Marked(value=values, assumed=why) if share > 0 else values}
 
 
-def _readings(draft: ManifestDraft, shape: MeasuredShape, where: str) -> Readings:
+def _draft_readings(draft: ManifestDraft, shape: MeasuredShape, where: str) -> Readings:
     """Displacements of a shape, of axes along which any point moves."""
     values = np.asarray(shape.values, dtype=np.complex128)
     moves = np.flatnonzero(np.nan_to_num(values).any(axis=0)).tolist()
@@ -159,7 +159,7 @@ def _readings(draft: ManifestDraft, shape: MeasuredShape, where: str) -> Reading
     }
 
 
-def _of_one_quantity(draft: ManifestDraft, readings: Readings, where: str) -> tuple[str, Readings]:
+def _keep_one_quantity(draft: ManifestDraft, readings: Readings, where: str) -> tuple[str, Readings]:
     """Quantity of most sensors that are there, and the readings at these and at new ones: a shape has one factor."""
     of = {
         sensor: str(without_marks(entry["quantity"])) for sensor in readings if (entry := draft.named("sensor", sensor))

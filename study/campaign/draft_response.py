@@ -12,15 +12,15 @@ from study.campaign.draft import ManifestDraft, without_marks
 from study.campaign.draft_frequency import (
     add_test,
     ask_configuration,
-    missing_values,
-    nearest_each_other,
+    describe_missing_values,
+    find_nearest_each_other,
+    pair_responses_with_phases,
     report_unused_phases,
-    responses_with_phases,
 )
-from study.campaign.level import named_force, number_beside
+from study.campaign.level import find_named_force, find_number_beside
 from study.campaign.question import Marked
-from study.campaign.run_name import LEVEL_IN_NAME, naming_scheme, split_name
-from study.campaign.sensor_draft import add_sensor, direction_sign, reading, sensor_name, with_sign
+from study.campaign.run_name import LEVEL_IN_NAME, make_naming_scheme, split_name
+from study.campaign.sensor_draft import add_sensor, choose_sensor_name, find_direction_sign, reading, with_sign
 from study.campaign.table_kind import JudgedTable
 
 #: Second index of an array of responses by outputs and inputs: H(:,2,1), H(2,1,:), H[1,0].
@@ -37,7 +37,7 @@ def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: 
     """Frequency responses of one table: those with the same reference in one entry, repeats in entries of their own."""
     frequency = judged.of_role(Role.FREQUENCY)[0]
     file = judged.table.file.path.name
-    named = [_reference(column) for column in judged.of_role(Role.RESPONSE)]
+    named = [_name_reference(column) for column in judged.of_role(Role.RESPONSE)]
     references = list(dict.fromkeys(named))
     main = max(references, key=named.count)
     draft.left_out += [
@@ -46,19 +46,19 @@ def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: 
         if reference != main
     ]
     report_unused_phases(draft, judged)
-    lacking = missing_values(judged, np.ones(len(frequency.values), dtype=np.bool_))
+    lacking = describe_missing_values(judged, np.ones(len(frequency.values), dtype=np.bool_))
     entries: list[dict[str, Any]] = []
-    for column, partner in responses_with_phases(judged):
-        if _reference(column) != main:
+    for column, partner in pair_responses_with_phases(judged):
+        if _name_reference(column) != main:
             continue
         if partner is None and not np.iscomplexobj(column.values):
             draft.left_out.append(f'{file}: "{column.name}" {WITHOUT_PHASE}')
             continue
         sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
         value = reading(draft, judged, column, sensor=sensor, phase=partner, per="N")
-        along = direction_sign(column)
+        along = find_direction_sign(column)
         along *= -1 if column.reference is not None and column.reference.direction.startswith("-") else 1
-        value = with_sign(value, -1 if along < 0 else signs.get(sensor_name(judged, column), 1))
+        value = with_sign(value, -1 if along < 0 else signs.get(choose_sensor_name(judged, column), 1))
         entry = next((one for one in entries if sensor not in one["columns"]), None)
         if entry is None:
             entry = {
@@ -73,14 +73,14 @@ def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: 
                 entry["repeat"] = Marked(value=len(entries) + 1, assumed=REPEATS)
             entries.append(entry)
         entry["columns"][sensor] = value
-        coherence = _coherence(judged, column, len(entries) - 1)
+        coherence = _find_coherence(judged, column, len(entries) - 1)
         if coherence is not None:
             entry["coherence"][sensor] = coherence.name
     used = {name for entry in entries for name in entry["coherence"].values()}
     draft.left_out += [
         f'{file}: the coherence "{column.name}" is of no response by its name: write it below [frf.coherence]'
         for column in judged.of_role(Role.COHERENCE)
-        if column.name not in used and _reference(column) in {"", main}
+        if column.name not in used and _name_reference(column) in {"", main}
     ]
     for entry in entries:
         if not entry["coherence"]:
@@ -91,12 +91,12 @@ def draft_frequency_responses(draft: ManifestDraft, judged: JudgedTable, signs: 
 def _test(draft: ManifestDraft, judged: JudgedTable) -> dict[str, Any]:
     """Configuration of responses; those of a sine of known force are steady states of a test at this level."""
     label = judged.table.label
-    value = named_force(judged.table)
-    level = number_beside(judged, None)
+    value = find_named_force(judged.table)
+    level = find_number_beside(judged, None)
     if value is not None and not level:
         level = {"level": Marked(value=value, assumed="the level in its name")}
     if level and SINE.search(label):
-        test = naming_scheme(split_name(label, LEVEL_IN_NAME)[0]) or "sine"
+        test = make_naming_scheme(split_name(label, LEVEL_IN_NAME)[0]) or "sine"
         add_test(draft, test)
         return {"test": test, **level}
     if level:
@@ -107,7 +107,7 @@ def _test(draft: ManifestDraft, judged: JudgedTable) -> dict[str, Any]:
     return {"configuration": ask_configuration(draft, label)}
 
 
-def _reference(column: Column) -> str:
+def _name_reference(column: Column) -> str:
     point = column.reference
     if point is None:
         index = SECOND_INDEX.search(column.name)
@@ -115,7 +115,7 @@ def _reference(column: Column) -> str:
     return f"{point.node or point.name}{point.direction.lstrip('+-')}"
 
 
-def _coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | None:
+def _find_coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | None:
     """Coherence of a response: of the same point in the file, or the only one."""
     coherences = judged.of_role(Role.COHERENCE)
     if response.response is not None:
@@ -123,12 +123,12 @@ def _coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | N
         same = [
             one for one in coherences
             if one.response is not None and (one.response.node, one.response.direction, one.response.name)
-            == (point.node, point.direction, point.name) and _reference(one) in {"", _reference(response)}
+            == (point.node, point.direction, point.name) and _name_reference(one) in {"", _name_reference(response)}
         ]  # fmt: skip
         return same[repeat] if repeat < len(same) else None
     index = INDEX.search(response.name)
     if index is not None:
         return next((one for one in coherences if one.name.endswith(index[0])), None)
     named = [one for one in coherences if judged.columns[one.name].stem == judged.columns[response.name].stem]
-    named = named or nearest_each_other(judged, response, coherences, judged.of_role(Role.RESPONSE))
+    named = named or find_nearest_each_other(judged, response, coherences, judged.of_role(Role.RESPONSE))
     return named[0] if named else (coherences[0] if len(coherences) == 1 else None)

@@ -13,24 +13,24 @@ from study.campaign.draft import ManifestDraft, Run, without_marks
 from study.campaign.draft_frequency import (
     add_test,
     ask_configuration,
-    force_column,
+    find_force_column,
     put_once,
     report_second_forces,
 )
 from study.campaign.drive_channel import mark_drive
-from study.campaign.level import named_set_point, number_beside
+from study.campaign.level import find_named_set_point, find_number_beside
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import (
     OF_RAW,
     add_sensor,
-    direction_sign,
-    drive_reading,
-    raw_unit,
+    draft_drive_reading,
+    find_direction_sign,
+    find_raw_unit,
     reading,
     with_sign,
 )
 from study.campaign.table_kind import JudgedTable, is_unnamed
-from study.campaign.time_history import SECONDS, sine_amplitude, strongest_line, uniform_rate
+from study.campaign.time_history import SECONDS, estimate_sine_amplitude, find_strongest_line, find_uniform_rate
 
 
 def draft_ring_downs(draft: ManifestDraft, judged: JudgedTable) -> None:
@@ -54,14 +54,14 @@ def draft_ring_downs(draft: ManifestDraft, judged: JudgedTable) -> None:
 
 def draft_loops(draft: ManifestDraft, judged: JudgedTable) -> None:
     """One loop per combination of the settings."""
-    time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
+    time, force = next(iter(judged.of_role(Role.TIME)), None), find_force_column(judged)
     displacement = next(one for one in motions(judged) if judged.columns[one.name].quantity == "displacement")
     assert force is not None
     for rows in judged.rows():
         mask = judged.mask(rows)
         columns = {
-            "displacement": with_sign(_with_unit(draft, judged, displacement, "m"), direction_sign(displacement)),
-            "force": with_sign(_with_unit(draft, judged, force, "N"), direction_sign(force)),
+            "displacement": with_sign(_with_unit(draft, judged, displacement, "m"), find_direction_sign(displacement)),
+            "force": with_sign(_with_unit(draft, judged, force, "N"), find_direction_sign(force)),
         }
         place = draft.ask(
             f"Whose displacement is imposed in {judged.table.file.path.name} (a place of the case)?", "joint",
@@ -70,7 +70,7 @@ def draft_loops(draft: ManifestDraft, judged: JudgedTable) -> None:
         entry: dict[str, Any] = {
             "name": _name_loop(judged, rows),
             "file": judged.table.file.path.name,
-            "frequency": _cycles(judged, time, displacement, rows, mask),
+            "frequency": _find_cycles(judged, time, displacement, rows, mask),
             "place": place,
         }
         draft.entries["loop"].append({**entry, **({"rows": rows} if rows else {}), "columns": columns})
@@ -80,32 +80,32 @@ def draft_steady_states(draft: ManifestDraft, judged: JudgedTable, test: str) ->
     """Runs over time: one per combination of the settings."""
     add_test(draft, test)
     report_second_forces(draft, judged)
-    time, force = judged.of_role(Role.TIME)[0], force_column(judged)
+    time, force = judged.of_role(Role.TIME)[0], find_force_column(judged)
     for rows in judged.rows():
         columns: dict[str, Any] = {"time": reading(draft, judged, time)}
         if force is not None:
-            columns["force"] = mark_drive(judged, force, drive_reading(draft, judged, force))
+            columns["force"] = mark_drive(judged, force, draft_drive_reading(draft, judged, force))
         cells = [one for one in judged.of_role(Role.RESPONSE) if judged.columns[one.name].quantity == LOAD_CELL]
         for column in [*motions(judged), *cells]:
             sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
-            entry = with_sign(reading(draft, judged, column, sensor=sensor), direction_sign(column))
+            entry = with_sign(reading(draft, judged, column, sensor=sensor), find_direction_sign(column))
             put_once(draft, judged, columns, sensor, column, entry)
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
         if force is not None:
-            size = sine_amplitude(force.values.real[judged.mask(rows)])
-            run |= number_beside(judged, size) or named_set_point(judged, force.name, size)
+            size = estimate_sine_amplitude(force.values.real[judged.mask(rows)])
+            run |= find_number_beside(judged, size) or find_named_set_point(judged, force.name, size)
         draft.entries["run"].append(Run({**run, **({"rows": rows} if rows else {}), "columns": columns}, judged))
 
 
 def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
     """One record of all channels, with its sampling rate."""
-    time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
+    time, force = next(iter(judged.of_role(Role.TIME)), None), find_force_column(judged)
     file = judged.table.file.path.name
     channels = [one for one in judged.of_role(Role.RESPONSE, Role.FORCE) if _is_read(judged, one, force)]
     report_second_forces(draft, judged)
     rate: str | Marked | None = None
     if time is not None:
-        found_rate = uniform_rate(time.values)
+        found_rate = find_uniform_rate(time.values)
         factor = SECONDS.get(judged.columns[time.name].unit, 1.0)
         if found_rate is None:
             draft.left_out.append(f'{file}: the step of "{time.name}" varies: resample the record to a uniform step')
@@ -129,13 +129,13 @@ def draft_record(draft: ManifestDraft, judged: JudgedTable) -> None:
     for column in channels:
         guess = judged.columns[column.name]
         # What drives is of an unknown quantity where only the name of the file tells one.
-        raw = raw_unit(column, guess)
+        raw = find_raw_unit(column, guess)
         unknown = bool((column.name == without_marks(drive) and is_unnamed(guess)) or raw)
         quantity = "" if unknown else guess.quantity
         si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(quantity, "V")
         reason = OF_RAW.get(raw) or (guess.evidence if guess.unit else "the file says no unit")
         unit = column.unit or Marked(value=si if raw else guess.unit or si, assumed=reason)
-        sign = direction_sign(column)
+        sign = find_direction_sign(column)
         units[column.name] = unit if sign == 1 else {"unit": unit, "sign": sign}
         if column.name != without_marks(drive):
             _add_channel(draft, judged, column)
@@ -187,7 +187,7 @@ def _name_loop(judged: JudgedTable, rows: dict[str, Any]) -> str:
     return f"{judged.table.label} {', '.join(settings)}".rstrip()
 
 
-def _cycles(
+def _find_cycles(
     judged: JudgedTable, time: Column | None, displacement: Column, rows: dict[str, Any], mask: np.ndarray
 ) -> str | Marked:
     """Frequency of the cycles: a setting in hertz, or the strongest one of the displacement."""
@@ -199,5 +199,5 @@ def _cycles(
     instants = time.values[mask]
     signal = displacement.values[mask] - displacement.values[mask].mean()
     step = float(np.median(np.diff(instants))) * SECONDS.get(judged.columns[time.name].unit, 1.0)
-    frequency = strongest_line(signal)[0] / step
+    frequency = find_strongest_line(signal)[0] / step
     return Marked(value=f"{frequency:.4g} Hz", assumed="the strongest frequency of the displacement")

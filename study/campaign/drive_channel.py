@@ -7,7 +7,7 @@ from correlation.file.column import Column
 from study.campaign.column_role import Role
 from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
-from study.campaign.table_kind import JudgedTable, Kind, unnamed_channels
+from study.campaign.table_kind import JudgedTable, Kind, list_unnamed_channels
 
 #: Begins the evidence of a channel that nobody named.
 ASSUMED = "assumed: "
@@ -23,7 +23,7 @@ def choose_drive(draft: ManifestDraft, judged: JudgedTable) -> JudgedTable:
     judged
         Any table; only steady states over time without a force change.
     """
-    channels = unnamed_channels(judged) if judged.kind is Kind.STEADY_STATE else []
+    channels = list_unnamed_channels(judged) if judged.kind is Kind.STEADY_STATE else []
     if not channels:
         return judged
     names = [column.name for column in channels]

@@ -9,9 +9,9 @@ from correlation.errors import CampaignError
 from correlation.signal.harmonics import find_frequency
 from correlation.signal.steady_state import fit_steady_state
 from study.campaign.column_role import Role
-from study.campaign.draft_frequency import force_column
-from study.campaign.run_name import frequency_in_name, naming_scheme
-from study.campaign.table import file_stem
+from study.campaign.draft_frequency import find_force_column
+from study.campaign.run_name import find_frequency_in_name, make_naming_scheme
+from study.campaign.table import make_file_stem
 from study.campaign.table_kind import JudgedTable, Kind
 from study.campaign.time_history import SECONDS, Samples
 
@@ -29,7 +29,7 @@ def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
     """
     groups: dict[tuple[str, ...], list[JudgedTable]] = {}
     for judged in tables:
-        groups.setdefault(_scheme(judged), []).append(judged)
+        groups.setdefault(_make_scheme(judged), []).append(judged)
     evidence = {}
     for members in groups.values():
         steady = [judged for judged in members if judged.kind is Kind.STEADY_STATE]
@@ -42,41 +42,46 @@ def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
     ]
 
 
-def dwell_frequencies(tables: Sequence[JudgedTable]) -> list[float]:
+def find_dwell_frequencies(tables: Sequence[JudgedTable]) -> list[float]:
     """Frequency of each steady state [Hz]: that in its name if all names agree with the data, else that of the data."""
-    named = [frequency_in_name(judged.table.label) for judged in tables]
+    named = [find_frequency_in_name(judged.table.label) for judged in tables]
     in_names = [one for one, judged in zip(named, tables, strict=True) if one is not None and _has_line(judged, one)]
-    return in_names if len(in_names) == len(tables) else [_fitted_frequency(judged) for judged in tables]
+    return in_names if len(in_names) == len(tables) else [_fit_frequency(judged) for judged in tables]
 
 
-def contradicted_frequency(judged: JudgedTable) -> tuple[float, float] | None:
+def find_contradicted_frequency(judged: JudgedTable) -> tuple[float, float] | None:
     """Frequency in the name of a steady state, and that of its drive, if they differ [Hz]; None if not."""
-    named = frequency_in_name(judged.table.label)
+    named = find_frequency_in_name(judged.table.label)
     if named is None or _has_line(judged, named):
         return None
-    result = _found_frequency(judged)
+    result = _find_drive_frequency(judged)
     return (named, result) if np.isfinite(result) else None
 
 
-def _scheme(judged: JudgedTable) -> tuple[str, ...]:
+def _make_scheme(judged: JudgedTable) -> tuple[str, ...]:
     table = judged.table
     names = [table.short_name(column) for column in table.columns]
-    return naming_scheme(file_stem(table.file.path.name)), naming_scheme(table.path), table.file.format, *names
+    return (
+        make_naming_scheme(make_file_stem(table.file.path.name)),
+        make_naming_scheme(table.path),
+        table.file.format,
+        *names,
+    )
 
 
 def _is_driven_as_named(judged: JudgedTable) -> bool:
     """Whether a record has a time and a drive whose frequency its name does not contradict."""
-    has_time = bool(judged.of_role(Role.TIME)) and force_column(judged) is not None
-    return has_time and np.isfinite(_found_frequency(judged)) and contradicted_frequency(judged) is None
+    has_time = bool(judged.of_role(Role.TIME)) and find_force_column(judged) is not None
+    return has_time and np.isfinite(_find_drive_frequency(judged)) and find_contradicted_frequency(judged) is None
 
 
 def _has_line(judged: JudgedTable, frequency: float) -> bool:
     """Whether the strongest frequency of the drive is this one, to a line of its spectrum."""
     time, _ = _drive(judged)
-    return abs(_found_frequency(judged) - frequency) < 1.0 / float(time[-1] - time[0])
+    return abs(_find_drive_frequency(judged) - frequency) < 1.0 / float(time[-1] - time[0])
 
 
-def _found_frequency(judged: JudgedTable) -> float:
+def _find_drive_frequency(judged: JudgedTable) -> float:
     """The strongest frequency of the drive [Hz]; NaN without any."""
     time, drive = _drive(judged)
     try:
@@ -85,7 +90,7 @@ def _found_frequency(judged: JudgedTable) -> float:
         return float("nan")
 
 
-def _fitted_frequency(judged: JudgedTable) -> float:
+def _fit_frequency(judged: JudgedTable) -> float:
     """The frequency of the drive as it is read from a steady state [Hz]; 0 without any."""
     time, drive = _drive(judged)
     try:
@@ -97,7 +102,7 @@ def _fitted_frequency(judged: JudgedTable) -> float:
 def _drive(judged: JudgedTable) -> tuple[Samples, Samples]:
     """Instants [s] and values of the force, or of the first channel without one, shape (n,) each."""
     time = judged.of_role(Role.TIME)[0]
-    column = force_column(judged) or judged.of_role(Role.RESPONSE)[0]
+    column = find_force_column(judged) or judged.of_role(Role.RESPONSE)[0]
     mask = judged.mask(judged.rows()[0])
     seconds = SECONDS.get(judged.columns[time.name].unit, 1.0)
     return seconds * time.values.real[mask], column.values.real[mask]

@@ -5,25 +5,25 @@ from dataclasses import replace
 import numpy as np
 
 from correlation.file.column import MeasuredFile
-from study.campaign.array_set import sets_by_array
+from study.campaign.array_set import find_sets_by_array
 from study.campaign.channel_set import (
-    role_of,
-    sets_by_abscissa,
-    sets_by_harmonic,
-    sets_by_header,
-    sets_by_name,
-    sets_by_quantity,
+    find_role,
+    find_sets_by_abscissa,
+    find_sets_by_harmonic,
+    find_sets_by_header,
+    find_sets_by_name,
+    find_sets_by_quantity,
     split_sets,
 )
 from study.campaign.column_role import Role
-from study.campaign.dataset_set import sets_by_dataset, sets_by_dataset_harmonic
+from study.campaign.dataset_set import find_sets_by_dataset, find_sets_by_dataset_harmonic
 from study.campaign.table import MeasuredTable, split_tables
 
 #: Ways to tell sets of channels, the surest first; then what stands within each of these sets.
 FINDERS = (
-    (sets_by_dataset, sets_by_array, sets_by_name, sets_by_header, sets_by_abscissa),
-    (sets_by_quantity,),
-    (sets_by_dataset_harmonic, sets_by_harmonic),
+    (find_sets_by_dataset, find_sets_by_array, find_sets_by_name, find_sets_by_header, find_sets_by_abscissa),
+    (find_sets_by_quantity,),
+    (find_sets_by_dataset_harmonic, find_sets_by_harmonic),
 )
 
 
@@ -46,7 +46,7 @@ def find_tables(file: MeasuredFile) -> tuple[list[MeasuredTable], list[str]]:
 
 def _without_padding(table: MeasuredTable) -> MeasuredTable:
     """A table without rows at its end that have no time, as below a run that is shorter than others beside it."""
-    times = [one for one in table.columns if role_of(table, one) is Role.TIME]
+    times = [one for one in table.columns if find_role(table, one) is Role.TIME]
     there = np.any([np.isfinite(one.values) for one in times], axis=0) if times else np.ones(1, dtype=np.bool_)
     if not there.any() or there[-1]:
         return table

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement_unit import si_factor
+from correlation.campaign.measurement_unit import find_si_factor
 from correlation.campaign.passes import find_passes, number_stated_passes
 from correlation.data_quality.missing_level import find_common_factors, format_factors
 from correlation.file.quantity import OF_UNIT
@@ -16,9 +16,9 @@ from correlation.file.unit_label import find_suffix
 from study.campaign.column_role import name_words
 from study.campaign.draft import ManifestDraft
 from study.campaign.question import Marked
-from study.campaign.run_name import level_value, levels_in_name
+from study.campaign.run_name import find_levels_in_name, read_level
 from study.campaign.set_point import HELD
-from study.campaign.table import MeasuredTable, file_stem
+from study.campaign.table import MeasuredTable, make_file_stem
 from study.campaign.table_kind import JudgedTable
 
 Series = Float[NDArray[np.float64], " n"]
@@ -31,19 +31,19 @@ WHY = "neither force nor level is in the file"
 DIGITS = 2
 
 
-def named_levels(table: MeasuredTable) -> list[re.Match[str]]:
+def find_named_levels(table: MeasuredTable) -> list[re.Match[str]]:
     """Levels in the names of a set of channels, of a group and of a file, the likeliest first."""
-    whole = f"{file_stem(table.file.path.name)} {table.path}"
-    return [*levels_in_name(table.of_set), *levels_in_name(whole)]
+    whole = f"{make_file_stem(table.file.path.name)} {table.path}"
+    return [*find_levels_in_name(table.of_set), *find_levels_in_name(whole)]
 
 
-def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
+def find_level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
     """Level in the name of a table in N, V, g_n or percent, and its words, such as "10N"; None without one."""
-    match = next(iter(named_levels(judged.table)), None)
-    return (level_value(match)[0], match[0]) if match else (None, "")
+    match = next(iter(find_named_levels(judged.table)), None)
+    return (read_level(match)[0], match[0]) if match else (None, "")
 
 
-def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
+def find_force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
     """Level in the name of a run in the unit of its force, and its words; None if they are not both forces.
 
     Parameters
@@ -56,21 +56,23 @@ def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
     unit = judged.columns[force].unit
     if OF_UNIT.get(unit) != "force":
         return None, ""
-    forces = [(value, match[0]) for match in named_levels(judged.table) if (value := _newtons(match)) is not None]
-    return (float(f"{forces[0][0] / si_factor(unit, 'N'):.12g}"), forces[0][1]) if forces else (None, "")
+    forces = [
+        (value, match[0]) for match in find_named_levels(judged.table) if (value := _read_newtons(match)) is not None
+    ]
+    return (float(f"{forces[0][0] / find_si_factor(unit, 'N'):.12g}"), forces[0][1]) if forces else (None, "")
 
 
-def named_force(table: MeasuredTable) -> float | None:
+def find_named_force(table: MeasuredTable) -> float | None:
     """Level in the names of a table that is a force [N]; None without one."""
-    return next((value for match in named_levels(table) if (value := _newtons(match)) is not None), None)
+    return next((value for match in find_named_levels(table) if (value := _read_newtons(match)) is not None), None)
 
 
-def _newtons(match: re.Match[str]) -> float | None:
-    value, unit = level_value(match)
+def _read_newtons(match: re.Match[str]) -> float | None:
+    value, unit = read_level(match)
     return value if unit == "N" else None
 
 
-def number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str, Any]:
+def find_number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str, Any]:
     """The level that a number beside the columns states, if the measured force is near it; empty if not.
 
     Parameters
@@ -86,7 +88,7 @@ def number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str,
     return {}
 
 
-def unit_of_number(table: MeasuredTable) -> str:
+def find_unit_of_number(table: MeasuredTable) -> str:
     """Unit of the number beside the columns of a table that is a level, by its name; empty without one."""
     named = next((name for name, number in table.scalars.items() if _is_level(name, number)), "")
     return find_suffix(named)[1]
@@ -100,7 +102,7 @@ def _is_near(size: Series | float, level: float) -> bool:
     return bool(abs(float(np.nanmedian(size)) - level) < HELD * level)
 
 
-def named_set_point(judged: JudgedTable, force: str, size: Series | float) -> dict[str, Any]:
+def find_named_set_point(judged: JudgedTable, force: str, size: Series | float) -> dict[str, Any]:
     """The level in the name of a run, if its measured force is near it; empty if not.
 
     Parameters
@@ -110,7 +112,7 @@ def named_set_point(judged: JudgedTable, force: str, size: Series | float) -> di
     force, size
         Column of the force, and its amplitude or amplitudes, shape (n,).
     """
-    value, _ = force_in_name(judged, force)
+    value, _ = find_force_in_name(judged, force)
     if value is None:
         return {}
     why = "the level in its name, which its force is near"
@@ -136,7 +138,7 @@ def ask_levels(
         Sizes of each response, shape (n,) each.
     """
     of_pass = number_passes(frequency, sweep)
-    factors = find_common_factors(_by_pass(frequency, of_pass, sizes))
+    factors = find_common_factors(_arrange_by_pass(frequency, of_pass, sizes))
     n = 1 if factors is None else int(of_pass.max()) + 1
     text, why = f"At which level was {label} measured (a number)?", WHY
     if factors is not None:
@@ -144,16 +146,16 @@ def ask_levels(
         listed = format_factors(factors)
         why = f"{WHY}, and its sweeps differ by factors {listed}: levels, not repeats; give levels = [...]"
     answer = draft.ask(text, "1.0", why)
-    numbers = _numbers(str(answer.value))
+    numbers = _read_numbers(str(answer.value))
     if n > 1 and len(numbers) == n:
         return {"levels": numbers}
     return {"level": Marked(value=(numbers or [1.0])[0], assumed=answer.assumed)}
 
 
-def levels_of_force(frequency: Series, sweep: Whole | None, force: Series) -> dict[str, Any]:
+def find_levels_of_force(frequency: Series, sweep: Whole | None, force: Series) -> dict[str, Any]:
     """Levels of sweeps whose measured forces differ by a factor; empty if all have one level."""
     of_pass = number_passes(frequency, sweep)
-    if find_common_factors(_by_pass(frequency, of_pass, [force])) is None:
+    if find_common_factors(_arrange_by_pass(frequency, of_pass, [force])) is None:
         return {}
     medians = [float(f"{np.nanmedian(force[of_pass == one]):.{DIGITS}g}") for one in range(int(of_pass.max()) + 1)]
     return {"levels": Marked(value=medians, assumed="the median force of each sweep")}
@@ -164,7 +166,7 @@ def number_passes(frequency: Series, sweep: Whole | None) -> Whole:
     return find_passes(frequency)[1] if sweep is None else number_stated_passes(frequency, sweep)
 
 
-def _by_pass(frequency: Series, of_pass: Whole, sizes: Sequence[Series]) -> Float[NDArray[np.float64], "m p"]:
+def _arrange_by_pass(frequency: Series, of_pass: Whole, sizes: Sequence[Series]) -> Float[NDArray[np.float64], "m p"]:
     """Sizes by frequency and response, and by pass; NaN where a pass lacks one."""
     rising, place = np.unique(frequency, return_inverse=True)
     table = np.full((len(sizes), len(rising), int(of_pass.max()) + 1), np.nan)
@@ -173,7 +175,7 @@ def _by_pass(frequency: Series, of_pass: Whole, sizes: Sequence[Series]) -> Floa
     return table.reshape(-1, table.shape[-1])
 
 
-def _numbers(text: str) -> list[float]:
+def _read_numbers(text: str) -> list[float]:
     """Numbers of an answer such as "1, 3, 10" or "2,5 N"; none if it has none that are above zero."""
     words = text.replace(", ", " ").replace("[", " ").replace("]", " ").replace(",", ".").split()
     try:

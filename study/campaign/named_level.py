@@ -5,23 +5,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from correlation.campaign.measurement_unit import si_factor
+from correlation.campaign.measurement_unit import find_si_factor
 from correlation.campaign.signal_entry import PEAK_OF
 from correlation.data_quality.constant_factor import AMPLITUDES
 from correlation.data_quality.drive import (
     ANOTHER,
     FACTOR_TOLERANCE,
-    common_factor,
+    find_common_factor,
     find_mistaken_levels,
     is_in_cycle,
-    likely_units,
+    list_likely_units,
 )
-from study.campaign.amplitude import said_amplitude
-from study.campaign.draft_frequency import force_column
-from study.campaign.level import force_in_name
+from study.campaign.amplitude import find_said_amplitude
+from study.campaign.draft_frequency import find_force_column
+from study.campaign.level import find_force_in_name
 from study.campaign.set_point import HELD
 from study.campaign.table_kind import JudgedTable, Kind
-from study.campaign.time_history import sine_amplitude
+from study.campaign.time_history import estimate_sine_amplitude
 
 USED = "the measured force is used"
 
@@ -49,10 +49,10 @@ def find_wrong_names(tables: Sequence[JudgedTable]) -> Iterator[str]:
     tables
         Judged tables of a campaign.
     """
-    runs = [run for judged in tables if (run := _named_level(judged)) is not None]
+    runs = [run for judged in tables if (run := _find_named_level(judged)) is not None]
     if runs and all(run.differs for run in runs) and len({run.level for run in runs}) > 1:
-        factor = common_factor([run.force / run.level for run in runs])
-        if factor is not None and (sentence := _of_factor(runs, factor)):
+        factor = find_common_factor([run.force / run.level for run in runs])
+        if factor is not None and (sentence := _describe_factor(runs, factor)):
             yield sentence
             return
     by_level = {level: [run for run in runs if run.level == level] for level in sorted({run.level for run in runs})}
@@ -63,38 +63,38 @@ def find_wrong_names(tables: Sequence[JudgedTable]) -> Iterator[str]:
         if wrong and is_in_cycle(meant, level):
             other = by_level[meant[level]][0].words
             yield (
-                f'{_named(wrong)}, and the measured force is {_range(wrong)}, that of runs which are named "{other}": '
+                f'{_name(wrong)}, and the measured force is {_range(wrong)}, that of runs which are named "{other}": '
                 f"are the names of levels exchanged? {USED.capitalize()}"
             )
         elif wrong:
             yield (
-                f'{_named(wrong)}, but "{wrong[0].channel}" is {_range(wrong)}: did the drive clip, or is one of them '
+                f'{_name(wrong)}, but "{wrong[0].channel}" is {_range(wrong)}: did the drive clip, or is one of them '
                 f"rms or peak to peak? {USED.capitalize()}"
             )
 
 
-def _named_level(judged: JudgedTable) -> _NamedLevel | None:
+def _find_named_level(judged: JudgedTable) -> _NamedLevel | None:
     if judged.kind not in {Kind.STEPPED_SINE, Kind.STEADY_STATE}:
         return None
-    force = force_column(judged)
-    level, words = (None, "") if force is None else force_in_name(judged, force.name)
+    force = find_force_column(judged)
+    level, words = (None, "") if force is None else find_force_in_name(judged, force.name)
     if force is None or level is None or not level > 0:
         return None
     is_history = judged.kind is Kind.STEADY_STATE
-    size = abs(sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values))))
+    size = abs(estimate_sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values))))
     if not size > 0:
         return None
     if not is_history:  # the level in a name may be a peak, or what the force is
-        peak = size * PEAK_OF.get(said_amplitude(judged, force), 1.0)
+        peak = size * PEAK_OF.get(find_said_amplitude(judged, force), 1.0)
         size = min(size, peak, key=lambda force: abs(np.log(force / level)))
     unit = judged.columns[force.name].unit
-    newtons = si_factor(unit, "N")
+    newtons = find_si_factor(unit, "N")
     return _NamedLevel(judged.table.file.path.name, words, newtons * level, force.name, newtons * size, unit)
 
 
-def _of_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
+def _describe_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
     """One factor of all runs, and what it may be; empty for a small one that nothing known explains."""
-    units = likely_units(factor, runs[0].unit)
+    units = list_likely_units(factor, runs[0].unit)
     amplitudes = [
         f"the force {own} and the level in the name {read}"
         for known, (own, read) in AMPLITUDES.items()
@@ -113,7 +113,7 @@ def _of_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
     )
 
 
-def _named(runs: Sequence[_NamedLevel]) -> str:
+def _name(runs: Sequence[_NamedLevel]) -> str:
     """Files of some runs, and the level in their names."""
     several = f" of {len(runs)} runs" if len(runs) > 1 else ""
     return f'{", ".join(dict.fromkeys(run.file for run in runs))}: "{runs[0].words}" in the name{several}'

@@ -18,7 +18,7 @@ from study.campaign.channel_name import name_channels
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
 from study.campaign.draft import ManifestDraft, Note
-from study.campaign.draft_frequency import draft_stepped_sine, responses_with_phases
+from study.campaign.draft_frequency import draft_stepped_sine, pair_responses_with_phases
 from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_mode_table, draft_modes
 from study.campaign.draft_response import draft_frequency_responses
@@ -26,12 +26,12 @@ from study.campaign.draft_time import draft_loops, draft_record, draft_ring_down
 from study.campaign.drive_channel import choose_drive
 from study.campaign.dwell import share_kind
 from study.campaign.find_tables import find_tables
-from study.campaign.note import list_notes, unused_columns, unused_file
+from study.campaign.note import describe_unused_columns, describe_unused_file, list_notes
 from study.campaign.question import Answers
-from study.campaign.readable import keep_readable, nothing_left
+from study.campaign.readable import keep_readable, make_nothing_left_error
 from study.campaign.repeat import mark_settling, number_repeats
 from study.campaign.repeat_doubt import doubt_repeats
-from study.campaign.resonance_phase import sensor_motions, sensor_signs
+from study.campaign.resonance_phase import find_sensor_motions, find_sensor_signs
 from study.campaign.series_name import name_tests, suspect_structures
 from study.campaign.suspicion import list_suspicions
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
@@ -130,7 +130,7 @@ def _may_be_measured(path: Path) -> bool:
     )
 
 
-def _others(folder: Path) -> str:
+def _name_others(folder: Path) -> str:
     """Names of some files that are not read; empty for none."""
     names = [path.name for path in sorted(folder.iterdir()) if path.is_file() and path.suffix.lower() in HOLDERS]
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
@@ -159,7 +159,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
         No usable file.
     """
     folder = measured.folder
-    if not measured.files and not measured.unreadable and (others := _others(folder)):
+    if not measured.files and not measured.unreadable and (others := _name_others(folder)):
         raise CampaignError(
             f'"{folder}" has no measured file of a known format, but {others}: save their numbers as CSV'
         )
@@ -179,12 +179,14 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
     judged = [choose_drive(draft, table) for table in result]
     draft.notes += list_notes(judged)
     for name, of_file in by_file.items():
-        if reason := unused_file(measured.files[name], of_file):
+        if reason := describe_unused_file(measured.files[name], of_file):
             draft.left_out.append(reason)
             if not of_file:
                 why = reason.removeprefix(f"{name}: ")
                 draft.notes.append(Note(file=name, columns="", role=Kind.NOT_USED.value, unit="", evidence=why))
-        draft.left_out += [sentence for table in of_file for sentence in unused_columns(table)] + tables[name][1]
+        draft.left_out += [sentence for table in of_file for sentence in describe_unused_columns(table)] + tables[name][
+            1
+        ]
     _draft_tables(draft, name_channels(judged))
     draft_load_cells(draft)
     draft_modes(draft, measured.files)
@@ -209,7 +211,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> ManifestDraft:
             "record with a force gives these by [[frf]] with time, force and an estimator (docs/campaign.md)"
         )
     if draft.is_empty:
-        raise nothing_left(draft, folder)
+        raise make_nothing_left_error(draft, folder)
     return draft
 
 
@@ -247,8 +249,8 @@ def _draft_tables(draft: ManifestDraft, judged: Sequence[JudgedTable]) -> None:
     responses = [table for table in judged if table.kind is Kind.FREQUENCY_RESPONSE]
     time_sign = draft_conventions(draft, [*stepped, *responses]) if stepped or responses else 1
     with_frequency = [table for table in [*stepped, *responses] if table.kind is not Kind.STEADY_STATE]
-    signs = sensor_signs(draft, with_frequency, time_sign)
-    draft.motions = sensor_motions(with_frequency, time_sign)
+    signs = find_sensor_signs(draft, with_frequency, time_sign)
+    draft.motions = find_sensor_motions(with_frequency, time_sign)
     tests = name_tests(draft, stepped)
     draft.suspicions += suspect_structures(judged)
     for table in judged:
@@ -276,5 +278,5 @@ def _draft_tables(draft: ManifestDraft, judged: Sequence[JudgedTable]) -> None:
 def _mark_settling(draft: ManifestDraft, judged: JudgedTable, test: str) -> None:
     frequency = judged.of_role(Role.FREQUENCY)[0]
     mask = judged.mask(judged.rows()[0])
-    sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]
+    sizes = [np.abs(column.values[mask]) for column, _ in pair_responses_with_phases(judged)]
     mark_settling(draft, test, frequency.values[mask], sizes)

@@ -8,7 +8,7 @@ from correlation.file.text_table.footer import describe_footer
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, ComplexPart, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
-from study.campaign.table_kind import JudgedTable, Kind, unit_remedy
+from study.campaign.table_kind import JudgedTable, Kind, suggest_unit_remedy
 from study.merge_sentences import NUMBER
 
 
@@ -22,13 +22,13 @@ def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
     """
     groups: dict[tuple[object, ...], list[JudgedTable]] = {}
     for judged in tables:
-        rows = [(name, role, unit, NUMBER.sub("#", why)) for name, role, unit, why in _described(judged)]
+        rows = [(name, role, unit, NUMBER.sub("#", why)) for name, role, unit, why in _describe_columns(judged)]
         why = NUMBER.sub("#", judged.evidence)
         groups.setdefault((judged.table.file.format, judged.kind, why, *rows), []).append(judged)
-    return [note for members in groups.values() for note in _notes(members)]
+    return [note for members in groups.values() for note in _make_notes(members)]
 
 
-def unused_columns(judged: JudgedTable) -> list[str]:
+def describe_unused_columns(judged: JudgedTable) -> list[str]:
     """Channels that cannot be used, one sentence each: no motions, without values or a known unit; and closing rows.
 
     Parameters
@@ -44,7 +44,7 @@ def unused_columns(judged: JudgedTable) -> list[str]:
         if guess.role is Role.FOREIGN or guess.evidence == NO_VALUE:
             sentences.append(f"{place}: {guess.evidence}")
         elif guess.evidence.startswith(UNKNOWN_UNIT):
-            sentences.append(f"{place}: {guess.evidence}; {unit_remedy(judged)}")
+            sentences.append(f"{place}: {guess.evidence}; {suggest_unit_remedy(judged)}")
         elif judged.kind is Kind.MODES:
             sentences.append(
                 f"{place}: {guess.evidence}; [[mode]] has frequency, damping, their deviations and a shape"
@@ -52,7 +52,7 @@ def unused_columns(judged: JudgedTable) -> list[str]:
     return sentences
 
 
-def unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> str:
+def describe_unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> str:
     """Why nothing of a file is used; empty if something is.
 
     Parameters
@@ -73,7 +73,7 @@ def unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> str:
     return f"{name}: it has {rows} {'row' if rows == 1 else 'rows'}, and {needed}"
 
 
-def _notes(members: Sequence[JudgedTable]) -> list[Note]:
+def _make_notes(members: Sequence[JudgedTable]) -> list[Note]:
     """Kind of some tables that are alike, then their columns."""
     judged = members[0]
     label = judged.table.path or f"{len(judged.table.columns)} columns"
@@ -87,11 +87,11 @@ def _notes(members: Sequence[JudgedTable]) -> list[Note]:
     )
     if judged.kind is Kind.NOT_USED:
         return [head]
-    rows = _described(judged)
+    rows = _describe_columns(judged)
     return [head, *(Note(file="", columns=name, role=role, unit=unit, evidence=why) for name, role, unit, why in rows)]
 
 
-def _described(judged: JudgedTable) -> list[tuple[str, str, str, str]]:
+def _describe_columns(judged: JudgedTable) -> list[tuple[str, str, str, str]]:
     """Name, role, unit and evidence of each column."""
     settings = {column.name for column in judged.settings}
     rows = []

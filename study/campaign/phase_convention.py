@@ -80,7 +80,7 @@ def judge_phase(
     )
 
 
-def opposite_sign(evidence: PhaseEvidence, quantity: str, time_sign: int) -> bool:
+def has_opposite_sign(evidence: PhaseEvidence, quantity: str, time_sign: int) -> bool:
     """Whether a sensor at the force reads with the opposite sign, such as an acceleration with a displacement's phase.
 
     Parameters

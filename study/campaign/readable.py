@@ -15,7 +15,7 @@ from correlation.data_type.registry import Analyse, analyse_uncached
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from pipeline.fingerprint import key
-from study.campaign.draft import ManifestDraft, entry_name, without_marks
+from study.campaign.draft import ManifestDraft, name_entry, without_marks
 from study.merge_sentences import merge_similar
 
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
@@ -27,7 +27,7 @@ NAMED_RECORD = re.compile(r'record "(.+?)"')
 SHOWN = 4
 
 
-def nothing_left(draft: ManifestDraft, folder: Path) -> CampaignError:
+def make_nothing_left_error(draft: ManifestDraft, folder: Path) -> CampaignError:
     """Why nothing of a folder can be used."""
     reasons = [reason.rstrip(".") for reason in merge_similar(draft.left_out)]
     more = [f"and {len(reasons) - SHOWN} more"] if len(reasons) > SHOWN else []
@@ -75,7 +75,7 @@ def keep_readable(
                 if not _leave_out(draft, str(error)):
                     raise CampaignError(f"the draft cannot be read: {error}") from None
             if draft.is_empty:
-                raise nothing_left(draft, folder)
+                raise make_nothing_left_error(draft, folder)
 
 
 def _analyse_once(analyse: Analyse) -> Analyse:
@@ -125,7 +125,7 @@ def _leave_out(draft: ManifestDraft, message: str) -> bool:
         runs = [number for number, run in enumerate(draft.entries["run"]) if run["test"] == test[1]]
         doomed = {("run", number): message for number in runs[-1:]}
     reasons = [
-        f'{kind} "{entry_name(draft.entries[kind][number])}": {_without_numbers(draft, kind, number, line)}'
+        f'{kind} "{name_entry(draft.entries[kind][number])}": {_without_numbers(draft, kind, number, line)}'
         for (kind, number), line in sorted(doomed.items())
     ]
     draft.left_out += reasons
@@ -141,7 +141,7 @@ def _without_numbers(draft: ManifestDraft, kind: str, number: int, line: str) ->
     def name(match: re.Match[str]) -> str:
         entries = draft.entries[match[1]]
         is_other = (match[1], int(match[2]) - 1) != (kind, number) and int(match[2]) <= len(entries)
-        return f'"{entry_name(entries[int(match[2]) - 1])}"' if is_other else match[0]
+        return f'"{name_entry(entries[int(match[2]) - 1])}"' if is_other else match[0]
 
     reason = line.partition(": ")[2].removeprefix(f"{kind}[{number + 1}]: ")
     return NAMED_ENTRY.sub(name, reason)

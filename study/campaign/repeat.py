@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import number_frequencies
 from study.campaign.column_role import WORDS, Role, name_words
 from study.campaign.draft import ManifestDraft, Run, without_marks
-from study.campaign.draft_frequency import complex_force, harmonic_of_rows
-from study.campaign.dwell import dwell_frequencies
+from study.campaign.draft_frequency import find_harmonic_of_rows, make_complex_force
+from study.campaign.dwell import find_dwell_frequencies
 from study.campaign.question import Marked
-from study.campaign.run_name import last_number, repeat_in_name
+from study.campaign.run_name import find_last_number, repeat_in_name
 from study.campaign.set_point import HELD
-from study.campaign.table import MeasuredTable, file_stem
-from study.campaign.time_history import sine_amplitude
+from study.campaign.table import MeasuredTable, make_file_stem
+from study.campaign.time_history import estimate_sine_amplitude
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -45,15 +45,15 @@ def number_repeats(draft: ManifestDraft) -> None:
         if not stated and isinstance(run, Run):
             by_test.setdefault((run["test"], "frequency" in run["columns"]), []).append(run)
     for (test, is_stepped), runs in by_test.items():
-        levels = np.array([run_level(run) for run in runs])
-        points = [run_direction(run) for run in runs] if is_stepped else _number_dwells(runs)
+        levels = np.array([find_run_level(run) for run in runs])
+        points = [find_run_direction(run) for run in runs] if is_stepped else _number_dwells(runs)
         alike: list[list[tuple[Run, int]]] = []
         for group in group_levels(levels, np.array(["level" in run for run in runs])):
             _give_one_level([runs[number] for number in group], levels[group])
             sensors: dict[tuple[str, ...], list[tuple[Run, int]]] = {}
             for number in group:
                 run = runs[number]
-                harmonic = harmonic_of_rows(run.judged, run.get("rows", {}))
+                harmonic = find_harmonic_of_rows(run.judged, run.get("rows", {}))
                 sensors.setdefault((str(harmonic), *sorted(run["columns"])), []).append((run, points[number]))
             alike += sensors.values()
         numbers, evidence = _repeat_numbers(alike)
@@ -64,7 +64,7 @@ def number_repeats(draft: ManifestDraft) -> None:
 
 def _number_dwells(runs: Sequence[Run]) -> list[int]:
     """Number of the frequency of each steady state, from 1."""
-    frequencies = np.array(dwell_frequencies([run.judged for run in runs]))
+    frequencies = np.array(find_dwell_frequencies([run.judged for run in runs]))
     return [1 + int(number) for number in number_frequencies(frequencies)]
 
 
@@ -116,22 +116,22 @@ def _repeat_numbers(groups: Sequence[Sequence[tuple[Run, int]]]) -> tuple[list[l
     Else they are the last numbers of the names of their files or groups, if these count from 1 on, each once at a
     point, and a group has them all; others may lack some. Or they are counted.
     """
-    stated = [[_stated_repeat(run.judged.table) for run, _ in group] for group in groups]
+    stated = [[_find_stated_repeat(run.judged.table) for run, _ in group] for group in groups]
     if all(number for numbers in stated for number, _ in numbers):
         named = [[number for number, _ in numbers] for numbers in stated]
         if all(_is_apart(group, numbers) for group, numbers in zip(groups, named, strict=True)):
             return named, stated[0][0][1]
-    named = [[last_number(_run_name(run.judged.table)) for run, _ in group] for group in groups]
+    named = [[find_last_number(_run_name(run.judged.table)) for run, _ in group] for group in groups]
     whole = set(range(1, 1 + len({number for numbers in named for number in numbers})))
     are_repeats = all(
         _is_apart(group, numbers) and {*numbers} <= whole for group, numbers in zip(groups, named, strict=True)
     )
     if are_repeats and any({*numbers} == whole for numbers in named):
         return named, ""
-    return [_counted(group) for group in groups], ""
+    return [_count_repeats(group) for group in groups], ""
 
 
-def _stated_repeat(table: MeasuredTable) -> tuple[int, str]:
+def _find_stated_repeat(table: MeasuredTable) -> tuple[int, str]:
     """Number of the repeat that an attribute or a word of the name states, and which; 0 without one."""
     for name, number in table.scalars.items():
         if set(name_words(name)) & WORDS[Role.REPEAT] and number > 0 and number == int(number):
@@ -140,7 +140,7 @@ def _stated_repeat(table: MeasuredTable) -> tuple[int, str]:
 
 
 def _run_name(table: MeasuredTable) -> str:
-    return f"{file_stem(table.file.path.name)} {table.path} {table.of_set}".rstrip()
+    return f"{make_file_stem(table.file.path.name)} {table.path} {table.of_set}".rstrip()
 
 
 def _share_points(one: int, other: int) -> bool:
@@ -154,7 +154,7 @@ def _is_apart(group: Sequence[tuple[Run, int]], numbers: Sequence[int]) -> bool:
     return not any(a == b and _share_points(one, other) for ((_, one), a), ((_, other), b) in pairs)
 
 
-def _counted(group: Sequence[tuple[Run, int]]) -> list[int]:
+def _count_repeats(group: Sequence[tuple[Run, int]]) -> list[int]:
     """Each run has the first number that no earlier one with the same points has."""
     numbers: list[int] = []
     for place, (_, own) in enumerate(group):
@@ -191,7 +191,7 @@ def mark_settling(draft: ManifestDraft, test: str, frequency: Series, sizes: Seq
         Frequencies in the order of measurement, shape (n,), and the sizes of each response there, shape (n,) each.
     """
     entry = draft.named("test", test)
-    if entry is None or len(_blocks(frequency)) < FEWEST:
+    if entry is None or len(_find_blocks(frequency)) < FEWEST:
         return
     evidence = is_settling(frequency, sizes)
     why = evidence or "readings at one frequency go in no one direction"
@@ -206,18 +206,18 @@ def _ask(draft: ManifestDraft, text: str, default: str, why: str) -> Marked:
     return draft.ask(f"{text}, or one response that settles?", default, why, REPEATS, SETTLING)
 
 
-def run_level(run: Run) -> float:
+def find_run_level(run: Run) -> float:
     """Level of a run: its number, or the median or the amplitude of the measured force; NaN without either."""
     if "level" in run:
         return float(without_marks(run["level"]))
-    force = complex_force(run.judged)
+    force = make_complex_force(run.judged)
     if force is None:
         return float("nan")
     force = force[run.judged.mask(run.get("rows", {}))]
-    return float(np.nanmedian(np.abs(force))) if "frequency" in run["columns"] else sine_amplitude(force.real)
+    return float(np.nanmedian(np.abs(force))) if "frequency" in run["columns"] else estimate_sine_amplitude(force.real)
 
 
-def run_direction(run: Run) -> int:
+def find_run_direction(run: Run) -> int:
     """+1 for a run whose frequency rises, -1 for one where it falls, 0 for both or neither.
 
     A file of several passes goes back once for each, so that most of its steps tell.
@@ -246,7 +246,7 @@ def is_settling(
     -------
     The evidence; empty if they are not, or if there are too few readings to tell.
     """
-    blocks = _blocks(frequency)
+    blocks = _find_blocks(frequency)
     if len(blocks) < FEWEST:
         return ""
     settling = sum(any(_settles(values[start:end]) for values in response) for start, end in blocks)
@@ -255,7 +255,7 @@ def is_settling(
     return f"readings at one frequency go one way in ever smaller steps at {settling} of {len(blocks)} frequencies"
 
 
-def _blocks(frequency: Series) -> list[tuple[int, int]]:
+def _find_blocks(frequency: Series) -> list[tuple[int, int]]:
     """First and last reading, exclusive, of each frequency at which readings follow each other."""
     starts = np.flatnonzero(np.concatenate([[True], np.diff(frequency) != 0])).tolist()
     return [

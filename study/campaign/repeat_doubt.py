@@ -16,8 +16,13 @@ from correlation.metric.curve_peak import CurvePeak, find_own_peaks
 from correlation.metric.mode_pairing import pair_modes
 from study.campaign.column_role import Role
 from study.campaign.draft import ManifestDraft, Run
-from study.campaign.draft_frequency import complex_force, complex_response, harmonic_of_rows, responses_with_phases
-from study.campaign.repeat import run_direction, run_level
+from study.campaign.draft_frequency import (
+    find_harmonic_of_rows,
+    make_complex_force,
+    make_complex_response,
+    pair_responses_with_phases,
+)
+from study.campaign.repeat import find_run_direction, find_run_level
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -36,8 +41,14 @@ def doubt_repeats(draft: ManifestDraft) -> Iterator[str]:
     groups: dict[tuple[object, ...], list[Run]] = {}
     for run in draft.entries["run"]:
         if isinstance(run, Run) and "frequency" in run["columns"]:
-            harmonic = harmonic_of_rows(run.judged, run.get("rows", {}))
-            key = (run["test"], f"{run_level(run):.3g}", run_direction(run), harmonic, *sorted(run["columns"]))
+            harmonic = find_harmonic_of_rows(run.judged, run.get("rows", {}))
+            key = (
+                run["test"],
+                f"{find_run_level(run):.3g}",
+                find_run_direction(run),
+                harmonic,
+                *sorted(run["columns"]),
+            )
             groups.setdefault(key, []).append(run)
     for (test, level, *_), runs in groups.items():
         curves = [(run, curve) for run in runs if (curve := read_peaks(*_response(run)))]
@@ -59,8 +70,8 @@ def _response(run: Run) -> tuple[Series, Series]:
     """Frequencies and sizes of the first response to the force."""
     judged = run.judged
     mask = judged.mask(run.get("rows", {}))
-    column, partner = responses_with_phases(judged)[0]
-    values, force = complex_response(judged, column, partner), complex_force(judged)
+    column, partner = pair_responses_with_phases(judged)[0]
+    values, force = make_complex_response(judged, column, partner), make_complex_force(judged)
     size = np.abs(column.values if values is None else values)[mask]
     if force is not None and (np.abs(force[mask]) > 0).all():
         size = size / np.abs(force[mask])

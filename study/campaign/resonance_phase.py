@@ -7,14 +7,14 @@ import numpy as np
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX
 from study.campaign.draft import ManifestDraft
-from study.campaign.draft_frequency import force_column, phase_evidence
-from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, name_motion, opposite_sign
+from study.campaign.draft_frequency import find_force_column, list_phase_evidence
+from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, has_opposite_sign, name_motion
 from study.campaign.question import Marked
-from study.campaign.sensor_draft import direction_sign
+from study.campaign.sensor_draft import find_direction_sign
 from study.campaign.table_kind import JudgedTable
 
 
-def sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
+def find_sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
     """Signs of sensors whose phases at the peaks are opposite to those of a sensor at the force.
 
     Where the file says that the sensor is at the force this is the sign of its readings. Elsewhere the shape may be the
@@ -31,13 +31,13 @@ def sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_sign:
 
     Returns
     -------
-    -1 by the names of `phase_evidence`, with the evidence.
+    -1 by the names of `list_phase_evidence`, with the evidence.
     """
     clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
     at_force: set[tuple[str, str]] = set()
     for judged in tables:
-        for name, column, evidence in _under_force(judged):
-            if direction_sign(column) < 0:
+        for name, column, evidence in _list_under_force(judged):
+            if find_direction_sign(column) < 0:
                 continue  # the file says the sign
             quantity = judged.columns[column.name].quantity
             same_point = column.response is None or column.reference is None or is_driving_point(column)
@@ -46,7 +46,7 @@ def sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_sign:
                 at_force |= {(name, quantity)} if is_driving_point(column) else set()
     signs: dict[str, Marked] = {}
     for (name, quantity), items in clear.items():
-        opposite = [item for item in items if opposite_sign(item, quantity, time_sign)]
+        opposite = [item for item in items if has_opposite_sign(item, quantity, time_sign)]
         if 3 * len(opposite) < 2 * len(items):
             continue
         why = f"{_tell_phase(opposite, len(items), time_sign)}, opposite to {quantity} at the force"
@@ -58,7 +58,7 @@ def sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_sign:
     return signs
 
 
-def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
+def find_sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
     """Motions of sensors of unknown quantity whose phases at the peaks are those of one at the force.
 
     All channels of one array have the motion of most of them: beyond a node a displacement has the phase of an
@@ -73,12 +73,12 @@ def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, M
 
     Returns
     -------
-    Quantities by the names of `phase_evidence`, with the evidence.
+    Quantities by the names of `list_phase_evidence`, with the evidence.
     """
     clear: dict[str, list[PhaseEvidence]] = {}
     arrays: dict[str, set[str]] = {}
     for judged in tables:
-        for name, column, evidence in _under_force(judged):
+        for name, column, evidence in _list_under_force(judged):
             if judged.columns[column.name].quantity not in {"", "voltage"}:
                 continue
             if index := INDEX.search(column.name):
@@ -109,11 +109,11 @@ def _tell_phase(items: Sequence[PhaseEvidence], n_peak: int, time_sign: int) -> 
     return f"its phase is about {at_peak:.0f} degrees at {len(items)} of {n_peak} peaks"
 
 
-def _under_force(judged: JudgedTable) -> Iterator[tuple[str, Column, PhaseEvidence]]:
+def _list_under_force(judged: JudgedTable) -> Iterator[tuple[str, Column, PhaseEvidence]]:
     """Phases of the sensors of a table; none to a shaken base, to which all motions have another phase."""
-    force = force_column(judged)
+    force = find_force_column(judged)
     if force is None or judged.columns[force.name].quantity != "acceleration":
-        yield from phase_evidence(judged)
+        yield from list_phase_evidence(judged)
 
 
 def is_driving_point(column: Column) -> bool:

@@ -38,13 +38,13 @@ OF_A_RUN = re.compile(rf"({RUN}|{WHEN}|{CONFIGURATION})?\d*|\d+k?Hz", re.IGNOREC
 BESIDE = {"level", "rep", "repeat", "repetition"}
 
 
-def levels_in_name(name: str) -> list[re.Match[str]]:
+def find_levels_in_name(name: str) -> list[re.Match[str]]:
     """Levels in a name, those first that a word before them calls so; "preload_10N" is none."""
     result = [one for one in LEVEL_IN_NAME.finditer(name) if not OTHER_FORCE.search(name[: one.start()])]
     return sorted(result, key=lambda one: LEVEL_BEFORE.search(name[: one.start()]) is None)
 
 
-def level_value(match: re.Match[str]) -> tuple[float, str]:
+def read_level(match: re.Match[str]) -> tuple[float, str]:
     """Level of a match of `LEVEL_IN_NAME`, and its unit: N, V, g_n or %."""
     unit, factor = LEVEL_UNITS[match[2]]
     return factor * decimal(match[1]), unit
@@ -101,7 +101,7 @@ def split_name(name: str, *patterns: re.Pattern[str], has_unit: bool = True) -> 
     return plain.replace("\0", unit), " ".join(result)
 
 
-def frequency_in_name(name: str) -> float | None:
+def find_frequency_in_name(name: str) -> float | None:
     """Frequency in a name, such as "dwell_79.80Hz" [Hz]; None without one."""
     match = FREQUENCY_IN_NAME.search(name)
     return decimal(match[1]) * (1e3 if match[2] else 1.0) if match else None
@@ -127,9 +127,9 @@ OF_A_FILE = re.compile(
 )
 
 
-def condition_words(name: str) -> list[str]:
+def list_condition_words(name: str) -> list[str]:
     """Words of the name of a file that tell neither run, level, frequency, time nor place: "with", "damper", "12Nm"."""
-    for match in reversed(levels_in_name(name)):
+    for match in reversed(find_levels_in_name(name)):
         name = name.replace(match[0], "_")
     for pattern in (FREQUENCY_IN_NAME, REPEAT_IN_NAME, RUN_IN_NAME, WAY):
         name = pattern.sub("_", name)
@@ -140,13 +140,13 @@ def condition_words(name: str) -> list[str]:
     ]
 
 
-def last_number(name: str) -> int:
+def find_last_number(name: str) -> int:
     """The last number in a name that is no level or frequency; 0 if there is none."""
     numbers = re.findall(r"\d+", FREQUENCY_IN_NAME.sub("", LEVEL_IN_NAME.sub("", name)))
     return int(numbers[-1]) if numbers else 0
 
 
-def naming_scheme(name: str) -> str:
+def make_naming_scheme(name: str) -> str:
     """A name without what tells the runs of one test apart: level, frequency, repeat, direction, a number at its end.
 
     Parts of the path of a group that say nothing else drop out: "level_3N/rep1/up" is as good as "level_3N_rep1".

@@ -31,7 +31,7 @@ FEWEST_COUNTS, LEAST_COUNTS = 100, 100
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
-def raw_unit(column: Column, guess: Recognised) -> str:
+def find_raw_unit(column: Column, guess: Recognised) -> str:
     """Unit of readings that a sensitivity has to scale, "count" or "strain"; empty for others.
 
     A channel without a unit holds whole numbers of a converter if its file or all of its values say so.
@@ -48,7 +48,7 @@ def raw_unit(column: Column, guess: Recognised) -> str:
     return COUNT if whole and large else ""
 
 
-def sensor_name(judged: JudgedTable, column: Column) -> str:
+def choose_sensor_name(judged: JudgedTable, column: Column) -> str:
     """Name of the sensor of a response: its point in the file, or the words of its column."""
     point = column.response
     if point is not None and (point.node is not None or point.name):
@@ -92,7 +92,7 @@ def add_sensor(
     -------
     Name of the sensor.
     """
-    name, guess = name or sensor_name(judged, column), judged.columns[column.name]
+    name, guess = name or choose_sensor_name(judged, column), judged.columns[column.name]
     known = draft.named("sensor", name)
     if known is not None and guess.quantity not in {"", "voltage", without_marks(known["quantity"])}:
         name = f"{name} {guess.quantity}"
@@ -109,7 +109,7 @@ def add_sensor(
     if has_phase is False:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
         entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
-    raw = raw_unit(column, guess)
+    raw = find_raw_unit(column, guess)
     is_known = bool(guess.quantity) and guess.quantity != "voltage" and not raw and guess.unit != "percent"
     if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV", "percent", STRAIN}):
         of_unit = f"readings in {'percent' if guess.unit == 'percent' else 'volts'}: their sensitivity is unknown"
@@ -172,14 +172,14 @@ def reading(
         why = f'"{column.facts[SCALE]}" is taken for 20 lg of an amplitude'
         entry = {part: Marked(value=name, assumed=why) if name == column.name else name for part, name in entry.items()}
     described = draft.named("sensor", sensor) if sensor else None
-    if described is not None and "calibrated" not in described and (raw := raw_unit(column, guess)):
+    if described is not None and "calibrated" not in described and (raw := find_raw_unit(column, guess)):
         si = SI_UNIT[str(without_marks(described["quantity"]))]
         text = f"How many of the unit {raw} of {column.name} of {judged.table.file.path.name} are 1 {si}?"
         answer = draft.ask(text, "1", OF_RAW[raw])
         entry["unit"] = raw
         entry["sensitivity"] = Marked(value=f"{answer.value} {raw}/({si})", assumed=answer.assumed)
     elif described is not None and not column.unit and "calibrated" not in described:
-        entry["unit"] = _unit(str(without_marks(described["quantity"])), guess, per)
+        entry["unit"] = _choose_unit(str(without_marks(described["quantity"])), guess, per)
     elif described is None and not column.unit and guess.unit:
         entry["unit"] = Marked(value=guess.unit, assumed=guess.evidence)
     if judged.kind is Kind.STEPPED_SINE and guess.role in {Role.FORCE, Role.RESPONSE}:
@@ -187,7 +187,7 @@ def reading(
     return column.name if entry == {"column": column.name} else entry
 
 
-def drive_reading(
+def draft_drive_reading(
     draft: ManifestDraft, judged: JudgedTable, force: Column, *, phase: Column | None = None
 ) -> str | dict[str, Any]:
     """Columns, unit and sign of the force that drives; a drive that is not calibrated has no unit of its own.
@@ -206,7 +206,7 @@ def drive_reading(
         elif judged.columns[force.name].assumed:
             entry["unit"] = draft.single["units"]["level"]
         entry = entry if {*entry} != {"column"} else force.name
-    return with_sign(entry, direction_sign(force))
+    return with_sign(entry, find_direction_sign(force))
 
 
 def as_amplitude(entry: str | dict[str, Any]) -> dict[str, Any]:
@@ -216,7 +216,7 @@ def as_amplitude(entry: str | dict[str, Any]) -> dict[str, Any]:
     return {"amplitude" if key == "column" else key: value for key, value in entry.items()}
 
 
-def direction_sign(column: Column) -> int:
+def find_direction_sign(column: Column) -> int:
     """-1 for a channel that reads against its axis, as "-z"; `add_sensor` names the axis without its sign."""
     return -1 if column.response is not None and column.response.direction.startswith("-") else 1
 
@@ -228,7 +228,7 @@ def with_sign(entry: str | dict[str, Any], sign: int | Marked) -> str | dict[str
     return {**({"column": entry} if isinstance(entry, str) else entry), "sign": sign}
 
 
-def _unit(quantity: str, guess: Recognised, per: str) -> Marked:
+def _choose_unit(quantity: str, guess: Recognised, per: str) -> Marked:
     if guess.unit:
         unit = guess.unit if not per or "/(" in guess.unit or guess.unit.endswith("/N") else f"({guess.unit})/({per})"
         return Marked(value=unit, assumed=guess.evidence)

@@ -5,9 +5,14 @@ from collections.abc import Sequence
 from study.campaign.channel_set import AGAIN
 from study.campaign.dataset_set import DATASET
 from study.campaign.draft import ManifestDraft
-from study.campaign.draft_frequency import complex_force, is_response_controlled, responses_with_phases, says_free
-from study.campaign.run_name import LENGTH_IN_NAME, QUANTITY_OF_COLUMN, condition_words, naming_scheme
-from study.campaign.table import file_stem
+from study.campaign.draft_frequency import (
+    is_response_controlled,
+    make_complex_force,
+    pair_responses_with_phases,
+    says_free,
+)
+from study.campaign.run_name import LENGTH_IN_NAME, QUANTITY_OF_COLUMN, list_condition_words, make_naming_scheme
+from study.campaign.table import make_file_stem
 from study.campaign.table_kind import JudgedTable, Kind
 
 #: Kinds of tables whose entries belong to no test.
@@ -30,17 +35,17 @@ def name_tests(draft: ManifestDraft, tables: Sequence[JudgedTable]) -> dict[int,
     """
     alike: dict[tuple[str, ...], dict[tuple[str, ...], list[JudgedTable]]] = {}
     for table in tables:
-        shape = naming_scheme(table.table.path)
-        names = _channels(table, tables)
-        free = "free" if says_free(file_stem(table.table.file.path.name)) else ""
+        shape = make_naming_scheme(table.table.path)
+        names = _list_channels(table, tables)
+        free = "free" if says_free(make_file_stem(table.table.file.path.name)) else ""
         same = alike.setdefault((table.kind.value, shape, free, *names), {})
-        same.setdefault(_words(table), []).append(table)
+        same.setdefault(_list_words(table), []).append(table)
     result: dict[int, str] = {}
     taken: set[str] = set()
     for (kind, shape, free, *_), groups in alike.items():
         own: list[str] = []
         for words, members in groups.items():
-            stem = _common_start([file_stem(member.table.file.path.name) for member in members])
+            stem = _find_common_start([make_file_stem(member.table.file.path.name) for member in members])
             name = shape.rpartition("/")[2] or stem.rstrip("_- .0123456789") or kind
             if len(groups) > 1:
                 name = "_".join(words) or name
@@ -72,7 +77,7 @@ def suspect_structures(tables: Sequence[JudgedTable]) -> list[str]:
             alike.setdefault((judged.kind.value, *names), []).append(judged)
     sentences = []
     for members in alike.values():
-        words = {judged.table.label: frozenset(_words(judged)) for judged in members}
+        words = {judged.table.label: frozenset(_list_words(judged)) for judged in members}
         common = frozenset.intersection(*words.values())
         apart = {label: own - common for label, own in words.items()}
         if len(set(apart.values())) > 1 and all(apart.values()):
@@ -83,7 +88,7 @@ def suspect_structures(tables: Sequence[JudgedTable]) -> list[str]:
     return sentences
 
 
-def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
+def _list_channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
     """Names of the channels of a table; those of all sets of channels beside it, which are of one test."""
     own = judged.table
     beside = [own]
@@ -94,23 +99,25 @@ def _channels(judged: JudgedTable, tables: Sequence[JudgedTable]) -> list[str]:
     return sorted({AGAIN.sub("", DATASET.sub("", name)) for name in names})
 
 
-def _words(judged: JudgedTable) -> tuple[str, ...]:
+def _list_words(judged: JudgedTable) -> tuple[str, ...]:
     """Words of the names of a file and of columns that may tell a test: those of a sensor tell none."""
     of_sensors = {word for guess in judged.columns.values() for word in guess.stem.split()}
     path = judged.table.path if judged.kind in WITHOUT_TEST else ""
-    name = " ".join([file_stem(judged.table.file.path.name), path, *QUANTITY_OF_COLUMN.findall(judged.table.of_set)])
+    name = " ".join(
+        [make_file_stem(judged.table.file.path.name), path, *QUANTITY_OF_COLUMN.findall(judged.table.of_set)]
+    )
     if judged.kind is Kind.STEPPED_SINE and _is_response_controlled(judged):
         name = LENGTH_IN_NAME.sub("_", name)
-    words = condition_words(name)
+    words = list_condition_words(name)
     return tuple(word for word in words if word.lower() not in of_sensors)
 
 
 def _is_response_controlled(judged: JudgedTable) -> bool:
-    force, pairs = complex_force(judged), responses_with_phases(judged)
+    force, pairs = make_complex_force(judged), pair_responses_with_phases(judged)
     return force is not None and is_response_controlled(judged, force, pairs[0][0], judged.rows()[0])
 
 
-def _common_start(names: Sequence[str]) -> str:
+def _find_common_start(names: Sequence[str]) -> str:
     """The letters with which all names begin."""
     first, last = min(names), max(names)
     return next((first[:n] for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), first)

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from correlation.campaign.passes import SWEEP_WORDS, find_difference
 from study.campaign.column_role import Role
 from study.campaign.draft_frequency import (
-    complex_force,
-    force_column,
+    find_force_column,
     is_response_controlled,
-    responses_with_phases,
+    make_complex_force,
+    pair_responses_with_phases,
 )
-from study.campaign.dwell import contradicted_frequency
+from study.campaign.dwell import find_contradicted_frequency
 from study.campaign.named_level import find_wrong_names
 from study.campaign.table_kind import JudgedTable, Kind
-from study.campaign.time_history import FLAT, share_near_limit
+from study.campaign.time_history import FLAT, compute_share_near_limit
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -39,17 +39,17 @@ def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
     for judged in tables:
         if judged.kind is Kind.NOT_USED:
             continue
-        sentences += _dead_channels(judged)
+        sentences += _suspect_dead_channels(judged)
         if judged.kind is Kind.STEPPED_SINE:
-            sentences += _branches(judged) + _varying_force(judged)
+            sentences += _suspect_branches(judged) + _suspect_varying_force(judged)
         elif judged.kind is Kind.STEADY_STATE:
-            sentences += _clipping(judged) + _frequency_of_name(judged)
+            sentences += _suspect_clipping(judged) + _suspect_frequency_of_name(judged)
         elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.LOOP}:
-            sentences += _clipping(judged)
+            sentences += _suspect_clipping(judged)
     return list(dict.fromkeys([*sentences, *find_wrong_names(tables)]))
 
 
-def _branches(judged: JudgedTable) -> list[str]:
+def _suspect_branches(judged: JudgedTable) -> list[str]:
     """Sweeps on two branches."""
     frequency, sweeps = judged.of_role(Role.FREQUENCY)[0], judged.of_role(Role.SWEEP)
     sentences = []
@@ -59,8 +59,8 @@ def _branches(judged: JudgedTable) -> list[str]:
             names = np.array([SWEEP_WORDS[word.lower()] > 0 for word in sweeps[0].words])
             rising = names[sweeps[0].values[mask].astype(int)]
         else:
-            rising = _rises(frequency.values[mask])
-        for column, _ in responses_with_phases(judged):
+            rising = _find_rises(frequency.values[mask])
+        for column, _ in pair_responses_with_phases(judged):
             at_rows, size = frequency.values[mask].real, np.abs(column.values[mask])
             order = np.argsort(at_rows, kind="stable")
             up, down = order[rising[order]], order[~rising[order]]
@@ -74,7 +74,7 @@ def _branches(judged: JudgedTable) -> list[str]:
     return sentences
 
 
-def _rises(frequency: Series) -> Bool[NDArray[np.bool_], " n"]:
+def _find_rises(frequency: Series) -> Bool[NDArray[np.bool_], " n"]:
     """Whether the frequency rises at each row; one that stands for several readings goes on as before."""
     steps = np.sign(np.diff(frequency))
     moving = np.flatnonzero(steps)
@@ -85,16 +85,16 @@ def _rises(frequency: Series) -> Bool[NDArray[np.bool_], " n"]:
     return np.asarray(np.concatenate([steps[:1], steps]) > 0)
 
 
-def _varying_force(judged: JudgedTable) -> list[str]:
+def _suspect_varying_force(judged: JudgedTable) -> list[str]:
     """A force that drops within a pass, as that of a shaker does at a resonance."""
-    force, values = force_column(judged), complex_force(judged)
+    force, values = find_force_column(judged), make_complex_force(judged)
     if force is None or values is None:
         return []
     size = np.abs(values)
     size = size[np.isfinite(size) & (size > 0)]
     if not len(size) or size.max() < FORCE_FACTOR * size.min() or judged.settings:
         return []
-    if is_response_controlled(judged, values, responses_with_phases(judged)[0][0], {}):
+    if is_response_controlled(judged, values, pair_responses_with_phases(judged)[0][0], {}):
         return []
     return [
         f'{judged.table.file.path.name}: "{force.name}" goes from {size.min():.4g} to {size.max():.4g}: the force of '
@@ -102,9 +102,9 @@ def _varying_force(judged: JudgedTable) -> list[str]:
     ]
 
 
-def _frequency_of_name(judged: JudgedTable) -> list[str]:
+def _suspect_frequency_of_name(judged: JudgedTable) -> list[str]:
     """A drive at another frequency than that in the name of the file."""
-    differ = contradicted_frequency(judged)
+    differ = find_contradicted_frequency(judged)
     if differ is None:
         return []
     return [
@@ -113,7 +113,7 @@ def _frequency_of_name(judged: JudgedTable) -> list[str]:
     ]
 
 
-def _dead_channels(judged: JudgedTable) -> list[str]:
+def _suspect_dead_channels(judged: JudgedTable) -> list[str]:
     return [
         f'{judged.table.file.path.name}: "{column.name}" has the same value in all rows: a dead channel?'
         # A force at its set point may be constant.
@@ -122,7 +122,7 @@ def _dead_channels(judged: JudgedTable) -> list[str]:
     ]
 
 
-def _clipping(judged: JudgedTable) -> list[str]:
+def _suspect_clipping(judged: JudgedTable) -> list[str]:
     sentences = []
     # The force of a loop is constant while its contact slips.
     for column in judged.of_role(*([Role.RESPONSE] if judged.kind is Kind.LOOP else [Role.RESPONSE, Role.FORCE])):
@@ -135,7 +135,7 @@ def _clipping(judged: JudgedTable) -> list[str]:
             for limit in (values.max(), values.min())
             if (share := _share_at(values, limit)) > CLIPPED
         ]
-        near = share_near_limit(values)
+        near = compute_share_near_limit(values)
         if not flat and is_force and judged.kind is Kind.STEADY_STATE and near > FLAT:
             flat = [
                 f"{name} is within 10 % of its largest value in {100 * near:.0f} % of its samples, where a sine is in "

@@ -9,7 +9,7 @@ from pathlib import Path
 from correlation.file.column import Column, MeasuredFile
 from correlation.file.format.lvm import SEGMENTS
 from study.campaign.column_role import Role, recognise_column
-from study.campaign.run_name import LEVEL_IN_NAME, level_value, naming_scheme
+from study.campaign.run_name import LEVEL_IN_NAME, make_naming_scheme, read_level
 
 #: Shorter columns are parameters, not series.
 FEWEST = 3
@@ -61,7 +61,7 @@ class MeasuredTable:
     @property
     def label(self) -> str:
         """Name of the table for people and for names of tests."""
-        return " ".join(word for word in (file_stem(self.file.path.name), self.path, self.of_set) if word)
+        return " ".join(word for word in (make_file_stem(self.file.path.name), self.path, self.of_set) if word)
 
     @property
     def place(self) -> str:
@@ -69,7 +69,7 @@ class MeasuredTable:
         return ", ".join(word for word in (self.file.path.name, self.path, self.of_set) if word)
 
 
-def file_stem(name: str) -> str:
+def make_file_stem(name: str) -> str:
     """Name of a file without its suffix, also of a compressed one, with each accent in its letter."""
     return unicodedata.normalize("NFC", Path(name.removesuffix(".gz")).stem)
 
@@ -87,13 +87,13 @@ def split_tables(file: MeasuredFile) -> list[MeasuredTable]:
     Tables in the order of the file, without parameters and single words.
     """
     groups: dict[tuple[str, str, int], list[Column]] = {}
-    channels = _channels_of_groups(file)
-    runs, single = _groups_of_runs(channels), next(iter(channels)) if len(channels) == 1 else ""
-    joined = _structures_of_one(file)
+    channels = _find_channels_of_groups(file)
+    runs, single = _find_groups_of_runs(channels), next(iter(channels)) if len(channels) == 1 else ""
+    joined = _find_structures_of_one(file)
     for column in file.columns:
         if len(column.values) >= FEWEST:
             abscissa = column.abscissa or (column.name if _is_abscissa(file, column) else "")
-            path = "" if abscissa else _path(column.name, file.format)
+            path = "" if abscissa else _find_path(column.name, file.format)
             path = joined.get(column.name, path)
             path = group if (group := _group(column.name)) in runs else path
             groups.setdefault((abscissa, path, len(column.values)), []).append(column)
@@ -101,18 +101,18 @@ def split_tables(file: MeasuredFile) -> list[MeasuredTable]:
     for (abscissa, path, length), columns in groups.items():
         # What stands at the top of a file holds for all tables of its length.
         common = groups.get((abscissa, "", length), []) if path else []
-        scalars = _attributes(columns) | _scalars(file, path)
+        scalars = _find_attributes(columns) | _find_scalars(file, path)
         tables.append(MeasuredTable(file=file, path=path, columns=(*common, *columns), scalars=scalars, group=single))
     paths = {table.path for table in tables if table.path}
     return [table for table in tables if table.path or not paths or _stands_alone(table, tables)]
 
 
-def _structures_of_one(file: MeasuredFile) -> dict[str, str]:
+def _find_structures_of_one(file: MeasuredFile) -> dict[str, str]:
     """Path above structures of one column each, "freq.value" and "acc.value", if a time or frequency is among them."""
     alone: dict[tuple[str, int], list[Column]] = {}
     for column in file.columns:
         parts = column.name.split("/" if file.format == "hdf5" else ".")
-        if len(parts) > 1 and parts[-1].lower() in OF_ONE and _path(column.name, file.format):
+        if len(parts) > 1 and parts[-1].lower() in OF_ONE and _find_path(column.name, file.format):
             above = ("/" if file.format == "hdf5" else ".").join(parts[:-2])
             alone.setdefault((above, len(column.values)), []).append(column)
     return {
@@ -138,14 +138,14 @@ def _is_abscissa(file: MeasuredFile, column: Column) -> bool:
     return any(other.abscissa == column.name for other in file.columns)
 
 
-def _path(name: str, format_name: str) -> str:
+def _find_path(name: str, format_name: str) -> str:
     separator = "/" if format_name == "hdf5" else "."
     if format_name not in {"hdf5", "matlab 5", "matlab 7.3"}:
         return ""
     return INDEX.sub("", name).rpartition(separator)[0]
 
 
-def _channels_of_groups(file: MeasuredFile) -> dict[str, dict[str, Column]]:
+def _find_channels_of_groups(file: MeasuredFile) -> dict[str, dict[str, Column]]:
     """Channels of groups of a TDMS file, or of segments of LabVIEW, by their names in these; empty for others."""
     groups: dict[str, dict[str, Column]] = {}
     for column in file.columns if file.format == "tdms" or SEGMENTS in file.facts else ():
@@ -158,7 +158,7 @@ def _group(name: str) -> str:
     return name.partition("/")[0] if "/" in name else ""
 
 
-def _groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]:
+def _find_groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]:
     """Groups that are runs of one set of sensors: they have equal channels, of which one is the force, or run names.
 
     Groups "tip" and "root" with equal channels and one force are no runs but places.
@@ -171,19 +171,19 @@ def _groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]:
         return set()
     first = groups[members[0]]
     driven = any(recognise_column(column, name).role is Role.FORCE for name, column in first.items())
-    if not driven and len({naming_scheme(group) for group in members}) > 1:
+    if not driven and len({make_naming_scheme(group) for group in members}) > 1:
         return set()
     # A run that lacks a channel is a run.
     return {group for group, channels in groups.items() if set(channels) <= names}
 
 
-def _attributes(columns: Sequence[Column]) -> dict[str, float]:
+def _find_attributes(columns: Sequence[Column]) -> dict[str, float]:
     """Numbers that the file says of all columns alike, such as attributes of their group."""
     shared = set.intersection(*(set(column.facts.items()) for column in columns))
     numbers = {key: number for key, text in shared if (number := _number(text)) is not None}
     for key, text in shared:
         if match := LEVEL_IN_NAME.fullmatch(text.strip()):  # level = "3 N" is level_N = 3
-            value, unit = level_value(match)
+            value, unit = read_level(match)
             numbers[f"{key}_{unit}"] = value
     return numbers
 
@@ -195,9 +195,9 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _scalars(file: MeasuredFile, path: str) -> dict[str, float]:
+def _find_scalars(file: MeasuredFile, path: str) -> dict[str, float]:
     numbers: dict[str, float] = {}
     for column in file.columns:
-        if len(column.values) == 1 and not column.words and _path(column.name, file.format) in {path, ""}:
+        if len(column.values) == 1 and not column.words and _find_path(column.name, file.format) in {path, ""}:
             numbers[column.name.removeprefix(path).lstrip("./")] = float(column.values[0].real)
     return numbers

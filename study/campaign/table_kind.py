@@ -20,8 +20,8 @@ from study.campaign.column_role import (
     ComplexPart,
     Recognised,
     Role,
+    find_ratio_quantity,
     name_words,
-    ratio_quantity,
     recognise_column,
     recognise_force_symbol,
 )
@@ -31,17 +31,17 @@ from study.campaign.mode_table import recognise_modes
 from study.campaign.motion_ratio import TRANSMISSIBILITY, is_motion_ratio
 from study.campaign.set_point import changes_between_passes
 from study.campaign.shaken_base import recognise_controller
-from study.campaign.table import MeasuredTable, file_stem
+from study.campaign.table import MeasuredTable, make_file_stem
 from study.campaign.time_history import (
     IN_LINES,
     SECONDS,
     WINDOWS,
     distortion,
+    find_strongest_line,
     judge_history,
-    strongest_line,
     turns_with,
 )
-from study.campaign.unknown_unit import written_unit
+from study.campaign.unknown_unit import find_written_unit
 
 
 class Kind(Enum):
@@ -99,7 +99,7 @@ class JudgedTable:
         known = np.flatnonzero(np.isfinite(stacked).all(axis=1))
         _, first = np.unique(stacked[known], axis=0, return_index=True)
         first = known[first]
-        return [{column.name: value_of(column, row) for column in self.settings} for row in np.sort(first).tolist()]
+        return [{column.name: get_value(column, row) for column in self.settings} for row in np.sort(first).tolist()]
 
     def mask(self, rows: Mapping[str, float | str]) -> np.ndarray:
         """Rows of one combination, shape (n,)."""
@@ -145,18 +145,18 @@ def judge_table(table: MeasuredTable) -> JudgedTable:
         Table of a measured file.
     """
     columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
-    columns = recognise_first_columns(table, _raw_voltages(table, columns))
-    columns = _time_stamps(table, _one_abscissa(table, _force_symbols(table, columns)))
+    columns = recognise_first_columns(table, _mark_raw_voltages(table, columns))
+    columns = _mark_time_stamps(table, _choose_abscissa(table, _mark_force_symbols(table, columns)))
     if modes := recognise_modes(table, columns):
         why = "natural frequencies, a row for each mode"
         return JudgedTable(table=table, kind=Kind.MODES, evidence=why, columns={**columns, **modes})
-    columns = _name_of_file(table, _unknown_response(table, _strains(columns)))
-    columns = recognise_quadratures(table, _steps_of_level(table, _dead_drives(table, columns)))
+    columns = _name_of_file(table, _mark_unknown_responses(table, _mark_strains(columns)))
+    columns = recognise_quadratures(table, _mark_level_steps(table, _mark_dead_drives(table, columns)))
     columns = recognise_controller(table, columns)
     roles = {guess.role for guess in columns.values()}
     if {column.name for column in table.columns} >= TIDY:
         return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
-    settings = _settings(table, columns)
+    settings = _find_settings(table, columns)
     judged = JudgedTable(table=table, kind=Kind.NOT_USED, evidence="", columns=columns, settings=settings)
     if not judged.of_role(Role.RESPONSE):
         return _as(judged, Kind.NOT_USED, _lacks_response(judged))
@@ -166,27 +166,27 @@ def judge_table(table: MeasuredTable) -> JudgedTable:
         return _judge_frequency(judged)
     if any(np.iscomplexobj(column.values) for column in table.columns):
         return _as(judged, Kind.NOT_USED, f"its numbers are complex, and it has no frequency: {_to_add(table)}")
-    if either := _either(judged):
+    if either := _describe_even_column(judged):
         return _as(judged, Kind.NOT_USED, either)
     if len(table.columns[0].values) >= FEWEST_SAMPLES and _is_cycled(judged):
         return _as(judged, Kind.LOOP, "a force and a displacement that goes to and fro slowly, and no time")
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
         return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
-    return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *unknown_units(judged)]))
+    return _as(judged, Kind.NOT_USED, "; ".join(["it has neither time nor frequency", *describe_unknown_units(judged)]))
 
 
 def _lacks_response(judged: JudgedTable) -> str:
     """Why a table is of no use, by what it has instead of a response."""
     if foreign := judged.of_role(Role.FOREIGN):
         return f'it has no motion: "{foreign[0].name}": {judged.columns[foreign[0].name].evidence}'
-    if unknown := unknown_units(judged):
+    if unknown := describe_unknown_units(judged):
         return f"it has no response in a unit that is known: {'; '.join(unknown)}"
     if judged.of_role(Role.FORCE):
         return "it has a force and no response"
     if all(column.words for column in judged.table.columns):
         return "it has texts and no numbers"
     if not any(guess.role in {Role.TIME, Role.FREQUENCY} for guess in judged.columns.values()):
-        either = _either(judged)
+        either = _describe_even_column(judged)
         if either and judged.table.file.format in OF_ARRAYS:
             return either
         named = ", ".join(f'"{column.name}"' for column in judged.table.columns[:4])
@@ -207,7 +207,7 @@ def _to_add(table: MeasuredTable) -> str:
     return "add a column freq [Hz] with the frequency of each row"
 
 
-def _either(judged: JudgedTable) -> str:
+def _describe_even_column(judged: JudgedTable) -> str:
     """Why a column that rises in equal steps leaves a table without abscissa; empty without one."""
     column = next((one for one in judged.table.columns if judged.columns[one.name].evidence == EITHER), None)
     if column is None:
@@ -219,7 +219,7 @@ def _either(judged: JudgedTable) -> str:
     )
 
 
-def unit_remedy(judged: JudgedTable) -> str:
+def suggest_unit_remedy(judged: JudgedTable) -> str:
     """What can be done about a unit that is not understood."""
     in_manifest = 'name the column with its unit in the manifest, { column = "...", unit = "um" } (docs/campaign.md)'
     if judged.table.file.format != PLAIN_TABLE:
@@ -227,16 +227,16 @@ def unit_remedy(judged: JudgedTable) -> str:
     return f"write a unit such as um, m/s^2, N or deg in its header, or {in_manifest}"
 
 
-def unknown_units(judged: JudgedTable) -> list[str]:
+def describe_unknown_units(judged: JudgedTable) -> list[str]:
     """Columns whose unit is not understood, each with the remedy."""
     return [
-        f'"{column.name}": {guess.evidence}; {unit_remedy(judged)}'
+        f'"{column.name}": {guess.evidence}; {suggest_unit_remedy(judged)}'
         for column in judged.of_role(Role.OTHER)
         if (guess := judged.columns[column.name]).evidence.startswith(UNKNOWN_UNIT)
     ]
 
 
-def value_of(column: Column, row: int) -> float | str:
+def get_value(column: Column, row: int) -> float | str:
     """Value of a column in a row: a number, or a word."""
     value = float(column.values[row].real)
     return column.words[int(value)] if column.words else value
@@ -246,7 +246,7 @@ def _as(judged: JudgedTable, kind: Kind, evidence: str) -> JudgedTable:
     return JudgedTable(**{**vars(judged), "kind": kind, "evidence": evidence})
 
 
-def _force_symbols(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _mark_force_symbols(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Beside a time or a frequency of another name, F is a force."""
     forces = {
         column.name: force
@@ -262,7 +262,7 @@ def _force_symbols(table: MeasuredTable, columns: Mapping[str, Recognised]) -> d
 
 def _name_of_file(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Channels of which nothing else is known are what the name of their file or group says: "velocity.wav"."""
-    words = set(name_words(f"{file_stem(table.file.path.name)} {table.path or table.group}"))
+    words = set(name_words(f"{make_file_stem(table.file.path.name)} {table.path or table.group}"))
     unknown = [name for name, guess in columns.items() if guess.role is Role.RESPONSE and not guess.quantity]
     motions = [motion for motion in MOTIONS if any(len(word) > 1 for word in words & MOTION_WORDS[motion])]
     change: dict[str, Any] = {}
@@ -276,7 +276,7 @@ def _name_of_file(table: MeasuredTable, columns: Mapping[str, Recognised]) -> di
     return {**columns, **{name: replace(columns[name], **change) for name in unknown if change}}
 
 
-def _raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _mark_raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """A voltage beside a column of the same name in another unit is the raw reading of it: "Force (V)", "Force (N)"."""
     result = dict(columns)
     for column in table.columns:
@@ -285,7 +285,7 @@ def _raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) -> di
             other.name
             for other in table.columns
             if other is not column
-            and OF_UNIT.get(unit := written_unit(other, other.name)) != "voltage"
+            and OF_UNIT.get(unit := find_written_unit(other, other.name)) != "voltage"
             and unit
             and name_words(table.short_name(other)) == words
         ]
@@ -295,7 +295,7 @@ def _raw_voltages(table: MeasuredTable, columns: Mapping[str, Recognised]) -> di
     return result
 
 
-def _strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _mark_strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Strains, whose gain is not known, are of no use beside a motion."""
     has_motion = any(guess.role is Role.RESPONSE and guess.quantity in MOTIONS for guess in columns.values())
     strains = [name for name, guess in columns.items() if guess.quantity == STRAIN] if has_motion else []
@@ -303,7 +303,7 @@ def _strains(columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     return {**columns, **{name: Recognised(role=Role.FOREIGN, unit=STRAIN, evidence=why) for name in strains}}
 
 
-def _one_abscissa(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _choose_abscissa(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Of several times or frequencies the first that varies most is the abscissa."""
     result = dict(columns)
     for role in (Role.TIME, Role.FREQUENCY):
@@ -315,7 +315,7 @@ def _one_abscissa(table: MeasuredTable, columns: Mapping[str, Recognised]) -> di
     return result
 
 
-def _time_stamps(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _mark_time_stamps(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """A time beside a frequency is a time stamp if there are phases, or if a step of it is no part of a period."""
     result = dict(columns)
     time, frequency = (
@@ -339,7 +339,7 @@ def _time_stamps(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dic
     return result
 
 
-def _unknown_response(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _mark_unknown_responses(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Without any known response, what is unknown beside a time or a frequency is one, and so are voltages."""
     roles = {guess.role for guess in columns.values()}
     result = dict(columns)
@@ -364,7 +364,7 @@ def _unknown_response(table: MeasuredTable, columns: Mapping[str, Recognised]) -
     return result
 
 
-def _steps_of_level(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _mark_level_steps(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """What has few values beside frequencies, one in each pass, is the set point of a level: a force, or any column.
 
     Where neither force nor level is known, the name of such a column does not matter, unless it counts the passes.
@@ -398,7 +398,7 @@ def _may_be_level(column: Column) -> bool:
     return quantity in {"force", "voltage"} or not np.array_equal(values, 1 + np.arange(len(values)))
 
 
-def _dead_drives(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+def _mark_dead_drives(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Beside another force, one that is zero in all rows does not drive."""
     forces = [one for one in table.columns if columns[one.name].role is Role.FORCE]
     dead = [one.name for one in forces if not np.any(one.values)]
@@ -408,7 +408,7 @@ def _dead_drives(table: MeasuredTable, columns: Mapping[str, Recognised]) -> dic
     return {**columns, **{name: replace(columns[name], role=Role.OTHER, evidence=why) for name in dead}}
 
 
-def _settings(table: MeasuredTable, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
+def _find_settings(table: MeasuredTable, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
     """Columns that name the series of a row: levels, sensors, harmonics, and whatever is constant in blocks."""
     time = next((one.values for one in table.columns if columns[one.name].role is Role.TIME), None)
     settings = []
@@ -439,17 +439,17 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     if "frequency response" in functions:
         return _as(judged, Kind.FREQUENCY_RESPONSE, "the file says so")
     words = {word for column in responses for word in name_words(judged.table.short_name(column))}
-    ratio = [column for column in responses if ratio_quantity(column.unit)]
+    ratio = [column for column in responses if find_ratio_quantity(column.unit)]
     if ratio:
         return _as(
-            _only_ratios(judged), Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}'
+            _keep_ratios(judged), Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}'
         )
     if judged.of_role(Role.COHERENCE):
         return _as(judged, Kind.FREQUENCY_RESPONSE, "it has a coherence")
     if words & RATIOS and not judged.of_role(Role.FORCE):
-        only = _only_ratios(judged)
+        only = _keep_ratios(judged)
         return _as(only, Kind.FREQUENCY_RESPONSE, f'a column is called "{sorted(words & RATIOS)[0]}"')
-    of_file = set(name_words(file_stem(judged.table.file.path.name))) & FRF_FILES
+    of_file = set(name_words(make_file_stem(judged.table.file.path.name))) & FRF_FILES
     if of_file and not judged.of_role(Role.FORCE):
         return _as(judged, Kind.FREQUENCY_RESPONSE, f'its file is called "{sorted(of_file)[0]}"')
     if (kind := _of_lines(judged)) is not None:
@@ -457,10 +457,10 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     return _as(judged, Kind.STEPPED_SINE, "one row per frequency, and no ratio to a force")
 
 
-def _only_ratios(judged: JudgedTable) -> JudgedTable:
+def _keep_ratios(judged: JudgedTable) -> JudgedTable:
     """A table without complex columns of other names than those of ratios beside such ones, as spectra are."""
     called = {
-        column.name: bool(ratio_quantity(column.unit) or set(name_words(judged.table.short_name(column))) & RATIOS)
+        column.name: bool(find_ratio_quantity(column.unit) or set(name_words(judged.table.short_name(column))) & RATIOS)
         for column in judged.of_role(Role.RESPONSE)
         if np.iscomplexobj(column.values)
     }
@@ -481,7 +481,7 @@ def _of_lines(judged: JudgedTable) -> JudgedTable | None:
     if frequency.values[0] != 0 or not rises_evenly(frequency):
         return None
     lines = "its frequencies are lines of a Fourier transform, in equal steps from 0 Hz"
-    words = {*name_words(f"{file_stem(judged.table.file.path.name)} {judged.table.path}")}
+    words = {*name_words(f"{make_file_stem(judged.table.file.path.name)} {judged.table.path}")}
     guesses = [judged.columns[column.name] for column in judged.table.columns]
     has_phase = any(np.iscomplexobj(column.values) for column in judged.of_role(Role.RESPONSE)) or any(
         guess.role is Role.PHASE or guess.part is ComplexPart.IMAGINARY for guess in guesses
@@ -507,7 +507,7 @@ def _is_cycled(judged: JudgedTable) -> bool:
     return 2 <= len(turns) <= len(moved) / ROWS_OF_CYCLE
 
 
-def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
+def _find_imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
     """Evidence that a displacement is imposed and the force answers; empty if the force drives."""
     displacements = [
         column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity == "displacement"
@@ -526,7 +526,7 @@ def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
     )
 
 
-def _unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
+def _find_unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
     """Evidence that a force answers cycles of a displacement with pauses or several amplitudes; empty if it does not.
 
     A dashpot's force is largest between the turns: only its harmonics tell that it does not drive.
@@ -536,7 +536,7 @@ def _unsteady_cycles(judged: JudgedTable, mask: np.ndarray) -> str:
     moved, answer = (judged.of_role(role)[0].values.real[mask] for role in (Role.RESPONSE, Role.FORCE))
     moved, answer = moved - moved.mean(), answer - answer.mean()
     of_motion, of_force = distortion(moved), distortion(answer)
-    if strongest_line(moved)[1] < IN_LINES or of_force < max(DISTORTED, MUCH_LESS_HARMONIC * of_motion):
+    if find_strongest_line(moved)[1] < IN_LINES or of_force < max(DISTORTED, MUCH_LESS_HARMONIC * of_motion):
         return ""
     return (
         f"a displacement goes to and fro, and {100 * of_force:.1f} % of the force are beside its first line, of the "
@@ -549,7 +549,7 @@ def is_unnamed(guess: Recognised) -> bool:
     return guess.quantity in {"", "voltage"} or guess.evidence.startswith(OF_FILE)
 
 
-def unnamed_channels(judged: JudgedTable) -> list[Column]:
+def list_unnamed_channels(judged: JudgedTable) -> list[Column]:
     """Channels of which nothing says what they measure, where no other one drives; empty if any is known."""
     columns = judged.of_role(Role.RESPONSE)
     unnamed = [column for column in columns if is_unnamed(judged.columns[column.name])]
@@ -564,14 +564,14 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     mask = judged.mask(judged.rows()[0])
     quantities = {judged.columns[column.name].quantity for column in judged.of_role(Role.RESPONSE)}
     forces = judged.of_role(Role.FORCE)
-    words = set(name_words(file_stem(judged.table.file.path.name))) | {
+    words = set(name_words(make_file_stem(judged.table.file.path.name))) | {
         word for column in judged.table.columns for word in name_words(judged.table.short_name(column))
     }
     if forces and "displacement" in quantities and "acceleration" not in quantities:
         named = sorted(words & LOOP_WORDS)
         if named or judged.settings:
             return _as(judged, Kind.LOOP, f'called "{named[0]}"' if named else "its settings are constant in blocks")
-        if imposed := _imposed_displacement(judged, mask):
+        if imposed := _find_imposed_displacement(judged, mask):
             return _as(judged, Kind.LOOP, imposed)
     responses = [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in MOTIONS]
     responses = responses or judged.of_role(Role.RESPONSE) or forces
@@ -582,8 +582,8 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     evidence = histories[kinds.index(kind)].evidence
     if kind in {"decay", "pulse"} and pulse:
         return _as(judged, Kind.RING_DOWN, evidence)
-    if kind == "steady state" and (forces or len(unnamed_channels(judged)) > 1):
+    if kind == "steady state" and (forces or len(list_unnamed_channels(judged)) > 1):
         return _as(judged, Kind.STEADY_STATE, evidence)
-    if cycled := _unsteady_cycles(judged, mask):
+    if cycled := _find_unsteady_cycles(judged, mask):
         return _as(judged, Kind.LOOP, cycled)
     return _as(judged, Kind.RECORD, evidence)

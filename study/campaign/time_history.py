@@ -58,7 +58,7 @@ def judge_history(values: Samples) -> Judged:
         Uniform samples, shape (n,).
     """
     signal = values - np.mean(values)
-    frequency, share = strongest_line(signal)
+    frequency, share = find_strongest_line(signal)
     windows = np.array([np.sqrt(np.mean(part**2)) for part in np.array_split(signal, min(WINDOWS, len(signal)))])
     largest = int(np.argmax(windows))
     crest = float(np.abs(signal).max() / max(float(np.sqrt(np.mean(signal**2))), 1e-300))
@@ -83,7 +83,7 @@ def judge_history(values: Samples) -> Judged:
     return Judged(kind="broadband", evidence=evidence, frequency=frequency)
 
 
-def strongest_line(signal: Samples) -> tuple[float, float]:
+def find_strongest_line(signal: Samples) -> tuple[float, float]:
     """Strongest frequency [cycles per sample], and share of the power in it and its multiples.
 
     Parameters
@@ -104,7 +104,7 @@ def strongest_line(signal: Samples) -> tuple[float, float]:
     return peak / n, float(power[lines].sum() / total)
 
 
-def sine_amplitude(values: Samples) -> float:
+def estimate_sine_amplitude(values: Samples) -> float:
     """Amplitude of a sine that has settled, from the root mean square of the second half of its samples.
 
     Parameters
@@ -151,7 +151,7 @@ def turns_with(displacement: Samples, force: Samples) -> bool:
     return bool(at_turn > AT_TURN * both_ways.max() and at_turn - both_ways[PHASES // 12] > LOST * 2 * at_turn)
 
 
-def share_near_limit(values: Samples) -> float:
+def compute_share_near_limit(values: Samples) -> float:
     """Share of samples within 10 % of the largest distance from the mean [-]; the most extreme ones are noise.
 
     Parameters
@@ -163,7 +163,7 @@ def share_near_limit(values: Samples) -> float:
     return float(np.mean(np.abs(values - (low + high) / 2) > NEAR_LIMIT * (high - low) / 2))
 
 
-def uniform_rate(time: Samples) -> float | None:
+def find_uniform_rate(time: Samples) -> float | None:
     """Sampling rate of instants [1/unit of time]; None if a step differs by more than 5 % from their mean.
 
     Parameters

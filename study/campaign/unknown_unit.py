@@ -2,10 +2,10 @@
 
 import re
 
-from correlation.campaign.measurement_unit import root_units
+from correlation.campaign.measurement_unit import find_root_units
 from correlation.file.column import Column
-from correlation.file.quantity import QUANTITIES, named_quantities
-from correlation.file.unit_label import find_suffix, find_unit, looks_like_a_unit, names_no_unit, unit_text
+from correlation.file.quantity import QUANTITIES, find_named_quantities
+from correlation.file.unit_label import find_suffix, find_unit, looks_like_a_unit, names_no_unit, read_unit
 
 #: What stands in brackets and is no unit: indices, points, axes, parts of complex numbers, what an amplitude is.
 NO_UNITS = re.compile(
@@ -22,22 +22,22 @@ STRAINS = re.compile(r"(micro|[µμu]|m)?[- ]?strains?|[µμu]?ε|[µμu]e|[µμ
 LONGEST_SYMBOL = 3
 
 
-def written_unit(column: Column, name: str) -> str:
+def find_written_unit(column: Column, name: str) -> str:
     """Unit that a file has for a column, also one that is not understood: the "C" of "Temperature (C)"."""
     return (column.unit or column.unit_label or find_unit(column.label or name).unit).strip()
 
 
 def says_counts(column: Column, name: str) -> bool:
     """Whether the unit of a column is a count of a converter."""
-    return not column.unit and COUNTS.fullmatch(written_unit(column, name)) is not None
+    return not column.unit and COUNTS.fullmatch(find_written_unit(column, name)) is not None
 
 
 def says_strain(column: Column, name: str) -> bool:
     """Whether the unit of a column is that of a strain."""
-    return STRAINS.fullmatch(written_unit(column, name)) is not None
+    return STRAINS.fullmatch(find_written_unit(column, name)) is not None
 
 
-def unknown_unit(column: Column, name: str) -> str:
+def find_unknown_unit(column: Column, name: str) -> str:
     """What a file has as the unit of a column, if it is not understood; empty if it is, or if there is none.
 
     Parameters
@@ -49,11 +49,11 @@ def unknown_unit(column: Column, name: str) -> str:
     """
     if column.unit or column.words:
         return ""
-    if column.unit_label and not unit_text(column.unit_label, name=name):
+    if column.unit_label and not read_unit(column.unit_label, name=name):
         return "" if names_no_unit(column.unit_label) else column.unit_label
     result = find_unit(column.label or name)
     if not result.unit:
-        return _unknown_symbol(name)
+        return _find_unknown_symbol(name)
     if COUNTS.fullmatch(result.unit):
         return result.unit
     if names_no_unit(result.unit) or NO_UNITS.fullmatch(result.unit):
@@ -63,21 +63,21 @@ def unknown_unit(column: Column, name: str) -> str:
     return result.unit if looks_like_a_unit(result.unit) or _may_measure(result.name, result.unit) else ""
 
 
-def _unknown_symbol(name: str) -> str:
+def _find_unknown_symbol(name: str) -> str:
     """The last word of a name, if it is a symbol of what the name says: "disp dm", "force_dyn"; empty if it is none."""
     match = re.match(r"(.+?)[\s_]([^\s_]+)$", name)
     if match is None or find_suffix(name)[1]:
         return ""
     start, token = match.groups()
-    short = len(token) <= LONGEST_SYMBOL and bool(named_quantities(start)) and _may_measure(start, token)
+    short = len(token) <= LONGEST_SYMBOL and bool(find_named_quantities(start)) and _may_measure(start, token)
     return token if short or COUNTS.fullmatch(token) or looks_like_a_unit(token) else ""
 
 
 def _may_measure(name: str, token: str) -> bool:
     """Whether a word is a unit of what the name says, though none that is common on benches: "furlong", "Gal"."""
     try:
-        dimension = root_units(token)[1]
+        dimension = find_root_units(token)[1]
     except ValueError:
         return False
-    named = named_quantities(name) or set(QUANTITIES)
-    return any(dimension == root_units(QUANTITIES[quantity][0])[1] for quantity in named)
+    named = find_named_quantities(name) or set(QUANTITIES)
+    return any(dimension == find_root_units(QUANTITIES[quantity][0])[1] for quantity in named)

@@ -41,7 +41,7 @@ DIGITS = 6
 LISTED = 8
 
 
-def case_catalogue(model: Model, files: Sequence[Path], names: Sequence[str] = (), **options: Any) -> Catalogue:
+def list_case_effects(model: Model, files: Sequence[Path], names: Sequence[str] = (), **options: Any) -> Catalogue:
     """All effects of a model, its case's own and those of installed packages among them.
 
     Parameters
@@ -81,8 +81,8 @@ def find_effect(result: Catalogue, name: str) -> Effect:
     for left in result.untestable:
         if left.name.casefold() == wanted:
             raise EffectError(f'the effect "{left.name}" cannot act here: {left.reason}')
-    near = _near(wanted, result.names)
-    remedy = f"did you mean {near}?" if near else _listed(result.names)
+    near = _name_nearest(wanted, result.names)
+    remedy = f"did you mean {near}?" if near else _name_effects(result.names)
     raise EffectError(f'there is no effect "{name}"; {remedy}')
 
 
@@ -90,7 +90,7 @@ def _fold(name: str) -> str:
     return " ".join(name.split()).casefold()
 
 
-def _listed(names: Sequence[str]) -> str:
+def _name_effects(names: Sequence[str]) -> str:
     if len(names) <= LISTED:
         return f"there are {', '.join(names) or 'none'}"
     return f"there are {len(names)}, such as {', '.join(names[:LISTED])}: a diagnosis lists them all"
@@ -116,7 +116,7 @@ def read_added_effects(
         return ()
     known: Catalogue | None = None
     with mistakes.at("effects"):
-        known = case_catalogue(model, files, [table.effect for table in case.added])
+        known = list_case_effects(model, files, [table.effect for table in case.added])
     if known is None:
         raise CaseError(mistakes.problems)
     result: list[AddedEffect] = []
@@ -125,7 +125,7 @@ def read_added_effects(
             effect = find_effect(known, table.effect)
             if effect.name in [item.effect.name for item in result]:
                 raise EffectError(f'"{effect.name}" is added twice: keep one table')
-            result.append(AddedEffect(effect=effect, values=_values(table.values, effect, case, number)))
+            result.append(AddedEffect(effect=effect, values=_read_values(table.values, effect, case, number)))
     return tuple(result)
 
 
@@ -157,17 +157,17 @@ def apply_by_name(
     """
     if not added:
         return apply_all(finer, known, calibrated, ())
-    result = case_catalogue(finer, files)
+    result = list_case_effects(finer, files)
     own = [AddedEffect(effect=result.alike(item.effect), values=item.values) for item in added]
     return apply_all(finer, known, calibrated, own)
 
 
-def key_of(parameter: EffectParameter) -> str:
+def make_parameter_key(parameter: EffectParameter) -> str:
     """Its key in a table of a case file."""
     return re.sub(r"[^A-Za-z0-9]+", "_", parameter.name).strip("_") or "value"
 
 
-def text_of(value: float, parameter: EffectParameter, digits: int = DIGITS) -> str:
+def format_parameter(value: float, parameter: EffectParameter, digits: int = DIGITS) -> str:
     """A value as a case file writes it: "93 mg"; a ratio as a bare number."""
     if parameter.unit in {"-", ""}:
         return f"{value:.{digits}g}"
@@ -176,7 +176,7 @@ def text_of(value: float, parameter: EffectParameter, digits: int = DIGITS) -> s
     return format_quantity(value, unit, digits) if value and units else f"{value:.{digits}g} {unit}"
 
 
-def value_of(text: object, parameter: EffectParameter) -> float:
+def read_parameter(text: object, parameter: EffectParameter) -> float:
     """SI value of what stands in a case file or on the command line.
 
     Raises
@@ -185,30 +185,32 @@ def value_of(text: object, parameter: EffectParameter) -> float:
         No number with a fitting unit.
     """
     try:
-        value = read_quantity(text, _dimension(parameter))
+        value = read_quantity(text, _find_dimension(parameter))
     except ValueError as error:
         raise EffectError(str(error)) from None
     if parameter.unit in LINEAR and not parameter.lower <= value <= parameter.upper:
-        lower, upper = (text_of(bound, parameter, 3) for bound in (parameter.lower, parameter.upper))
+        lower, upper = (format_parameter(bound, parameter, 3) for bound in (parameter.lower, parameter.upper))
         raise EffectError(f"is out of bounds: give a value from {lower} to {upper}")
     return value
 
 
-def _values(given: Mapping[str, Any], effect: Effect, case: Case[StructureTable], number: int) -> NDArray[np.float64]:
-    keys = {key_of(parameter): parameter for parameter in effect.parameters}
+def _read_values(
+    given: Mapping[str, Any], effect: Effect, case: Case[StructureTable], number: int
+) -> NDArray[np.float64]:
+    keys = {make_parameter_key(parameter): parameter for parameter in effect.parameters}
     for key in given:
         if key not in keys:
             hint = did_you_mean(key, list(keys)) or f"; it has {', '.join(keys)}"
             raise EffectError(f'"{key}" is no parameter of "{effect.name}"{hint}')
     for key, parameter in keys.items():
         if key not in given:
-            example = text_of(parameter.typical, parameter, 3)
+            example = format_parameter(parameter.typical, parameter, 3)
             text = example if parameter.unit == "-" else f'"{example}"'
             raise EffectError(f'"{effect.name}" lacks its value: add {key} = {text}')
     values, source = [], case.source
     for key, parameter in keys.items():
         try:
-            values.append(value_of(given[key], parameter))
+            values.append(read_parameter(given[key], parameter))
         except EffectError as error:
             if source is None:
                 raise
@@ -216,15 +218,15 @@ def _values(given: Mapping[str, Any], effect: Effect, case: Case[StructureTable]
     return np.array(values)
 
 
-def _dimension(parameter: EffectParameter) -> Dimension:
+def _find_dimension(parameter: EffectParameter) -> Dimension:
     if parameter.unit in {"-", ""}:
         return RATIO
     known = next((item for item in DIMENSIONS if item.si == parameter.unit), None)
-    example = text_of(parameter.typical, parameter, 3)
+    example = format_parameter(parameter.typical, parameter, 3)
     return Dimension(known.name if known else f"a {parameter.name}", parameter.unit, example)
 
 
-def _near(wanted: str, names: Sequence[str]) -> str:
+def _name_nearest(wanted: str, names: Sequence[str]) -> str:
     import difflib
 
     by_lower = {name.casefold(): name for name in names}

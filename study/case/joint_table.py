@@ -43,7 +43,7 @@ Lengths = Annotated[tuple[Length, ...], BeforeValidator(listed), Field(min_lengt
 DIRECTION = "direction"
 
 
-def joint_table(laws: Sequence[type[Joint]]) -> Any:
+def make_joint_type(laws: Sequence[type[Joint]]) -> Any:
     """The type of an entry of ``[[joint]]``: the tables of laws, distinguished by ``kind``."""
     tables = [make_law_table(law) for law in laws]
     union: Any = tables[0]
@@ -59,7 +59,7 @@ def make_law_table(law: type[Joint]) -> type[CaseModel]:
     for place, is_needed in {} if is_single else law.places.items():
         fields[place] = (PlaceTable, ...) if is_needed else (PlaceTable | None, None)
     for parameter in law.parameters:
-        fields[parameter.name] = (_quantity(parameter), ... if parameter.default is None else parameter.default)
+        fields[parameter.name] = (_make_quantity(parameter), ... if parameter.default is None else parameter.default)
     for option in law.options:
         fields[option.name] = (Literal[option.choices], option.choices[0])
     base = PlaceTable if is_single else CaseModel
@@ -67,13 +67,13 @@ def make_law_table(law: type[Joint]) -> type[CaseModel]:
     return table
 
 
-def _quantity(parameter: LawParameter) -> Any:
+def _make_quantity(parameter: LawParameter) -> Any:
     bounds: dict[str, Any] = {}
     if parameter.positive:
         bounds["gt"] = 0
     elif parameter.lower > float("-inf"):
         bounds["ge"] = parameter.lower
-    dimension = _dimension(parameter)
+    dimension = _find_dimension(parameter)
     example = parameter.typical if dimension is RATIO else dimension.example
     number: Any = Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
     if parameter.plausible is not None:
@@ -83,7 +83,7 @@ def _quantity(parameter: LawParameter) -> Any:
     return number
 
 
-def _dimension(parameter: LawParameter) -> Dimension:
+def _find_dimension(parameter: LawParameter) -> Dimension:
     if parameter.unit == "-":
         return RATIO
     known = next(

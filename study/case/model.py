@@ -22,7 +22,7 @@ from study.case.tables import Case, StructureTable
 Row = NDArray[np.float64]
 
 
-def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
+def make_case_model(case: Case[StructureTable], structure: Structure) -> Model:
     """The model of a case as its drawing says it: nothing calibrated, no effect added.
 
     Parameters
@@ -48,24 +48,24 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
     for number, line in enumerate(case.line):
         lines[line.name] = ()  # what speaks of a line that is a mistake is no further one
         with mistakes.at("line", number):
-            contacts = _contacts(line, finder)
+            contacts = _make_contacts(line, finder)
             joints += contacts
             lines[line.name] = tuple(contact.name for contact in contacts)
             if line.balanced_preload:
                 static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
-    of_tables = _joints_of_tables(case, finder, mistakes)
+    of_tables = _make_joints_of_tables(case, finder, mistakes)
     of_lines = {name for members in lines.values() for name in members}
     alone = {item.name: [item] for item in joints if item.name not in of_lines}
     groups = {name: tuple(item.name for item in group) for name, group in (alone | of_tables).items()}
     joints += [joint for made in of_tables.values() for joint in made]
-    harmonic = _loads(case, structure, finder, static, mistakes)
-    base, level_power = (None, 0) if mistakes.problems else _base(case, structure, mistakes)
+    harmonic = _make_loads(case, structure, finder, static, mistakes)
+    base, level_power = (None, 0) if mistakes.problems else _make_base(case, structure, mistakes)
     if base is not None:
         harmonic[: len(base[0])] += base[0]
     _refuse_no_load(case, harmonic, mistakes)
-    sensors = _sensors(case, structure, finder, lines, mistakes)
-    weights = _dead_weights(case, structure, finder, lines, mistakes)
-    together = _pressed_together(case, mistakes)
+    sensors = _make_sensors(case, structure, finder, lines, mistakes)
+    weights = _make_dead_weights(case, structure, finder, lines, mistakes)
+    together = _group_pressed_lines(case, mistakes)
     mistakes.raise_if_any()
     damping = structure.matrices.damping
     if structure.damped is not None:
@@ -131,7 +131,7 @@ def _find_places(case: Case[StructureTable], finder: PlaceFinder, mistakes: Mist
             finder.places[place.name] = finder.row(place)
 
 
-def _contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact]:
+def _make_contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact]:
     normals = finder.all_rows(line.normal)
     tangents = [finder.all_rows(line.tangent)]
     if line.second_tangent is not None:
@@ -172,7 +172,7 @@ def _contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact]:
     ]
 
 
-def _loads(
+def _make_loads(
     case: Case[StructureTable], structure: Structure, finder: PlaceFinder, static: Row, mistakes: Mistakes
 ) -> NDArray[np.complex128]:
     """Harmonic forces at level 1, the case's in place of the structure's; constant ones are added to `static`."""
@@ -204,7 +204,7 @@ def _refuse_no_load(case: Case[StructureTable], harmonic: NDArray[np.complex128]
             raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
 
 
-def _base(
+def _make_base(
     case: Case[StructureTable], structure: Structure, mistakes: Mistakes
 ) -> tuple[tuple[NDArray[np.complex128], NDArray[np.complex128]] | None, int]:
     """Inertia load and acceleration of all bases at level 1, shape (n, r), and the power of Omega in the level."""
@@ -271,7 +271,7 @@ def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> Bas
     return BaseMotion.of(structure.matrices.mass, row)
 
 
-def _sensors(
+def _make_sensors(
     case: Case[StructureTable],
     structure: Structure,
     finder: PlaceFinder,
@@ -290,13 +290,13 @@ def _sensors(
                     )
                 )  # fmt: skip
             elif isinstance(table, LoadCellTable):
-                sensors.append(_load_cell(table, structure))
+                sensors.append(_make_load_cell(table, structure))
             else:
-                sensors.append(_line_sensor(table, lines))
+                sensors.append(_make_line_sensor(table, lines))
     return sensors
 
 
-def _load_cell(table: LoadCellTable, structure: Structure) -> LoadCell:
+def _make_load_cell(table: LoadCellTable, structure: Structure) -> LoadCell:
     if table.cell not in structure.load_cells:
         raise ModelDefinitionError(
             f'cell = "{table.cell}" is no load cell of the structure: it has '
@@ -305,13 +305,13 @@ def _load_cell(table: LoadCellTable, structure: Structure) -> LoadCell:
     return replace(structure.load_cells[table.cell], name=table.name, gain=table.gain)
 
 
-def _line_sensor(table: LineSensorTable, lines: dict[str, tuple[str, ...]]) -> LineSensor:
+def _make_line_sensor(table: LineSensorTable, lines: dict[str, tuple[str, ...]]) -> LineSensor:
     if table.line not in lines:
         raise ModelDefinitionError(f'line = "{table.line}" is none of the case: there are {", ".join(lines) or "none"}')
     return LineSensor(name=table.name, line=table.line, component=table.component, gain=table.gain)
 
 
-def _dead_weights(
+def _make_dead_weights(
     case: Case[StructureTable],
     structure: Structure,
     finder: PlaceFinder,
@@ -330,7 +330,7 @@ def _dead_weights(
     return result
 
 
-def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[tuple[str, ...], ...]:
+def _group_pressed_lines(case: Case[StructureTable], mistakes: Mistakes) -> tuple[tuple[str, ...], ...]:
     """Lines by what presses them."""
     result: dict[str, list[str]] = {}
     pressing = {line: weight.name for weight in case.dead_weight for line in weight.presses}
@@ -350,7 +350,9 @@ def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[t
     return tuple(tuple(lines) for lines in result.values())
 
 
-def _joints_of_tables(case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes) -> dict[str, list[Joint]]:
+def _make_joints_of_tables(
+    case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes
+) -> dict[str, list[Joint]]:
     """Joints of each table ``[[joint]]`` that is none of the mistakes, by its name."""
     result: dict[str, list[Joint]] = {}
     for number, table in enumerate(case.joint):

@@ -39,18 +39,18 @@ SLIPS = (
 )
 
 
-def natural_frequencies(system: JointedSystem) -> Float[NDArray[np.float64], " mode"]:
+def compute_natural_frequencies(system: JointedSystem) -> Float[NDArray[np.float64], " mode"]:
     """Frequencies of the elastic modes with the contacts as they are at rest, and with all closed, ascending [Hz]."""
     if len(system.mass) > MOST_DOFS:
         return np.zeros(0)
     joined = (join(system.stiffness, system.joints) for join in (stick_at_rest, stuck_stiffness))
     try:
-        return np.sort(np.concatenate([_elastic(system.mass, stiffness) for stiffness in joined]))
+        return np.sort(np.concatenate([_compute_elastic(system.mass, stiffness) for stiffness in joined]))
     except scipy.linalg.LinAlgError:  # a mass that is not definite; those who compute with it say so
         return np.zeros(0)
 
 
-def _elastic(
+def _compute_elastic(
     mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArray[np.float64], "r r"]
 ) -> Float[NDArray[np.float64], " mode"]:
     squared = scipy.linalg.eigh(stiffness, mass, eigvals_only=True)
@@ -60,7 +60,7 @@ def _elastic(
     return frequency[rigid[-1] + 1 if len(rigid) else 0 :]
 
 
-def frequency_doubt(frequency: float) -> str:
+def doubt_frequency(frequency: float) -> str:
     """What is odd about the first natural frequency [Hz] of a structure; empty if nothing is.
 
     Parameters
@@ -79,7 +79,7 @@ def frequency_doubt(frequency: float) -> str:
     )  # fmt: skip
 
 
-def sweep_doubt(natural: Float[NDArray[np.float64], " mode"], first: float, last: float) -> str:
+def doubt_sweep(natural: Float[NDArray[np.float64], " mode"], first: float, last: float) -> str:
     """What is odd about a range of frequencies [Hz] below the natural ones of a model; empty if nothing is.
 
     `study.solve.frequency_range` doubts what lies above them.
@@ -105,10 +105,10 @@ def warn_of_model(case: Case[Any], system: JointedSystem, *, swept: bool) -> Non
     swept
         Whether the frequencies of ``[sweep]`` are computed.
     """
-    natural = natural_frequencies(system)
-    table, doubt = "structure", frequency_doubt(float(natural[0]) if len(natural) else 0.0)
+    natural = compute_natural_frequencies(system)
+    table, doubt = "structure", doubt_frequency(float(natural[0]) if len(natural) else 0.0)
     if not doubt and swept and isinstance(case.sweep, FrequencySweepTable):
-        table, doubt = "sweep", sweep_doubt(natural, case.sweep.first, case.sweep.last)
+        table, doubt = "sweep", doubt_sweep(natural, case.sweep.first, case.sweep.last)
     if doubt:
         message = doubt if case.source is None else str(case.source.problem((table,), doubt))
         warnings.warn(message, InputWarning, stacklevel=2)
@@ -116,7 +116,7 @@ def warn_of_model(case: Case[Any], system: JointedSystem, *, swept: bool) -> Non
 
 def warn_of_frequency(frequency: float) -> None:
     """Warn of a first natural frequency [Hz] that no structure has."""
-    if doubt := frequency_doubt(frequency):
+    if doubt := doubt_frequency(frequency):
         warnings.warn(doubt, InputWarning, stacklevel=2)
 
 

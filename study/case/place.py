@@ -145,7 +145,7 @@ class PlaceFinder:
         if place.place is not None:
             if place.place not in self.places:
                 raise ModelDefinitionError(
-                    f'place = "{place.place}" is none of the case{_known(place.place, [*self.places])}'
+                    f'place = "{place.place}" is none of the case{_describe_known(place.place, [*self.places])}'
                 )
             return [self.places[place.place]]
         return self._at_stations(place)
@@ -166,9 +166,9 @@ class PlaceFinder:
                 f'at = "{place.at}" names a boundary of a reduced model, but the structure is plain matrices: give '
                 "dof or weights"
             )
-        result = _station_rows(place, rom, place.at)
+        result = _make_station_rows(place, rom, place.at)
         if place.other_at is not None:
-            against = _station_rows(place, rom, place.other_at)
+            against = _make_station_rows(place, rom, place.other_at)
             if len(against) != len(result):
                 raise JointError(
                     f'at = "{place.at}" has {len(result)} stations but other_at = "{place.other_at}" {len(against)}: '
@@ -193,7 +193,7 @@ class PlaceFinder:
         from scipy.optimize import linear_sum_assignment
         from scipy.spatial.distance import cdist
 
-        axis = int(np.flatnonzero(_unit(place))[0])
+        axis = int(np.flatnonzero(_make_unit_vector(place))[0])
         here, there = (
             [self.dofs[int(row)].coordinates for row in rom.rows(str(name), axis)] if self.dofs else []
             for name in (place.at, place.other_at)
@@ -232,11 +232,13 @@ class PlaceFinder:
 
     def _stored(self, name: str) -> NDArray[np.float64]:
         if name not in self.stored:
-            raise ModelDefinitionError(f'row = "{name}" is not stored with the structure{_known(name, [*self.stored])}')
+            raise ModelDefinitionError(
+                f'row = "{name}" is not stored with the structure{_describe_known(name, [*self.stored])}'
+            )
         return self.stored[name]
 
 
-def _known(name: str, known: Sequence[str]) -> str:
+def _describe_known(name: str, known: Sequence[str]) -> str:
     hint = did_you_mean(name, known)
     if hint or not known:
         return hint or ": there are none"
@@ -244,15 +246,15 @@ def _known(name: str, known: Sequence[str]) -> str:
     return f": there are {', '.join(known[:MOST_LISTED])}{more}"
 
 
-def _unit(place: PlaceTable) -> Float[NDArray[np.float64], "3"]:
+def _make_unit_vector(place: PlaceTable) -> Float[NDArray[np.float64], "3"]:
     """Direction of a place at stations."""
     assert place.direction is not None
     components = np.array(AXES[place.direction] if isinstance(place.direction, str) else place.direction)
     return np.asarray(components / np.linalg.norm(components))
 
 
-def _station_rows(place: PlaceTable, rom: ReducedModel, name: str) -> list[Row]:
-    unit = _unit(place)
+def _make_station_rows(place: PlaceTable, rom: ReducedModel, name: str) -> list[Row]:
+    unit = _make_unit_vector(place)
     axes = [axis for axis in range(3) if unit[axis]]
     columns = [rom.rows(name, axis) for axis in axes]
     if len({len(column) for column in columns}) != 1:

@@ -16,7 +16,7 @@ from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calib
 from diagnosis.fit.scoped_parameter import make_scoped_parameter
 from study.case.added import apply_all, apply_by_name, read_added_effects, with_places_of
 from study.case.load_scale import find_scale_warning
-from study.case.model import model_of_case
+from study.case.model import make_case_model
 from study.case.structure import Structure
 from study.case.tables import NumericalErrorTable
 from study.case.trust import require_trust
@@ -146,10 +146,10 @@ def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run
     opened = path if isinstance(path, OpenCase) else open_case(path)
     run = run or silent_run()
     structure = opened.kind.structure(opened, run)
-    own = model_of_case(opened.case, structure)
+    own = make_case_model(opened.case, structure)
     if campaign is not None and (warning := find_scale_warning(opened.case.load, campaign.drive)):
         run.warn(f"{opened.path}: {warning}")
-    return ReadCase(opened=opened, structure=structure, setup=_setup(opened, own, campaign, run))
+    return ReadCase(opened=opened, structure=structure, setup=_make_setup(opened, own, campaign, run))
 
 
 def require_loads(read: ReadCase) -> ReadCase:
@@ -167,7 +167,7 @@ def require_loads(read: ReadCase) -> ReadCase:
     return read
 
 
-def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunContext) -> Setup:
+def _make_setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunContext) -> Setup:
     """The set-up of a model; `own` has the sensors of the case alone."""
     case, folder = opened.case, opened.folder
     model = own if campaign is None else with_sensors(own, campaign)
@@ -182,7 +182,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
     refined = []
     for file in case.numerical_error.refined:
         with mistakes.at("numerical_error"):
-            finer = _refined(folder / file, opened.path, own, run)
+            finer = _read_refined(folder / file, opened.path, own, run)
             refined.append(finer if campaign is None else with_sensors(finer, campaign))
     known: tuple[CalibrationParameter, ...] = ()
     with mistakes.at("accepted"):
@@ -236,13 +236,13 @@ def _list_parameters(
     return (*list_calibration_parameters(model, deviation=common, finer=refined), *scoped)
 
 
-def _refined(file: Path, own: Path, model: Model, run: RunContext) -> Model:
+def _read_refined(file: Path, own: Path, model: Model, run: RunContext) -> Model:
     if file.resolve() == own.resolve():
         raise ModelDefinitionError(f'refined: "{file}" is this case itself: name one with a finer mesh, or remove it')
     if not file.is_file():
         raise ModelDefinitionError(f'refined: there is no file "{file}": check its name and folder')
     opened = open_case(file)
-    finer = model_of_case(opened.case, opened.kind.structure(opened, run))
+    finer = make_case_model(opened.case, opened.kind.structure(opened, run))
     missing = [item.name for item in model.sensors if item.name not in {other.name for other in finer.sensors}]
     if missing:
         raise ModelDefinitionError(f'refined: "{file}" has no sensor "{missing[0]}": give both cases the same sensors')

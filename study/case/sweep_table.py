@@ -119,7 +119,7 @@ class ControlledSweepTable(CaseModel):
         return self
 
 
-def _over(sweep: Any) -> str:
+def _find_swept(sweep: Any) -> str:
     """What a sweep goes over; frequency if it does not say, or says what there is not, which its table refuses."""
     over = sweep.get("parameter") if isinstance(sweep, Mapping) else getattr(sweep, "parameter", None)
     if over == "level":
@@ -132,7 +132,7 @@ Sweep = Annotated[
     Annotated[FrequencySweepTable, Tag("frequency")]
     | Annotated[LevelSweepTable, Tag("level")]
     | Annotated[ControlledSweepTable, Tag("control")],
-    Discriminator(_over),
+    Discriminator(_find_swept),
 ]
 
 

@@ -58,7 +58,7 @@ def require_trust(files: Sequence[Path], case: Path) -> None:
     UntrustedCode
         The user does not trust them, or cannot be asked.
     """
-    known = _remembered()
+    known = _read_remembered()
     marks = {_mark(file): file for file in files if not is_own(file)}
     foreign = [file for mark, file in marks.items() if mark not in known]
     if not foreign:
@@ -99,7 +99,7 @@ def _mark(file: Path) -> str:
     return hashlib.sha256(str(file.resolve()).encode() + b"\0" + content).hexdigest()
 
 
-def _remembered() -> set[str]:
+def _read_remembered() -> set[str]:
     try:
         marks = json.loads((default_folder() / FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

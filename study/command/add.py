@@ -5,9 +5,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
-app = command_app(
+app = make_command_app(
     "add",
     """Writes an effect into a case, with the strength that the last `stickslip diagnose` of this case found and
     the calibration parameters calibrated beside it. Comments and layout of the file stay. Each step is noted in

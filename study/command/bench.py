@@ -6,10 +6,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Without, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Without, make_command_app
 
-app = command_app(
+app = make_command_app(
     "bench",
     """Opens a case and a measurement campaign in the browser: measured families over predictions with residuals, where
     the model fails, which effects it may lack, and its parameters as sliders. Add, Undo and Calibrate write the case
@@ -32,7 +32,7 @@ def bench(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Open the bench."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.bench.server import serve_bench
     from study.bench.work import BenchFiles
     from study.kind.registry import open_case

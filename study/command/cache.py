@@ -4,9 +4,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
-app = command_app(
+app = make_command_app(
     "cache",
     "Every finished stage of a computation is stored, so that a second run is instant and an interrupted one goes on. "
     "Removing them loses nothing but time.",

@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, make_command_app
 
-app = command_app(
+app = make_command_app(
     "calibrate",
     """Fits the calibration parameters of a case, and the effects that were added to it, to the training data of a
     campaign, and writes their values into the case. Comments and layout of the file stay. The step is noted in
@@ -35,7 +35,7 @@ def calibrate(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Calibrate a case."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.diagnose.calibrate import calibrate_case
     from study.diagnose.report import describe_step
     from study.diagnose.run import make_step_document

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
 if TYPE_CHECKING:
     from study.campaign.new_campaign import NewCampaign
 
-app = command_app(
+app = make_command_app(
     "campaign",
     """`campaign new FOLDER` looks at all files of a folder (CSV, UFF, MATLAB, HDF5, WAV, TDMS), recognises frequency
     responses, stepped sines, ring-downs, loops, steady states and time records, and drafts campaign.toml, which
@@ -83,11 +83,11 @@ def format_report(drafted: "NewCampaign") -> str:
     ):
         if sentences:
             lines += ["", title, *(f"  {' '.join(sentence.split())}" for sentence in sentences)]
-    following = f"next: {_first(drafted)}, then stickslip compare CASE {drafted.path.parent}"
+    following = f"next: {_describe_first_step(drafted)}, then stickslip compare CASE {drafted.path.parent}"
     return "\n".join([*lines, "", f"written: {drafted.path}", *([following] if draft.is_comparable else [])])
 
 
-def _first(drafted: "NewCampaign") -> str:
+def _describe_first_step(drafted: "NewCampaign") -> str:
     """What must be done before a comparison means something."""
     from study.campaign.draft import assumed
 

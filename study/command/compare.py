@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, make_command_app
 
-app = command_app(
+app = make_command_app(
     "compare",
     """Reads a case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
     for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
@@ -46,7 +46,7 @@ def compare(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compare a model with measurements."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.compare.data_run import DataComparisonResult
     from study.compare.report import format_report, make_document
     from study.compare.run import run_compare

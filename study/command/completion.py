@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
-app = command_app(
+app = make_command_app(
     "completion",
     """Prints a script that lets the Tab key complete commands and options. Load it in the shell that runs, or save it
     where the shell looks for such scripts; nothing is changed by itself.""",
@@ -26,8 +26,8 @@ def completion(
     shell: Annotated[Shell, Parameter(help="The shell.")] = "bash", /, *, options: Options = DEFAULTS
 ) -> Answer:
     """Print a completion script."""
-    from study.cli import command_line
+    from study.cli import make_command_line
 
     del options
-    script = command_line().generate_completion(shell=shell)
+    script = make_command_line().generate_completion(shell=shell)
     return Answer(document={"shell": shell, "script": script}, text=script.rstrip("\n"))

@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, Scheduler, Without, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, Scheduler, Without, make_command_app
 
-app = command_app(
+app = make_command_app(
     "diagnose",
     """Names the physical effect that a model lacks, with its strength, from a measurement campaign; or reports that
     these tests cannot separate two effects, that nothing is missing (with the detection threshold of each effect), or
@@ -47,7 +47,7 @@ def diagnose(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Diagnose a case."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from geometry.errors import InputError
     from study.diagnose.run import format_full_report, make_full_document, run_diagnose
 

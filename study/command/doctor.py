@@ -1,8 +1,8 @@
 """``stickslip doctor``: what this machine lacks."""
 
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
-app = command_app(
+app = make_command_app(
     "doctor",
     "Looks for system libraries and Python packages, draws a test picture without a screen, and checks the folder of "
     "stored results. Exit code 0 if all that is needed is here, 1 if something is missing.",

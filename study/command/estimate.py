@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, make_command_app
 
-app = command_app(
+app = make_command_app(
     "estimate",
     """First values of contact stiffness, friction coefficient, preload and damping, from whatever a campaign holds:
     loops, contact forces, resonances of the lowest level, ring-downs, modes (docs/estimate.md). Each comes with an
@@ -28,7 +28,7 @@ def estimate(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Estimate first values of parameters."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.estimate.run import run_estimate
 
     estimated = run_estimate(case, campaign, options.open(place=campaign), write=write)

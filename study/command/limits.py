@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, make_command_app
 
-app = command_app(
+app = make_command_app(
     "limits",
     """Lower and upper limit of the steady response over all friction histories.
 
@@ -33,16 +33,16 @@ def limits(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Search for the limits of the response over all friction histories."""
-    one_thread_by_default()
-    from study.limits.report import format_limits_report, limits_document
+    set_one_thread_by_default()
+    from study.limits.report import document_limits, format_limits_report
     from study.limits.run import run_limits
-    from study.limits.several.report import format_several_limits_report, several_limits_document
+    from study.limits.several.report import document_several_limits, format_several_limits_report
     from study.limits.several.run import run_several_limits, searches_all_quantities
     from study.shipped_cases import LIMITS
 
     path = case or LIMITS
     if searches_all_quantities(path):
         several = run_several_limits(path, options.open(out, scheduler=scheduler))
-        return Answer(document=several_limits_document(several), text=format_several_limits_report(several))
+        return Answer(document=document_several_limits(several), text=format_several_limits_report(several))
     limited = run_limits(path, options.open(out, scheduler=scheduler))
-    return Answer(document=limits_document(limited), text=format_limits_report(limited))
+    return Answer(document=document_limits(limited), text=format_limits_report(limited))

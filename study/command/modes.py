@@ -6,11 +6,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_openblas_thread_by_default
+from pipeline.blas_threads import set_one_openblas_thread_by_default
 from study.modes.own_mesh import NO_MESH, OwnMesh
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, make_command_app
 
-app = command_app(
+app = make_command_app(
     "modes",
     """SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
     20-node hexahedra or 10-node tetrahedra with named sets. A mesh file needs --length-unit, and --fix or --free.
@@ -39,7 +39,7 @@ def modes(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute and draw modes."""
-    one_openblas_thread_by_default()
+    set_one_openblas_thread_by_default()
     from study.modes.run import run_modes
     from study.shipped_cases import BLADE
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
 if TYPE_CHECKING:
     from study.new.write import NewCase
 
-app = command_app(
+app = make_command_app(
     "new",
     """Writes a first case file with comments that teach. It loads, and `stickslip solve` takes it as it is: the
     structure is made once to find its first resonance, and is stored.

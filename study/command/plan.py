@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, Without, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, Without, make_command_app
 
-app = command_app(
+app = make_command_app(
     "plan",
     """Before any test: which effects of the catalogue the planned tests would show, how strong each must be to be
     named, and which of them look alike. Sensors, levels and band are those of the case unless options say otherwise.
@@ -81,7 +81,7 @@ def plan(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Plan tests."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.plan.planned_tests import PlanRequest
     from study.plan.run import run_plan
 

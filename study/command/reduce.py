@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_openblas_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from pipeline.blas_threads import set_one_openblas_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, make_command_app
 
-app = command_app(
+app = make_command_app(
     "reduce",
     """A blade: builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
     fixed-interface modes. Writes the STEP file, the mesh (VTU), the reduced model (HDF5, docs/rom_file.md) and the
@@ -46,7 +46,7 @@ def reduce(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Reduce a blade, a rig, a part or matrices."""
-    one_openblas_thread_by_default()
+    set_one_openblas_thread_by_default()
     from study.kind.registry import open_case
     from study.shipped_cases import BLADE
 

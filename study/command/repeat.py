@@ -5,9 +5,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, make_command_app
 
-app = command_app(
+app = make_command_app(
     "repeat",
     """Runs the command that made a page again: every page contains this command, hashes of the data and versions. For
     an output folder without a page, such as that of `solve`, they are in the record of its last run. First, one

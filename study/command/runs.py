@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, command_app, format_details
+from study.run_context import DEFAULTS, Answer, Options, format_details, make_command_app
 
 if TYPE_CHECKING:
     from study.run_record import RunRecord
 
-app = command_app(
+app = make_command_app(
     "runs",
     """A record of each run that writes files is kept: its command line, hashes of the files that this names, version,
     machine, time and answer. `runs` lists the records with output folders in a folder and below, the newest of each
@@ -56,8 +56,8 @@ def runs(
             "command": list(record.command),
             "finished": record.finished,
             "seconds": record.seconds,
-            "bytes": sum(file.stat().st_size for file in _files(record)),
-            "inputs_changed": _changed_inputs(record),
+            "bytes": sum(file.stat().st_size for file in _list_files(record)),
+            "inputs_changed": _list_changed_inputs(record),
         }
         for record in records
     ]
@@ -82,9 +82,9 @@ def compare(
 ) -> Answer:
     """Show which numbers of two answers differ."""
     from study.difference import describe_differences, find_differences
-    from study.run_record import newest_record
+    from study.run_record import find_newest_record
 
-    records = newest_record(options.cache_folder, first), newest_record(options.cache_folder, second)
+    records = find_newest_record(options.cache_folder, first), find_newest_record(options.cache_folder, second)
     # Names of files differ with their folder.
     answers = [{name: value for name, value in record.answer.items() if name != "files"} for record in records]
     context = [
@@ -115,16 +115,16 @@ def clean(
     """Remove the files that runs wrote."""
     from geometry.errors import InputError
     from study.command.cache import format_size
-    from study.run_record import newest_record
+    from study.run_record import find_newest_record
 
     if not folders:
         raise InputError("name the output folders whose runs are to be removed")
-    records = [newest_record(options.cache_folder, folder) for folder in folders]
+    records = [find_newest_record(options.cache_folder, folder) for folder in folders]
     removed: list[Path] = []
     kept: list[Path] = []
     for record in records:
         written = record.path.stat().st_mtime + WRITTEN
-        for file in _files(record):
+        for file in _list_files(record):
             (removed if file.stat().st_mtime <= written else kept).append(file)
     size = sum(file.stat().st_size for file in removed)
     if yes:
@@ -141,14 +141,14 @@ def clean(
     return Answer(document=document, text="\n".join(lines))
 
 
-def _files(record: "RunRecord") -> list[Path]:
+def _list_files(record: "RunRecord") -> list[Path]:
     """The files that a run wrote and that are there."""
     output = Path(record.output)
     # A record that was tampered with names no file outside its folder.
     return [output / name for name in record.files if Path(name).name == name and (output / name).is_file()]
 
 
-def _changed_inputs(record: "RunRecord") -> list[str]:
-    from study.provenance import digest
+def _list_changed_inputs(record: "RunRecord") -> list[str]:
+    from study.provenance import hash_content
 
-    return [name for name, known in record.inputs.items() if digest(Path(record.folder) / name) != known]
+    return [name for name, known in record.inputs.items() if hash_content(Path(record.folder) / name) != known]

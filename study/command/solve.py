@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, make_command_app
 
-app = command_app(
+app = make_command_app(
     "solve",
     """Response curves of a structure with joints, by harmonic balance and continuation round folds.
 
@@ -32,7 +32,7 @@ def solve(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute response curves of a structure with joints."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.shipped_cases import SOLVE
     from study.solve.report import format_solve_report, solve_document
     from study.solve.run import run_solve

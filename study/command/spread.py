@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, make_command_app
 
-app = command_app(
+app = make_command_app(
     "spread",
     """Spread of response curves, and limits, over what is not known exactly of a case.
 
@@ -39,7 +39,7 @@ def spread(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute the spread of a response."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.spread.report import format_spread_report, spread_document
     from study.spread.run import run_spread
 

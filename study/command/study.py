@@ -6,10 +6,10 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
-from pipeline.blas_threads import one_openblas_thread_by_default
-from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, command_app, format_details
+from pipeline.blas_threads import set_one_openblas_thread_by_default
+from study.run_context import DEFAULTS, Answer, CampaignFolder, Options, Out, format_details, make_command_app
 
-app = command_app(
+app = make_command_app(
     "study",
     """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on a virtual rig; `study calibrate`
     does the same steps on a case of a rig and a measured campaign. `stickslip study COMMAND --help` has more.""",
@@ -43,7 +43,7 @@ def paper(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Replay the calibration of the reference paper on a virtual rig."""
-    one_openblas_thread_by_default()
+    set_one_openblas_thread_by_default()
     from geometry.errors import InputError
     from study.paper.report import format_report, make_document, write_report
     from study.paper.truth import LIKE
@@ -67,7 +67,7 @@ def calibrate(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Calibrate a rig to its campaign in the steps of the reference paper."""
-    one_openblas_thread_by_default()
+    set_one_openblas_thread_by_default()
     from study.paper.calibration import run_calibration
 
     result = run_calibration(case, campaign, options.open(out, place=campaign), quick=quick)

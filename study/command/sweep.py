@@ -5,10 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
+from pipeline.blas_threads import set_one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, make_command_app
 
-app = command_app(
+app = make_command_app(
     "sweep",
     """Response curves, and limits, of a case over a grid of its parameters.
 
@@ -39,7 +39,7 @@ def sweep(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute response curves over a grid of parameters."""
-    one_thread_by_default()
+    set_one_thread_by_default()
     from study.sweep.report import format_sweep_report, sweep_document
     from study.sweep.run import run_sweep
 

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from pipeline.blas_threads import one_openblas_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from pipeline.blas_threads import set_one_openblas_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, make_command_app
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from study.table1.report import Table1Report
     from study.table1.study import MeshStudy
 
-app = command_app(
+app = make_command_app(
     "table1",
     """Give the first frequency of ten models of the stand-alone blade three ways, beside the published one.
 
@@ -37,7 +37,7 @@ def table1(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Run the mesh study."""
-    one_openblas_thread_by_default()
+    set_one_openblas_thread_by_default()
     from study.shipped_cases import TABLE1
     from study.table1.report import write_report
 
@@ -47,10 +47,10 @@ def table1(
         for item in report.studies
     ]
     document = {"studies": studies, "files": [str(file) for file in report.files]}
-    return Answer(document=document, text=_table(report.studies[0], report))
+    return Answer(document=document, text=_make_table(report.studies[0], report))
 
 
-def _table(study: "MeshStudy", report: "Table1Report") -> "Table":
+def _make_table(study: "MeshStudy", report: "Table1Report") -> "Table":
     from rich.table import Table
 
     table = Table(

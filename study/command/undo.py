@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from study.command.add import Case
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
-app = command_app(
+app = make_command_app(
     "undo",
     """Takes the effect that `stickslip add` or `stickslip diagnose --auto` added last, or the values of
     `stickslip calibrate` or `estimate --write`, out of the case again, and gives all other numbers the values that they

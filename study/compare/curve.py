@@ -14,7 +14,7 @@ from correlation.model import AnySensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.row_group import group_rows
 from correlation.row_table import join_tables
-from study.compare.drawn_unit import choose_unit, per_level_unit
+from study.compare.drawn_unit import choose_unit, format_per_level_unit
 from study.compare.result import ComparisonResult
 
 Frequencies = Float[NDArray[np.float64], " f"]
@@ -154,7 +154,7 @@ def make_panels(
     """Curves of every sensor and harmonic of one configuration; `units` are those of the measured values by sensor."""
     fine, line = lines
     sensors = {sensor.name: sensor for sensor in model.sensors}
-    panels, points, lines_of = [], list(_curves(misfit.points)), dict(_curves(fine))
+    panels, points, lines_of = [], list(_split_curves(misfit.points)), dict(_split_curves(fine))
     for key in list_curve_keys(misfit):
         sensor = sensors[key[0]]
         per_level = key[1] == 1 and isinstance(sensor, Sensor)
@@ -162,7 +162,7 @@ def make_panels(
         size = np.abs(misfit.measured[own]) / (misfit.points.force[own] if per_level else 1.0)
         unit, scale = choose_unit(units[key[0]], float(size.max()))
         if per_level:
-            unit = per_level_unit(unit, level_unit)
+            unit = format_per_level_unit(unit, level_unit)
         panel = SensorPanel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
         curves = []
         for (other, level, sweep), rows in points:
@@ -235,7 +235,7 @@ def find_rows(points: Points, sensor: str, harmonic: int, level: float) -> Rows:
 def refine_points(points: Points) -> Points:
     """Refine the frequencies of curves: keep the measured ones, and add one within each gap between bands."""
     parts = []
-    for _, rows in _curves(points):
+    for _, rows in _split_curves(points):
         measured = points.frequency[rows]
         parts_of_step = int(np.clip(-(-LINE_POINTS // max(len(rows) - 1, 1)), 1, FINER))
         steps, gaps = np.arange(len(rows) - 1), find_gaps(measured)
@@ -265,7 +265,7 @@ def blank_gaps(points: Points, measured: Frequencies, line: Coefficients, rows: 
     return value
 
 
-def _curves(points: Points) -> Iterator[tuple[tuple[Key, float, int], Rows]]:
+def _split_curves(points: Points) -> Iterator[tuple[tuple[Key, float, int], Rows]]:
     """Rows of each curve by ascending frequency: of one sensor, harmonic, level and direction of sweep."""
     number = group_rows([points.level, points.sweep, points.sensor, points.harmonic]).number
     order = np.lexsort([points.frequency, number])

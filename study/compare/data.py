@@ -97,7 +97,7 @@ def describe_coverage(datum: Datum) -> str:
     return "" if coverage is None else coverage(datum)
 
 
-def training_data(campaign: Campaign, model: Model) -> list[Datum]:
+def select_training_data(campaign: Campaign, model: Model) -> list[Datum]:
     """Data for a fit besides the steady states: not held out, not steady states themselves, and comparable."""
     names, data = [sensor.name for sensor in campaign.sensors], []
     for datum in campaign.data:
@@ -153,7 +153,7 @@ def without_comparison(compared: Sequence[DataComparison]) -> tuple[str, ...]:
     return tuple(f"{item.type} {item.name}" for item in compared if not np.isfinite(item.error).any())
 
 
-def data_document(compared: Sequence[DataComparison]) -> list[dict[str, Any]]:
+def document_data(compared: Sequence[DataComparison]) -> list[dict[str, Any]]:
     """Comparison for ``--json``."""
     return [
         {
@@ -189,7 +189,7 @@ def format_data_csv(compared: Sequence[DataComparison]) -> str:
     return stream.getvalue()
 
 
-def data_sections(compared: Sequence[DataComparison], drawn: Mapping[str, bytes]) -> tuple[Section, ...]:
+def make_data_sections(compared: Sequence[DataComparison], drawn: Mapping[str, bytes]) -> tuple[Section, ...]:
     """Sections of a page: one per type, with its numbers and pictures.
 
     Parameters
@@ -197,13 +197,13 @@ def data_sections(compared: Sequence[DataComparison], drawn: Mapping[str, bytes]
     compared
         Compared data.
     drawn
-        Pictures of `data_figures`, by name.
+        Pictures of `make_data_figures`, by name.
     """
     sections = []
     for kind in DATA_TYPES:
         items = [item for item in compared if item.type == kind.name]
         if items:
-            rows = [row for item in items for row in _rows(item)]
+            rows = [row for item in items for row in _format_rows(item)]
             pictures = {name: picture for name, picture in drawn.items() if name.rstrip("_0123456789") == kind.table}
             head = ("data", "set", "quantity", "unit", "measured", "deviation", "predicted", "error in deviations")
             reasons = " ".join(
@@ -222,7 +222,7 @@ def data_sections(compared: Sequence[DataComparison], drawn: Mapping[str, bytes]
     return tuple(sections)
 
 
-def _rows(item: DataComparison) -> list[list[str]]:
+def _format_rows(item: DataComparison) -> list[list[str]]:
     side, features = "held out" if item.held_out else "training", item.features
     return [
         [
@@ -235,7 +235,7 @@ def _rows(item: DataComparison) -> list[list[str]]:
     ]  # fmt: skip
 
 
-def data_figures(model: Model, data: Sequence[Datum], title: str) -> dict[str, object]:
+def make_data_figures(model: Model, data: Sequence[Datum], title: str) -> dict[str, object]:
     """Results to draw, by name: measured and predicted curves of each type, eight panels per figure."""
     drawn: dict[str, object] = {}
     for kind in DATA_TYPES:

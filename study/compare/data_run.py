@@ -20,14 +20,14 @@ from study.compare.data import (
     CLEAR_DEVIATION,
     DataComparison,
     compare_data,
-    data_document,
     describe_data,
+    document_data,
     format_data_csv,
     without_comparison,
 )
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
-from study.compare.report import side_by_side
+from study.compare.report import join_titles
 from study.compare.result import DIFFERS, Calibrated, list_calibrated
 from study.compare.sentence import Summary, judge
 from study.compare.suspicions import find_all_suspicions, require_parameters
@@ -72,7 +72,7 @@ class DataComparisonResult:
         """For people."""
         summary = self.summary
         count = "1 set" if len(self.data) == 1 else f"{len(self.data)} sets"
-        lines = [f"{side_by_side(self.title, self.campaign)}: {count} of data", ""]
+        lines = [f"{join_titles(self.title, self.campaign)}: {count} of data", ""]
         if self.calibrated:
             values = ", ".join(
                 f"{item.name} x {item.factor:.4f} +- {item.half_interval:.2g}" for item in self.calibrated
@@ -89,7 +89,7 @@ class DataComparisonResult:
             "summary": [self.summary.tag, *self.summary.sentences],
             "suspicions": [str(item) for item in self.suspicions],
             "calibrated": {item.name: {"factor": item.factor, "deviation": item.deviation} for item in self.calibrated},
-            "data": data_document(self.data),
+            "data": document_data(self.data),
             "files": [str(file) for file in self.files],
         }
 
@@ -130,7 +130,7 @@ def run_data_comparison(
             model, calibrated = calibrate_on_data(setup, campaign)
         data = compare_data(model, campaign.data)
     suspicions = find_all_suspicions(campaign, model)
-    if root_mean_square(data) <= DIFFERS:
+    if compute_rms(data) <= DIFFERS:
         suspicions = (*suspicions, *find_untested_friction(model, campaign.data))
     suspicions = merge_suspicions(suspicions)
     title = f"{setup.title}, calibrated" if fitted else setup.title
@@ -191,36 +191,36 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
 
 def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicion] = ()) -> Summary:
     """Verdict of a comparison of data other than steady states, given suspicions about them."""
-    errors = _errors(data)
+    errors = _join_errors(data)
     lacking = sum(int((~np.isfinite(item.error)).sum()) for item in data)
     if not len(errors):
         tag = "The model cannot be compared with these data"
         reasons = tuple(dict.fromkeys(item.reason for item in data if item.reason))
         return Summary(tone="ambiguous", tag=tag, sentences=reasons, next=NEXT, cards=())
-    size = root_mean_square(data)
+    size = compute_rms(data)
     tone, tag = judge(size, without_comparison(data), suspicions)
     sentences = [
         f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations (root mean "
         f"square); {int((np.abs(errors) > CLEAR_DEVIATION).sum())} of them by more than {CLEAR_DEVIATION:g}."
     ]
-    sentences += list(_by_quantity(data))
+    sentences += list(_describe_by_quantity(data))
     if lacking:
         sentences.append(f"For {lacking} numbers the model has no answer.")
     cards = (("measured numbers", str(len(errors))), ("difference, r.m.s. [standard deviations]", f"{size:.3g}"))
     return Summary(tone=tone, tag=tag, sentences=tuple(sentences), next=NEXT, cards=cards)
 
 
-def root_mean_square(data: Sequence[DataComparison]) -> float:
+def compute_rms(data: Sequence[DataComparison]) -> float:
     """Root mean square of all known errors [standard deviations]; NaN without any."""
-    errors = _errors(data)
+    errors = _join_errors(data)
     return float(np.sqrt(np.mean(errors**2))) if len(errors) else np.nan
 
 
-def _errors(data: Sequence[DataComparison]) -> Float[NDArray[np.float64], " n"]:
+def _join_errors(data: Sequence[DataComparison]) -> Float[NDArray[np.float64], " n"]:
     return np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
 
 
-def _by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:
+def _describe_by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:
     """Relative errors of each quantity over all data, if significant."""
     errors: dict[str, list[tuple[float, bool]]] = {}
     for item in data:

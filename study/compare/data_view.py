@@ -8,7 +8,7 @@ from correlation.data_type.registry import Datum
 from correlation.model import Model
 from figure.registry import pictures
 from figure.style import TitledFigure
-from study.compare.data import DataComparison, data_figures, data_sections
+from study.compare.data import DataComparison, make_data_figures, make_data_sections
 from study.compare.section.section import Section
 
 
@@ -28,15 +28,15 @@ def show_data(
         return {}, ()
     # Most campaigns have no such data.
     from study.compare.modal_view import view_modes
-    from study.compare.section.modal import modal_sections
+    from study.compare.section.modal import make_modal_sections
 
     view = view_modes(model, data, compared, title)
-    results = {**data_figures(model, data, title), **view.figures}
+    results = {**make_data_figures(model, data, title), **view.figures}
     drawn = pictures(results)
     captions = make_captions(results, title)
     return drawn, tuple(
         replace(section, pictures={captions.get(name, name): picture for name, picture in section.pictures.items()})
-        for section in (*modal_sections(view, drawn), *data_sections(compared, drawn))
+        for section in (*make_modal_sections(view, drawn), *make_data_sections(compared, drawn))
     )
 
 

@@ -11,7 +11,7 @@ SCALED = {
 MIN_DRAWN = 0.3
 
 
-def per_level_unit(unit: str, level_unit: str) -> str:
+def format_per_level_unit(unit: str, level_unit: str) -> str:
     """Unit of a quantity over the level, such as "um/N" or "mm/(m/s^2)"."""
     return f"{unit}/{level_unit}" if "/" not in level_unit else f"{unit}/({level_unit})"
 

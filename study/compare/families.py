@@ -27,7 +27,7 @@ from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.limits.search import LimitSettings
 from study.case.structure import Structure
 from study.compare.family_limits import FamilyLimits, FamilySearch, find_family_limits, find_reaches
-from study.compare.family_pictures import family_figures
+from study.compare.family_pictures import make_family_figures
 from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
 from study.run_context import RunContext
@@ -117,7 +117,7 @@ def compare_families(
     if not result.verdicts:
         return result
     sensors = {item.name: item for item in campaign.sensors}
-    drawn = family_figures(result.verdicts, sensors, title, campaign.drive.unit)
+    drawn = make_family_figures(result.verdicts, sensors, title, campaign.drive.unit)
     files = run.draw({f"{stem}_{name}": figure for name, figure in drawn.items()})
     return replace(result, files=tuple(files))
 
@@ -166,7 +166,7 @@ def find_families(
     if not chosen:
         return nothing
     nominal = None if structure.histories is None else structure.histories(1, 0)[0]
-    search = family_search(model, budget, campaign, chosen, table, nominal)
+    search = make_family_search(model, budget, campaign, chosen, table, nominal)
     step = run.step("reach of the sliders", expected=30)
     try:
         search = search.with_numeric_box(lambda rest: step.run(find_reaches, rest, report=step.report))
@@ -232,7 +232,7 @@ def _list_base_sensors(model: Model) -> set[str]:
     }
 
 
-def family_search(
+def make_family_search(
     model: Model,
     budget: Budget,
     campaign: Campaign,
@@ -260,7 +260,7 @@ def family_search(
         earlier=find_earlier_levels(campaign, levels),
         reach=reach,
         preload_span=PRELOAD_SPAN,
-        force_spans=tuple(_force_span([item for item in families if item.level == level]) for level in levels),
+        force_spans=tuple(_compute_force_span([item for item in families if item.level == level]) for level in levels),
         settings=LimitSettings(
             population=table.population,
             sample=table.samples,
@@ -272,7 +272,7 @@ def family_search(
     )
 
 
-def _force_span(families: Sequence[Family]) -> float:
+def _compute_force_span(families: Sequence[Family]) -> float:
     """Natural logarithm of the largest factor between measured forces and the level of the limits [-]."""
     span = max(float(np.abs(np.log(family.ratio)).max()) for family in families)
     return min(span, MOST_SPAN) if span > LEAST_SPAN else 0.0
@@ -329,7 +329,7 @@ def estimate_preloads(
     families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
 ) -> Preloads:
     """Preloads of each set-up over those of the model; see `estimate_preload_offsets`."""
-    set_up, model = _frequency_errors(families, limits, errors, budget)
+    set_up, model = _compute_frequency_errors(families, limits, errors, budget)
     return estimate_preload_offsets(*_with_bands(families, limits, errors), set_up=set_up, model=model)
 
 
@@ -339,7 +339,7 @@ def judge_families(
     """Each family, as `correct_families` has it, over its band."""
     families, bands, noise = _with_bands(families, limits, errors)
     n_reading = count_readings(families)
-    set_up, model = _frequency_errors(families, limits, errors, budget)
+    set_up, model = _compute_frequency_errors(families, limits, errors, budget)
     offsets = estimate_frequency_offsets(families, bands, noise, set_up=set_up, model=model)
     return tuple(
         judge_family(family, band, own, shift=0.0, n_reading=n_reading, offsets=offsets)
@@ -355,7 +355,7 @@ def _with_bands(
     return families, [limits.band(family) for family in families], noise
 
 
-def _frequency_errors(
+def _compute_frequency_errors(
     families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
 ) -> tuple[float, float]:
     """Standard deviations of the frequency from one set-up to another and of the model, relative [-]."""

@@ -102,7 +102,7 @@ def compare_with_families(
     if not before.verdicts:
         return before
     fit = _fit(setup, request, np.array(factors), before.verdicts, run)
-    fitted = compared(_composed(setup, fit.values), f"{request.title} onto families", stem)
+    fitted = compared(_compose_model(setup, fit.values), f"{request.title} onto families", stem)
     calibration = FamilyCalibration(
         names=tuple(item.name for item in setup.calibration_parameters),
         to_mean=np.array(factors), to_families=fit.values,
@@ -160,11 +160,11 @@ def family_calibration(
         Progress.
     """
     return fit_families(
-        lambda values: _composed(setup, values), setup.calibration_parameters, start, target, report=report
+        lambda values: _compose_model(setup, values), setup.calibration_parameters, start, target, report=report
     )
 
 
-def _composed(setup: Setup, values: Float[NDArray[np.float64], " p"]) -> Model:
+def _compose_model(setup: Setup, values: Float[NDArray[np.float64], " p"]) -> Model:
     """The model with factors on its calibration parameters, and the added effects."""
     factors = {item.name: float(value) for item, value in zip(setup.calibration_parameters, values, strict=True)}
     return apply_all(setup.model, setup.calibration_parameters, factors, setup.added)

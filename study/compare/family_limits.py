@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family
-from correlation.family.limit_reading import LimitReadings, LimitStates, objective_of, read_limits
+from correlation.family.limit_reading import LimitReadings, LimitStates, make_reading_objective, read_limits
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from geometry.errors import ComputationFailed
@@ -101,7 +101,7 @@ class FamilySearch:
         balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
         sensors = {item.name: item for item in model.sensors}
         name, harmonic = self.channels[0]
-        objective = objective_of(model, sensors[name], harmonic)
+        objective = make_reading_objective(model, sensors[name], harmonic)
         if isinstance(self.reach, np.ndarray):
             problem = limit_problem(balance, objective, nominal=self.nominal, reach=self.reach.max(axis=0))
             return problem.with_reaches(self.levels, self.reach)
@@ -191,16 +191,16 @@ def find_family_limits(
     model, sensors = search.model, {item.name: item for item in search.model.sensors}
     omega = search.angular_frequency
     objectives = {
-        f"{name}, harmonic {harmonic}": objective_of(model, sensors[name], harmonic)
+        f"{name}, harmonic {harmonic}": make_reading_objective(model, sensors[name], harmonic)
         for name, harmonic in search.channels
     }
     try:
         problem = search.problem()
         result = several_limits(
             problem, objectives, omega, search.levels, settings=search.settings, store=store, executor=executor,
-            progress=None if report is None else SeveralSearchProgress(_first_part(report)),
+            progress=None if report is None else SeveralSearchProgress(_report_first_part(report)),
         )  # fmt: skip
-        readings = _readings(search, problem, omega, [*result.values()], store, executor, report)
+        readings = _run_readings(search, problem, omega, [*result.values()], store, executor, report)
     except NoSteadyState as error:
         raise ComputationFailed(f"limits: {error}") from error
     except BrokenExecutor as error:
@@ -224,7 +224,7 @@ def find_family_limits(
     return FamilyLimits(bands=bands, levels=search.levels, reach=reach, n_sampled=sampled)
 
 
-def _readings(
+def _run_readings(
     search: FamilySearch, problem: LimitProblem, omega: NDArray[np.float64], searched: list[ResponseLimits],
     store: MutableMapping[str, Any], executor: Executor | None, report: Callable[[float, float], None] | None,
 ) -> list[list[LimitReadings]]:  # fmt: skip
@@ -248,6 +248,6 @@ def _readings(
     return Runner.from_problem(problem, omega, store, executor, progress)("readings", tasks)
 
 
-def _first_part(report: Callable[[float, float], None]) -> Callable[[float, float], None]:
+def _report_first_part(report: Callable[[float, float], None]) -> Callable[[float, float], None]:
     """Progress of the search, before that of the readings."""
     return lambda done, total: report(SEARCH * done, total)

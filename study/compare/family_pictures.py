@@ -17,7 +17,7 @@ SYMBOL = {"tangential": "T", "normal": "N"}
 HISTORIES = {0: "static", 1: "dynamic"}
 
 
-def family_figures(
+def make_family_figures(
     verdicts: Sequence[FamilyVerdict], sensors: Mapping[str, MeasuredSensor], title: str, unit: str
 ) -> dict[str, FamiliesOverLimits]:
     """Figures by name.
@@ -38,7 +38,7 @@ def family_figures(
         sensor = sensors[name]
         own = [item for item in verdicts if item.family.sensor == name]
         if sensor.line is None:
-            panels, shown = _panels(own, sensor, unit)
+            panels, shown = _make_panels(own, sensor, unit)
             label = f"{sensor.quantity} [{shown}]"
             rows = [
                 FamilyRow(label=label, panels=panels[first : first + COLUMNS])
@@ -48,7 +48,7 @@ def family_figures(
                 rows=rows, title=f"{title}: {name}", subtitle="measured amplitudes over the limits of all histories"
             )
     for line in dict.fromkeys(item.line for item in sensors.values() if item.line is not None):
-        rows = _force_rows([item for item in verdicts if sensors[item.family.sensor].line == line], sensors, unit)
+        rows = _make_force_rows([item for item in verdicts if sensors[item.family.sensor].line == line], sensors, unit)
         if rows:
             drawn[f"families_{line}"] = FamiliesOverLimits(
                 rows=rows, title=f"{title}: contact forces of {line}",
@@ -57,7 +57,9 @@ def family_figures(
     return drawn
 
 
-def _force_rows(verdicts: Sequence[FamilyVerdict], sensors: Mapping[str, MeasuredSensor], unit: str) -> list[FamilyRow]:
+def _make_force_rows(
+    verdicts: Sequence[FamilyVerdict], sensors: Mapping[str, MeasuredSensor], unit: str
+) -> list[FamilyRow]:
     rows = []
     for harmonic in (0, 1):
         for component, symbol in SYMBOL.items():
@@ -69,13 +71,13 @@ def _force_rows(verdicts: Sequence[FamilyVerdict], sensors: Mapping[str, Measure
             for name in dict.fromkeys(item.family.sensor for item in own):
                 mine = [item for item in own if item.family.sensor == name]
                 chosen = [mine[number] for number in choose_evenly(len(mine), MOST_LEVELS)]
-                panels, shown = _panels(chosen, sensors[name], unit)
+                panels, shown = _make_panels(chosen, sensors[name], unit)
                 label = f"{symbol} {HISTORIES[harmonic]} [{shown}]"
                 rows.append(FamilyRow(label=label, panels=panels, share=harmonic == 0))
     return rows
 
 
-def _panels(verdicts: Sequence[FamilyVerdict], sensor: MeasuredSensor, unit: str) -> tuple[list[FamilyPanel], str]:
+def _make_panels(verdicts: Sequence[FamilyVerdict], sensor: MeasuredSensor, unit: str) -> tuple[list[FamilyPanel], str]:
     """Panels of the levels, and their unit."""
     largest = max(float(np.abs(item.family.value).max()) for item in verdicts)
     shown, factor = choose_unit(sensor.unit, largest)

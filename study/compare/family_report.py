@@ -26,25 +26,25 @@ def format_family_report(comparison: FamilyComparison) -> list[str]:
     """Comparison as text."""
     lines = ["Measured families over the limits of all friction histories:"]
     if comparison.verdicts:
-        lines += [*_table(comparison), "", *(f"  {item}" for item in _verdict(comparison))]
-        lines += [f"  {item}" for item in _certainty(comparison)]
+        lines += [*_format_table(comparison), "", *(f"  {item}" for item in _describe_verdict(comparison))]
+        lines += [f"  {item}" for item in _describe_certainty(comparison)]
     if comparison.calibration is not None:
-        lines += ["", *_calibration(comparison, comparison.calibration), ""]
+        lines += ["", *_format_calibration(comparison, comparison.calibration), ""]
     for sentence in comparison.not_compared:
         lines.append(f"  not compared: {sentence}")
     return [*lines, ""]
 
 
-def family_document(comparison: FamilyComparison) -> dict[str, Any]:
+def document_families(comparison: FamilyComparison) -> dict[str, Any]:
     """Comparison for ``--json``, in SI units."""
     errors, limits = comparison.errors, comparison.limits
     document: dict[str, Any] = {
         "all_within": bool(comparison.verdicts) and not any(item.leaves_band for item in comparison.verdicts),
-        "sentences": list(_verdict(comparison)) if comparison.verdicts else [],
+        "sentences": list(_describe_verdict(comparison)) if comparison.verdicts else [],
         "not_compared": list(comparison.not_compared),
-        "families": [_family(item) for item in comparison.verdicts],
+        "families": [_document_family(item) for item in comparison.verdicts],
         "files": [str(file) for file in comparison.files],
-        "calibration": None if comparison.calibration is None else _calibration_document(comparison),
+        "calibration": None if comparison.calibration is None else _document_calibration(comparison),
     }
     if errors is not None and limits is not None:
         document |= {
@@ -63,11 +63,11 @@ def family_document(comparison: FamilyComparison) -> dict[str, Any]:
     return document
 
 
-def family_sections(comparison: FamilyComparison) -> Iterator[Section]:
+def make_family_sections(comparison: FamilyComparison) -> Iterator[Section]:
     """Sections of the page: the verdict with all numbers, and the figures."""
-    sentences = [*(_verdict(comparison) if comparison.verdicts else ()), *comparison.not_compared]
+    sentences = [*(_describe_verdict(comparison) if comparison.verdicts else ()), *comparison.not_compared]
     head = ("sensor", f"level [{comparison.level_unit}]", "readings", "coverage", "tightness", "score", "outside")
-    table = Table(head=head, rows=[row for row, _ in _rows(comparison)]) if comparison.verdicts else None
+    table = Table(head=head, rows=[row for row, _ in _format_rows(comparison)]) if comparison.verdicts else None
     figures = {file.stem.partition("_families_")[2]: file.read_bytes() for file in comparison.files}
     yield Section(
         title="Measured families over the limits of all friction histories",
@@ -75,7 +75,7 @@ def family_sections(comparison: FamilyComparison) -> Iterator[Section]:
     )  # fmt: skip
 
 
-def _family(verdict: FamilyVerdict) -> dict[str, Any]:
+def _document_family(verdict: FamilyVerdict) -> dict[str, Any]:
     family = verdict.family
     return {
         "sensor": family.sensor,
@@ -89,11 +89,11 @@ def _family(verdict: FamilyVerdict) -> dict[str, Any]:
         "interval_score": verdict.score,
         "n_outside": len(verdict.departures),
         "leaves": verdict.leaves_band,
-        "departures": [_departure(item) for item in verdict.departures[:LISTED]],
+        "departures": [_document_departure(item) for item in verdict.departures[:LISTED]],
     }
 
 
-def _departure(item: Departure) -> dict[str, Any]:
+def _document_departure(item: Departure) -> dict[str, Any]:
     return {
         "test": item.test,
         "repeat": item.repeat,
@@ -106,8 +106,8 @@ def _departure(item: Departure) -> dict[str, Any]:
     }
 
 
-def _table(comparison: FamilyComparison) -> Iterator[str]:
-    rows = list(_rows(comparison))
+def _format_table(comparison: FamilyComparison) -> Iterator[str]:
+    rows = list(_format_rows(comparison))
     width = max(len(row[0]) for row, _ in rows)
     head = f"level [{comparison.level_unit}]"
     wide = max(len(head), 8)
@@ -119,11 +119,11 @@ def _table(comparison: FamilyComparison) -> Iterator[str]:
         )
 
 
-def _rows(comparison: FamilyComparison) -> Iterator[tuple[tuple[str, ...], FamilyVerdict]]:
+def _format_rows(comparison: FamilyComparison) -> Iterator[tuple[tuple[str, ...], FamilyVerdict]]:
     for item in comparison.verdicts:
         yield (
             (
-                _name(comparison, item), f"{item.family.level:.4g}", str(item.n_compared), _percent(item.coverage),
+                _name(comparison, item), f"{item.family.level:.4g}", str(item.n_compared), _format_share(item.coverage),
                 _number(item.tightness), _number(item.score), str(len(item.departures)),
             ),
             item,
@@ -138,7 +138,7 @@ def _name(comparison: FamilyComparison, verdict: FamilyVerdict) -> str:
     return f"{SYMBOL[str(sensor.component)]} of {sensor.line}, {kind}"
 
 
-def _verdict(comparison: FamilyComparison) -> Iterator[str]:
+def _describe_verdict(comparison: FamilyComparison) -> Iterator[str]:
     verdicts = comparison.verdicts
     leaving = [item for item in verdicts if item.leaves_band]
     compared = [item for item in verdicts if item.n_compared]
@@ -148,20 +148,20 @@ def _verdict(comparison: FamilyComparison) -> Iterator[str]:
         yield "No reading lies at frequencies of the limits."
         return
     if not leaving:
-        yield f"{_curves(compared)} within the predicted limits at {_levels(comparison, compared)}."
+        yield f"{_describe_curves(compared)} within the predicted limits at {_levels(comparison, compared)}."
         if few:
             yield (
                 f"{few} of {total} readings lie outside by more than {OUTSIDE:g} standard deviations, no more and no "
                 "further than noise brings."
             )
     for name in dict.fromkeys(_name(comparison, item) for item in leaving):
-        yield _leaving(comparison, name, [item for item in leaving if _name(comparison, item) == name])
+        yield _describe_leaving(comparison, name, [item for item in leaving if _name(comparison, item) == name])
     if leaving and len(leaving) < len(compared):
         rest = [item for item in compared if not item.leaves_band]
         yield f"The other {len(rest)} of {len(compared)} families lie within their limits."
 
 
-def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVerdict]) -> str:
+def _describe_leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVerdict]) -> str:
     """Sentence on one sensor and harmonic, with the levels at which it leaves its limits."""
     verdict = max(leaving, key=lambda item: item.departures[0].deviations)
     worst, unit = verdict.departures[0], comparison.level_unit
@@ -170,7 +170,7 @@ def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVe
     side = "above the upper" if worst.side == "upper" else "below the lower"
     where = f"repeat {worst.repeat}" + (f", sweep {WAY[worst.sweep]}" if worst.sweep else "")
     repeats = sorted({item.repeat for one in leaving for item in one.departures})
-    listed = "all repeats" if len(repeats) == len({c.repeat for c in verdict.family.curves}) else _listed(repeats)
+    listed = "all repeats" if len(repeats) == len({c.repeat for c in verdict.family.curves}) else _join_items(repeats)
     size = abs(worst.limit)
     si = next(item.unit for item in comparison.sensors if item.name == verdict.family.sensor)
     by = (
@@ -181,11 +181,11 @@ def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVe
     return (
         f"{name} leaves its limits at {_levels(comparison, leaving)} ({count} of {total} readings, in {listed}); the "
         f"surest lies {by} {side} limit at {verdict.family.level:g} {unit} and {worst.frequency:.6g} Hz ({where}), "
-        f"{worst.deviations:.3g} standard deviations, {_chance(worst, verdict)}."
+        f"{worst.deviations:.3g} standard deviations, {_describe_chance(worst, verdict)}."
     )
 
 
-def _chance(worst: Departure, verdict: FamilyVerdict) -> str:
+def _describe_chance(worst: Departure, verdict: FamilyVerdict) -> str:
     chance = 2 * ndtr(-worst.deviations) * verdict.n_compared
     if worst.deviations <= verdict.critical_deviation:
         return "which alone could be noise, but so many readings could not"
@@ -194,7 +194,7 @@ def _chance(worst: Departure, verdict: FamilyVerdict) -> str:
     return f"which noise reaches in a family with a chance of {chance:.1g}"
 
 
-def _curves(compared: Sequence[FamilyVerdict]) -> str:
+def _describe_curves(compared: Sequence[FamilyVerdict]) -> str:
     repeats = {curve.repeat for item in compared for curve in item.family.curves}
     ways = {curve.sweep for item in compared for curve in item.family.curves}
     count = "The one repeat" if len(repeats) == 1 else f"All {len(repeats)} repeats"
@@ -205,16 +205,16 @@ def _curves(compared: Sequence[FamilyVerdict]) -> str:
 
 def _levels(comparison: FamilyComparison, compared: Sequence[FamilyVerdict]) -> str:
     levels = [f"{level:g}" for level in sorted({item.family.level for item in compared})]
-    return f"{_listed(levels, bare=True)} {comparison.level_unit}"
+    return f"{_join_items(levels, bare=True)} {comparison.level_unit}"
 
 
-def _listed(items: Sequence[Any], *, bare: bool = False) -> str:
+def _join_items(items: Sequence[Any], *, bare: bool = False) -> str:
     words = [str(item) for item in items]
     joined = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
     return joined if bare else f"repeat{'s' if len(words) > 1 else ''} {joined}"
 
 
-def _certainty(comparison: FamilyComparison) -> Iterator[str]:
+def _describe_certainty(comparison: FamilyComparison) -> Iterator[str]:
     errors, limits = comparison.errors, comparison.limits
     assert errors is not None
     assert limits is not None
@@ -257,16 +257,16 @@ def _reach(limits: FamilyLimits, unit: str) -> str:
     if len(set(furthest)) == 1:
         return f"at most {furthest[0]} from where they carry no force at rest"
     reaches = [f"{item} at {level:g} {unit}" for item, level in zip(furthest, limits.levels, strict=True)]
-    return f"from where they carry no force at rest by at most {_listed(reaches, bare=True)}"
+    return f"from where they carry no force at rest by at most {_join_items(reaches, bare=True)}"
 
 
-def _calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterator[str]:
+def _format_calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterator[str]:
     yield "  Calibration onto the families, beside least squares on the mean of the repeats (factors on the case):"
     yield f"  {'':<10}  {'mean':>8}  {'families':>8}"
     for name, mean, own in zip(fit.names, fit.to_mean.tolist(), fit.to_families.tolist(), strict=True):
         yield f"  {name:<10}  {mean:8.4f}  {own:8.4f}"
-    both = (_totals(fit.verdicts_of_mean), _totals(comparison.verdicts))
-    for what, show in (("coverage", _percent), ("tightness", _number), ("score", _number)):
+    both = (_compute_totals(fit.verdicts_of_mean), _compute_totals(comparison.verdicts))
+    for what, show in (("coverage", _format_share), ("tightness", _number), ("score", _number)):
         mean_, own_ = (show(item[what]) for item in both)
         yield f"  {what:<10}  {mean_:>8}  {own_:>8}"
     yield (
@@ -275,19 +275,19 @@ def _calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterat
     )
 
 
-def _calibration_document(comparison: FamilyComparison) -> dict[str, Any]:
+def _document_calibration(comparison: FamilyComparison) -> dict[str, Any]:
     fit = comparison.calibration
     assert fit is not None
     return {
         "factors_of_mean": dict(zip(fit.names, fit.to_mean.tolist(), strict=True)),
         "factors": dict(zip(fit.names, fit.to_families.tolist(), strict=True)),
-        "of_mean": _totals(fit.verdicts_of_mean),
-        "of_families": _totals(comparison.verdicts),
+        "of_mean": _compute_totals(fit.verdicts_of_mean),
+        "of_families": _compute_totals(comparison.verdicts),
         "n_evaluation": fit.n_evaluation,
     }
 
 
-def _totals(verdicts: Sequence[FamilyVerdict]) -> dict[str, float]:
+def _compute_totals(verdicts: Sequence[FamilyVerdict]) -> dict[str, float]:
     """Coverage of all readings, median tightness and sum of scores."""
     compared = [item for item in verdicts if item.n_compared]
     count = sum(item.n_compared for item in compared)
@@ -299,7 +299,7 @@ def _totals(verdicts: Sequence[FamilyVerdict]) -> dict[str, float]:
     }
 
 
-def _percent(value: float) -> str:
+def _format_share(value: float) -> str:
     return "-" if not np.isfinite(value) else f"{100 * value:.1f} %"
 
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from correlation.data_type.linear_response import predict_linear_response
 from correlation.data_type.measured_response import MeasuredResponse
-from correlation.data_type.mode import MeasuredMode, motion_sensors
+from correlation.data_type.mode import MeasuredMode, list_motion_sensors
 from correlation.data_type.mode_set import group_modes
 from correlation.data_type.registry import Datum
-from correlation.data_type.ring_down import LEAST_DAMPING, LEAST_FREQUENCY, FreeDecay, chosen_rows
+from correlation.data_type.ring_down import LEAST_DAMPING, LEAST_FREQUENCY, FreeDecay, choose_rows
 from correlation.errors import CampaignError
-from correlation.modal.assurance import coordinate_assurance, domain_assurance, modal_assurance
+from correlation.modal.assurance import compute_coordinate_assurance, compute_domain_assurance, compute_modal_assurance
 from correlation.modal.pairing import Pairing, pair_modes
 from correlation.model import DERIVATIVE, Model
 from figure.backbone import BackboneCurve, Backbones
@@ -123,12 +123,14 @@ def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet
         measured = np.array([mode.frequency for mode in group.modes])
         # Pair by shapes corrected for swapped sensors; the MAC is that of the shapes as measured.
         pairing = pair_modes(measured, group.corrected_shape, group.frequency, group.model_shape)
-        assurance = modal_assurance(group.shape, group.model_shape)
+        assurance = compute_modal_assurance(group.shape, group.model_shape)
         pairs = tuple(replace(one, assurance=float(assurance[one.measured, one.model])) for one in pairing.pairs)
         pairing = replace(pairing, pairs=pairs, assurance=assurance)
         rows, columns = [pair.measured for pair in pairs], [pair.model for pair in pairs]
         # For a single mode the CoMAC adds nothing to the MAC.
-        coordinate = coordinate_assurance(group.shape[:, rows], group.model_shape[:, columns]) if len(rows) > 1 else ()
+        coordinate = (
+            compute_coordinate_assurance(group.shape[:, rows], group.model_shape[:, columns]) if len(rows) > 1 else ()
+        )
         yield ModalSet(
             configuration=group.configuration, sensors=group.sensors, measured=group.modes,
             frequency=group.frequency, damping=group.damping, pairing=pairing, coordinate=np.asarray(coordinate),
@@ -141,7 +143,7 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
     # Do not draw a single number.
     sets = [own for own in view.sets if own.pairing.assurance.size > 1]
     for number, own in enumerate(sets[:MOST_PICTURES], start=1):
-        drawn[f"mac{_suffix(number, len(sets))}"] = MacMatrix(
+        drawn[f"mac{_format_suffix(number, len(sets))}"] = MacMatrix(
             assurance=own.pairing.assurance,
             measured=np.array([mode.frequency for mode in own.measured]),
             model=own.frequency,
@@ -152,14 +154,14 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
     for number, (response, _) in enumerate(view.responses[:MOST_PICTURES], start=1):
         fit = response.fit
         assert fit is not None
-        diagram, order = fit.stabilisation, _derivative(model, response)
+        diagram, order = fit.stabilisation, _list_derivatives(model, response)
         there = response.coherent_lines  # the lines of the fit
         line = response.frequency[there]
         measured, fitted = (
             np.sqrt((np.abs(values / (2 * np.pi * line) ** order) ** 2).mean(axis=0))
             for values in (response.value[:, there], fit.fitted)
         )
-        drawn[f"stabilisation{_suffix(number, len(view.responses))}"] = StabilisationDrawing(
+        drawn[f"stabilisation{_format_suffix(number, len(view.responses))}"] = StabilisationDrawing(
             order=diagram.order,
             frequency=diagram.frequency,
             stable=diagram.stable,
@@ -173,9 +175,9 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
         )
     several = [pair for pair in view.responses if len(pair[0].sensors) > 1]
     for number, (response, predicted) in enumerate(several[:MOST_PICTURES], start=1):
-        drawn[f"fdac{_suffix(number, len(several))}"] = _compare_shapes(model, response, predicted, title)
+        drawn[f"fdac{_format_suffix(number, len(several))}"] = _compare_shapes(model, response, predicted, title)
     for number, (decay, _) in enumerate(view.decays[:MOST_PICTURES], start=1):
-        drawn[f"decay{_suffix(number, len(view.decays))}"] = DecayDrawing(
+        drawn[f"decay{_format_suffix(number, len(view.decays))}"] = DecayDrawing(
             time=decay.time,
             signal=decay.signal,
             modes=[
@@ -189,10 +191,10 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
     units = list(dict.fromkeys(decay.unit for decay, _ in view.decays))
     for unit in units:
         curves = [
-            curve for decay, predicted in view.decays if decay.unit == unit for curve in _curves(decay, predicted)
+            curve for decay, predicted in view.decays if decay.unit == unit for curve in _make_curves(decay, predicted)
         ]
         if curves:
-            drawn[f"decay_backbone{_suffix(units.index(unit) + 1, len(units))}"] = Backbones(
+            drawn[f"decay_backbone{_format_suffix(units.index(unit) + 1, len(units))}"] = Backbones(
                 curves=curves[:MOST_CURVES],
                 amplitude_label=f"amplitude [{unit}]",
                 title=f"{title}: backbones of free decays",
@@ -209,9 +211,9 @@ def _compare_shapes(
     there = np.flatnonzero(response.coherent_lines & response.value.any(axis=0) & predicted.any(axis=0))
     there = there[np.unique(np.linspace(0, len(there) - 1, MOST_LINES).round().astype(int))]
     line = response.frequency[there]
-    scale = (2 * np.pi * line) ** _derivative(model, response)
+    scale = (2 * np.pi * line) ** _list_derivatives(model, response)
     return FdacMap(
-        assurance=domain_assurance(response.value[:, there] / scale, predicted[:, there] / scale),
+        assurance=compute_domain_assurance(response.value[:, there] / scale, predicted[:, there] / scale),
         measured=line,
         model=line,
         title=f"{title}: {response.name}",
@@ -219,20 +221,20 @@ def _compare_shapes(
     )
 
 
-def _derivative(model: Model, response: MeasuredResponse) -> NDArray[np.int64]:
+def _list_derivatives(model: Model, response: MeasuredResponse) -> NDArray[np.int64]:
     """Time derivatives of the displacement that each row of a response is, shape (c, 1)."""
-    return np.array([[DERIVATIVE[sensor.quantity]] for sensor in motion_sensors(model, response.sensors)])
+    return np.array([[DERIVATIVE[sensor.quantity]] for sensor in list_motion_sensors(model, response.sensors)])
 
 
-def _suffix(number: int, count: int) -> str:
+def _format_suffix(number: int, count: int) -> str:
     return "" if count == 1 else f"_{number}"
 
 
-def _curves(decay: FreeDecay, predicted: NDArray[np.float64]) -> list[BackboneCurve]:
+def _make_curves(decay: FreeDecay, predicted: NDArray[np.float64]) -> list[BackboneCurve]:
     """Measured backbone of each mode, and that of the model where it has one."""
     curves, first, table = [], 0, predicted.reshape(-1, 2)
     for mode in decay.modes:
-        rows = chosen_rows(mode)
+        rows = choose_rows(mode)
         own, first = table[first : first + len(rows)], first + len(rows)
         reference = float(np.median(mode.frequency))
         # Draw a curve only where it is compared: its extrapolation is arbitrary.

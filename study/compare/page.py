@@ -7,12 +7,12 @@ from pathlib import Path
 from correlation.campaign.measurement import Suspicion
 from study.compare.curve import Drawing
 from study.compare.result import Calibrated, ComparisonResult
-from study.compare.section.contact_force import contact_force_sections
-from study.compare.section.linearity import linearity_sections
-from study.compare.section.misfit import misfit_sections
-from study.compare.section.overview import overview_sections
-from study.compare.section.resonance import resonance_sections
-from study.compare.section.response import response_sections
+from study.compare.section.contact_force import make_contact_force_sections
+from study.compare.section.linearity import make_linearity_sections
+from study.compare.section.misfit import make_misfit_sections
+from study.compare.section.overview import make_overview_sections
+from study.compare.section.resonance import make_resonance_sections
+from study.compare.section.response import make_response_sections
 from study.compare.section.section import Section
 from study.compare.sentence import Summary, summarise
 from study.page.html import render_page
@@ -21,11 +21,11 @@ TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
 #: Sections of every comparison, if there is data for them; `ComparisonResult.sections` come before the overview.
 SECTIONS: Sequence[Callable[[ComparisonResult, Drawing], Iterator[Section]]] = (
-    response_sections,
-    misfit_sections,
-    resonance_sections,
-    linearity_sections,
-    contact_force_sections,
+    make_response_sections,
+    make_misfit_sections,
+    make_resonance_sections,
+    make_linearity_sections,
+    make_contact_force_sections,
 )
 
 
@@ -40,7 +40,7 @@ def make_page(compared: ComparisonResult, drawing: Drawing) -> str:
         Its curves.
     """
     sections = [section for make in SECTIONS for section in make(compared, drawing)]
-    sections += [*compared.sections, *overview_sections(compared, drawing)]
+    sections += [*compared.sections, *make_overview_sections(compared, drawing)]
     return render_sections(
         title=compared.title,
         campaign=compared.campaign.title,

@@ -40,9 +40,9 @@ def draw_pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
         held_out = dict.fromkeys(drawing.held_out, ", held out")
         words = [f"{level:g} {drawing.unit}{held_out.get(level, '')}" for level in levels.tolist()]
         drawn[f"map_{name}"] = _map(rows, levels, words, f"{title}: where the model fails, {name}")
-        for kind, (chosen, columns) in _figures(drawing.panels[free]).items():
+        for kind, (chosen, columns) in _arrange_figures(drawing.panels[free]).items():
             if any(stands_out(rows, panel.key) for panel in chosen):
-                overlays = [_overlay(panel, levels, _has_phase(rows, panel)) for panel in chosen]
+                overlays = [_make_overlay(panel, levels, _has_phase(rows, panel)) for panel in chosen]
                 with_phase = kind == "frf" and any(panel.has_phase for panel in overlays)
                 about = ABOUT[kind] + (", and its phase" if with_phase else "")
                 drawn[f"{kind}_{name}"] = FrfOverlay(
@@ -56,7 +56,7 @@ def draw_pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
     return drawn_pictures(drawn)
 
 
-def _figures(panels: Sequence[SensorPanel]) -> dict[str, tuple[list[SensorPanel], int]]:
+def _arrange_figures(panels: Sequence[SensorPanel]) -> dict[str, tuple[list[SensorPanel], int]]:
     """Panels of each figure and how many stand side by side: fundamental motions, their harmonics, contact forces."""
     forces = [panel for panel in panels if isinstance(panel.sensor, LineSensor)]
     motions = [panel for panel in panels if isinstance(panel.sensor, Sensor)]
@@ -88,7 +88,7 @@ def _has_phase(misfit: Misfit, panel: SensorPanel) -> bool:
     return bool(misfit.phased[(points.sensor == sensor) & (points.harmonic == harmonic)].any())
 
 
-def _overlay(panel: SensorPanel, levels: Frequencies, has_phase: bool) -> OverlayPanel:
+def _make_overlay(panel: SensorPanel, levels: Frequencies, has_phase: bool) -> OverlayPanel:
     sensor, harmonic = panel.key
     label = sensor if panel.per_level else f"{sensor}, harmonic {harmonic}"
     curves = [

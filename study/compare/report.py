@@ -19,7 +19,7 @@ from correlation.metric.misfit import (
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import count, format_number
-from study.compare.data import data_document, describe_data
+from study.compare.data import describe_data, document_data
 from study.compare.result import SWEEP_WORDS, ComparisonResult
 from study.compare.sentence import CLEAR_PEAK, summarise
 
@@ -34,18 +34,18 @@ def format_report(compared: ComparisonResult) -> str:
     table, unit = compared.campaign.measurement, compared.campaign.drive.unit
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
     lines = [
-        f"{side_by_side(compared.title, compared.campaign.title)}: "
+        f"{join_titles(compared.title, compared.campaign.title)}: "
         f"{count(len(compared.campaign.sensors), 'sensor')}, {levels} {unit}, "
         f"{count(len(np.unique(table.repeat)), 'repeat')}",
         "",
     ]
-    lines += _calibrated(compared)
+    lines += _describe_calibrated(compared)
     summary = summarise(compared)
     lines += [f"{summary.tag}.", *summary.sentences, ""]
-    for name, misfit in _sides(compared).items():
-        lines += [*_side(name, misfit, compared.campaign.drive.unit), ""]
+    for name, misfit in _list_sides(compared).items():
+        lines += [*_describe_side(name, misfit, compared.campaign.drive.unit), ""]
     if compared.peaks:
-        lines += [*_peaks(compared), ""]
+        lines += [*_format_peaks(compared), ""]
     if compared.unread or compared.jumps:
         lines += [
             *(f"Not read: {reason}." for reason in compared.unread),
@@ -67,16 +67,16 @@ def make_document(compared: ComparisonResult) -> dict[str, Any]:
     """Report for ``--json``; errors of the prediction are relative and in radians."""
     summary, families, unit = summarise(compared), None, compared.campaign.drive.unit
     if compared.families is not None:
-        from study.compare.family_report import family_document
+        from study.compare.family_report import document_families
 
-        families = family_document(compared.families)
+        families = document_families(compared.families)
     return {
         "title": compared.title,
         "campaign": compared.campaign.title,
         "summary": [summary.tag, *summary.sentences],
         "suspicions": [str(item) for item in compared.suspicions],
         "calibrated": {item.name: {"factor": item.factor, "deviation": item.deviation} for item in compared.calibrated},
-        "sets": {name: _document(misfit, unit) for name, misfit in _sides(compared).items()},
+        "sets": {name: _document_misfit(misfit, unit) for name, misfit in _list_sides(compared).items()},
         "resonances": [
             {
                 "configuration": name_configuration(peak.free),
@@ -110,29 +110,29 @@ def make_document(compared: ComparisonResult) -> dict[str, Any]:
             for jump in compared.jumps
         ],
         "unread_resonances": list(compared.unread),
-        "data": data_document(compared.data),
+        "data": document_data(compared.data),
         "families": families,
         "files": [str(file) for file in compared.files],
     }
 
 
-def side_by_side(case: str, campaign: str) -> str:
+def join_titles(case: str, campaign: str) -> str:
     """Titles of a case and of a campaign: a single one if they are equal or one is empty."""
     return " beside ".join(dict.fromkeys(filter(None, [case, campaign])))
 
 
-def _sides(compared: ComparisonResult) -> Mapping[str, Misfit]:
+def _list_sides(compared: ComparisonResult) -> Mapping[str, Misfit]:
     sides = {"training": compared.train}
     return sides if compared.held_out is None else sides | {"held out": compared.held_out}
 
 
-def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
+def _document_misfit(misfit: Misfit, unit: str) -> dict[str, Any]:
     cell, points = find_worst_cell(misfit, unit)
     return {
-        **_summary_document(summarise_misfit(misfit)),
-        "n_not_found": _not_found(misfit),
+        **_document_summary(summarise_misfit(misfit)),
+        "n_not_found": _count_not_found(misfit),
         "worst_cell": {
-            **_summary_document(cell),
+            **_document_summary(cell),
             "configuration": name_configuration(bool(points.free[0])),
             "level_n": float(points.level[0]),
             "level_unit": unit,
@@ -140,11 +140,11 @@ def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
             "sensor": str(points.sensor[0]),
             "harmonic": int(points.harmonic[0]),
         },
-        "by": {axis: [_summary_document(summary) for summary in split_misfit(misfit, axis, unit)] for axis in AXES},
+        "by": {axis: [_document_summary(summary) for summary in split_misfit(misfit, axis, unit)] for axis in AXES},
     }
 
 
-def _summary_document(summary: MisfitSummary) -> dict[str, Any]:
+def _document_summary(summary: MisfitSummary) -> dict[str, Any]:
     return {
         "label": summary.label,
         "standard_deviations": summary.deviations,
@@ -155,11 +155,11 @@ def _summary_document(summary: MisfitSummary) -> dict[str, Any]:
     }
 
 
-def _not_found(misfit: Misfit) -> int:
+def _count_not_found(misfit: Misfit) -> int:
     return int((~np.isfinite(misfit.predicted)).sum())
 
 
-def _calibrated(compared: ComparisonResult) -> list[str]:
+def _describe_calibrated(compared: ComparisonResult) -> list[str]:
     if not compared.calibrated:
         return []
     factors = [item for item in compared.calibrated if not item.name.startswith(GAIN)]
@@ -172,11 +172,11 @@ def _calibrated(compared: ComparisonResult) -> list[str]:
     ]
 
 
-def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
+def _describe_side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     all_of = summarise_misfit(misfit)
     mean = f"all together {all_of.whitened:.3g} times as large as chance makes them (root of reduced chi^2)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
-    missing = _not_found(misfit)
+    missing = _count_not_found(misfit)
     if missing:
         yield f"  no steady state was found at {missing} of {len(misfit)} points; each counts 10 standard deviations"
     rows = [(WORDS[axis], find_worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
@@ -184,19 +184,19 @@ def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     yield f"  {'point by point':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
     for what, summary in [("all", all_of), *rows]:
         label = "all points" if summary is all_of else summary.label
-        yield f"  {what:<19}  {label:<{width}}  {summary.deviations:19.3g}  {_errors(summary)}"
+        yield f"  {what:<19}  {label:<{width}}  {summary.deviations:19.3g}  {_format_errors(summary)}"
     cell, _ = find_worst_cell(misfit, unit)
-    yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations of a point{_signed(cell)}"
+    yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations of a point{_describe_signed(cell)}"
 
 
-def _errors(summary: MisfitSummary) -> str:
+def _format_errors(summary: MisfitSummary) -> str:
     if not np.isfinite(summary.amplitude_error):
         return "none stands out of the noise"
     phase = f"{np.degrees(summary.phase_error):6.2f} deg" if np.isfinite(summary.phase_error) else ""
     return f"{100 * summary.amplitude_error:6.2f} %  {phase}"
 
 
-def _signed(cell: MisfitSummary) -> str:
+def _describe_signed(cell: MisfitSummary) -> str:
     if not np.isfinite(cell.signed_amplitude_error):
         return ""
     amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)
@@ -207,17 +207,17 @@ def _signed(cell: MisfitSummary) -> str:
     return f"{sentence} and its phase {format_number(abs(phase), 3)} deg too {'early' if phase > 0 else 'late'}"
 
 
-def _peaks(compared: ComparisonResult) -> Iterator[str]:
+def _format_peaks(compared: ComparisonResult) -> Iterator[str]:
     unit = compared.campaign.drive.unit
     yield "Resonances, and the error of the model in % and, in brackets, in standard deviations:"
     yield "  structure  mode     level   frequency [Hz]     error             damping     error"
     for peak in compared.peaks:
-        frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
-        damping = _error(peak.damping_error, peak.damping, peak.damping_deviation, 1)
+        frequency = _format_error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
+        damping = _format_error(peak.damping_error, peak.damping, peak.damping_deviation, 1)
         yield (
             f"  {name_configuration(peak.free):<9}  {peak.mode:4}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  "
             f"{frequency:<17}  "
-            f"{100 * peak.damping:6.3f} %  {damping}{_held(compared, peak)}"
+            f"{100 * peak.damping:6.3f} %  {damping}{_format_held_out(compared, peak)}"
         )
 
     peak, what, deviations = max(
@@ -255,7 +255,7 @@ def describe_jump(jump: JumpError, level_unit: str) -> str:
     return f"{seen}, the model at {jump.predicted_frequency:.5g} Hz ({jump.frequency_error:+.3g} Hz)"
 
 
-def _error(relative: float, value: float, deviation: float, digits: int) -> str:
+def _format_error(relative: float, value: float, deviation: float, digits: int) -> str:
     if not np.isfinite(relative):
         return "not in the model"
     if not np.isfinite(deviation) or deviation <= 0:
@@ -263,5 +263,5 @@ def _error(relative: float, value: float, deviation: float, digits: int) -> str:
     return f"{100 * relative:+.{digits}f} % ({abs(relative) * value / deviation:.1f})"
 
 
-def _held(compared: ComparisonResult, peak: PeakError) -> str:
+def _format_held_out(compared: ComparisonResult, peak: PeakError) -> str:
     return "" if np.isin(peak.level, compared.train.points.level) else "  held out"

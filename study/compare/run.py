@@ -31,7 +31,7 @@ from pipeline import fingerprint
 from pipeline.store import stage
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
-from study.compare.data import compare_data, format_data_csv, training_data
+from study.compare.data import compare_data, format_data_csv, select_training_data
 from study.compare.data_run import DataComparisonResult, name_step, run_data_comparison
 from study.compare.data_view import show_data
 from study.compare.page import make_page
@@ -103,7 +103,7 @@ def run_compare(
     title, stem = f"{setup.title}, calibrated" if calibrate else setup.title, f"{case.stem}_compare"
     if limits:
         from study.compare.family_calibration import FamilyRequest, compare_with_families
-        from study.compare.family_report import family_sections
+        from study.compare.family_report import make_family_sections
 
         asked = FamilyRequest(campaign=campaign, table=opened.case.limits, structure=read.structure, title=title)
         # After the calibration parameters come gains that the campaign does not know.
@@ -113,7 +113,7 @@ def run_compare(
             else None
         )
         families = compare_with_families(compared.model, setup, asked, run, stem, factors)
-        sections = (*compared.sections, *family_sections(families))
+        sections = (*compared.sections, *make_family_sections(families))
         compared = replace(compared, families=families, sections=sections, files=families.files)
     with run.progress.step("figures", expected=4):
         drawing = Drawing.of(compared)
@@ -132,11 +132,11 @@ def run_compare(
 def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> ComparisonResult:
     """`compare` from the store of a run, or computed."""
     step, seconds = name_step(15, calibrate)
-    key = comparison_key(setup, campaign, calibrate)
+    key = make_comparison_key(setup, campaign, calibrate)
     return run.step(step, expected=seconds).run(comparison, key, setup, campaign, calibrate)
 
 
-def comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
+def make_comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
     """Hash of all inputs of a comparison, code included."""
     inputs = {"setup": setup, "campaign": campaign.content, "calibrate": calibrate}
     return fingerprint.key("comparison", inputs, __name__)
@@ -260,7 +260,7 @@ def _list_data_sets(
             campaign, begin.complete, (*setup.calibration_parameters, *unknown), begin.complete_budget
         )
         fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
-        fit = fit_together(arrangement.train, fit, training_data(campaign, fit.model))
+        fit = fit_together(arrangement.train, fit, select_training_data(campaign, fit.model))
         held_out = arrangement.held_out.predict(fit.model, fit.prediction)
         data_sets = [
             DataSet(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),

@@ -16,7 +16,7 @@ from geometry.plain_number import format_number
 from study.compare.curve import name_harmonic
 from study.compare.data import DataComparison, without_comparison
 from study.compare.result import AGREES, DIFFERS, ComparisonResult
-from study.compare.section.overview import left_out
+from study.compare.section.overview import describe_left_out
 from study.merge_sentences import name_wrong_places
 
 #: A resonance fails beyond this: of some twenty, one deviates by three by chance [standard deviations].
@@ -60,7 +60,7 @@ class Summary:
 def summarise(compared: ComparisonResult) -> Summary:
     """Verdict of a comparison."""
     difference = summarise_misfit(compared.train).whitened
-    differing = _differing(compared.data)
+    differing = _list_differing(compared.data)
     tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions, differing)
     if tone != "missing" and (vague := _describe_wide_deviations(compared)):
         tone, tag = "ambiguous", f"The measurements do not tell whether the model agrees: {vague}"
@@ -79,12 +79,12 @@ def summarise(compared: ComparisonResult) -> Summary:
         tone=tone,
         tag=tag,
         sentences=(
-            _overall(compared.train),
+            _describe_overall(compared.train),
             *describe_resonances(
-                compared.peaks, compared.campaign.drive.unit, agrees=difference <= AGREES, levels=_levels(compared)
+                compared.peaks, compared.campaign.drive.unit, agrees=difference <= AGREES, levels=_list_levels(compared)
             ),
-            *_worst(compared.train, compared.campaign.drive.unit),
-            *left_out(compared),
+            *_describe_worst(compared.train, compared.campaign.drive.unit),
+            *describe_left_out(compared),
         ),
         next=NEXT,
         cards=tuple(cards),
@@ -135,7 +135,7 @@ def doubt(suspicions: Sequence[Suspicion]) -> str:
     return f", but some of these look wrong: {where}" if where else ""
 
 
-def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
+def _list_differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
     """Data with significant and clear differences, by the thresholds of steady states, with their sizes."""
     far = []
     for item in data:
@@ -164,7 +164,7 @@ def _describe_wide_deviations(compared: ComparisonResult) -> str:
     return ""
 
 
-def _overall(misfit: Misfit) -> str:
+def _describe_overall(misfit: Misfit) -> str:
     summary = summarise_misfit(misfit)
     noise = (
         f"{summary.whitened:.3g} times as large as noise, friction histories and numerical error make them "
@@ -181,7 +181,7 @@ def _overall(misfit: Misfit) -> str:
     return f"All together the differences are {noise}; {amplitude}{phase}."
 
 
-def _levels(compared: ComparisonResult) -> dict[bool, tuple[float, ...]]:
+def _list_levels(compared: ComparisonResult) -> dict[bool, tuple[float, ...]]:
     """Levels that were compared, by whether the structure was free."""
     points = compared.train.points
     return {free: tuple(np.unique(points.level[points.free == free]).tolist()) for free in (False, True)}
@@ -213,7 +213,7 @@ def describe_resonances(
         if not listed:
             yield f"The model has no resonance in the measured band that belongs to the {name}."
             continue
-        frequency = _ranged(
+        frequency = _describe_range(
             [100 * peak.frequency_error for peak in listed],
             [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],
             [peak.frequency_deviation / peak.frequency for peak in listed],
@@ -221,7 +221,7 @@ def describe_resonances(
             unit,
             agrees,
         )
-        damping = _ranged(
+        damping = _describe_range(
             [100 * peak.damping_error for peak in listed],
             [abs(peak.predicted_damping - peak.damping) / peak.damping_deviation for peak in listed],
             [peak.damping_deviation / peak.damping for peak in listed],
@@ -230,9 +230,9 @@ def describe_resonances(
             agrees,
         )
         read = [peak.level for peak in listed]
-        only = f" (read at {_listed(read)} {unit} only)" if set((levels or {}).get(free, ())) - set(read) else ""
+        only = f" (read at {_join_levels(read)} {unit} only)" if set((levels or {}).get(free, ())) - set(read) else ""
         yield f"The {name}{only} {frequency}; its damping {damping}."
-        yield from _softening(listed, free, unit)
+        yield from _describe_softening(listed, free, unit)
 
 
 def group_modes(peaks: Iterable[PeakError]) -> dict[tuple[bool, int], list[PeakError]]:
@@ -250,11 +250,11 @@ def name_mode(mode: Sequence[PeakError], peaks: Iterable[PeakError]) -> str:
     return f" near {np.mean([peak.frequency for peak in mode]):.3g} Hz"
 
 
-def _listed(levels: Sequence[float]) -> str:
+def _join_levels(levels: Sequence[float]) -> str:
     return ", ".join(f"{level:g}" for level in levels)
 
 
-def _ranged(
+def _describe_range(
     errors: Sequence[float],
     deviations: Sequence[float],
     resolution: Sequence[float],
@@ -284,7 +284,7 @@ def _ranged(
         )
         return f"differs by up to {format_number(largest)} %{remark}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
-    where = "" if len(clear) == len(peaks) else f" at {_listed([peaks[number].level for number in clear])} {unit}"
+    where = "" if len(clear) == len(peaks) else f" at {_join_levels([peaks[number].level for number in clear])} {unit}"
     if least * most < 0:
         return f"is off by {format_number(least, sign='+')} to {format_number(most, sign='+')} %{where}"
     word = "high" if most > 0 else "low"
@@ -304,7 +304,7 @@ def _change_of_damping(first: float, last: float) -> tuple[str, str]:
     return ("goes", f"from {ends} %") if " to " in ends else ("stays", f"at {ends} %")
 
 
-def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[str]:
+def _describe_softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[str]:
     """Change from the lowest to the highest level, measured and predicted, if significant."""
     first, last = peaks[0], peaks[-1]
     if free or len(peaks) < 2:
@@ -357,7 +357,7 @@ def format_percent(ratio: float) -> str:
     return format_number(100 * abs(ratio))
 
 
-def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
+def _describe_worst(misfit: Misfit, unit: str) -> Iterator[str]:
     """The worst sensor and the worst place, if they exceed the noise."""
     cell, points = find_worst_cell(misfit)
     if not cell.deviations > DIFFERS:

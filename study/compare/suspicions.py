@@ -49,7 +49,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     before
         States to start from, if any.
     """
-    of_data = (*find_response_suspicions(model, campaign.data), *_kept_joints(campaign, model))
+    of_data = (*find_response_suspicions(model, campaign.data), *_suspect_kept_joints(campaign, model))
     if not len(campaign.measurement):
         return (*campaign.suspicions, *of_data)
     table = average_campaign(campaign)
@@ -72,7 +72,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         *find_wrong_units(campaign, points, predicted),
     )
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
-        of_tests = _wrong_levels(campaign, motions, model) or of_tests
+        of_tests = _suspect_levels(campaign, motions, model) or of_tests
         of_tests = (*of_tests, *find_constant_factors(campaign, points, predicted))
     of_case: tuple[Suspicion, ...] = ()
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
@@ -84,14 +84,14 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         *campaign.suspicions,
         *of_tests,
         *of_case,
-        *_single_repeat(campaign),
+        *_suspect_single_repeat(campaign),
         *find_jump_suspicions(campaign),
         *{suspicion.where: suspicion for suspicion in reversed(swapped)}.values(),  # each pair once
         *of_data,
     )
 
 
-def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
+def _suspect_kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
     """Joints that remain in the model although the structure was measured without contacts."""
     free = [item.name for item in (*campaign.tests, *campaign.data) if getattr(item, "configuration", "") == "free"]
     kept = [joint.name for joint in model.without_contacts().system.joints] if free else []
@@ -104,7 +104,7 @@ def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
         )  # fmt: skip
 
 
-def _wrong_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> tuple[Suspicion, ...]:
+def _suspect_levels(campaign: Campaign, motions: MotionReadings, model: Model) -> tuple[Suspicion, ...]:
     """Levels in a wrong unit, found by predictions at levels 1000 times smaller and larger."""
     readings = motions.some(MOST_ASKED)
     stated = readings.stated_misfit
@@ -173,7 +173,7 @@ def require_noise(campaign: Campaign, folder: Path) -> None:
         raise CampaignError(f"{folder / MANIFEST}: {single}")
 
 
-def _single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
+def _suspect_single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     """Suspicion about a campaign with a single repeat."""
     count = np.unique(campaign.measurement.repeat, return_counts=True)[1]
     if not len(count) or count.sum() - count.max() >= LEAST_REPEATED * count.max():

@@ -40,12 +40,12 @@ def find_wrong_stiffness(motions: MotionReadings, model: Model) -> tuple[Suspici
     stated = readings.stated_misfit
     if not stated > GROSS or (peak := _find_lowest_peak(jointed)) is None:
         return ()
-    nearest = _distance(model, peak)
+    nearest = _compute_distance(model, peak)
     tried = [
         (distance, where, parameter, stiffness, power, changed)
-        for where, parameter, stiffness in _stiffnesses(model)
+        for where, parameter, stiffness in _list_stiffnesses(model)
         for power in POWERS
-        if (distance := _distance(changed := _change(model, parameter, stiffness, 10.0**power), peak))
+        if (distance := _compute_distance(changed := _change(model, parameter, stiffness, 10.0**power), peak))
         < DISTINGUISHABLE * nearest
     ]
     for _, where, parameter, stiffness, power, changed in sorted(tried, key=lambda item: item[0])[:MOST_TRIED]:
@@ -79,14 +79,14 @@ def _find_lowest_peak(jointed: MotionReadings) -> float | None:
     return peak if frequency.min() < peak < frequency.max() else None
 
 
-def _distance(model: Model | None, peak: float) -> float:
+def _compute_distance(model: Model | None, peak: float) -> float:
     """Absolute log ratio of a frequency and the nearest resonance that the test can show [-]."""
     if model is None:
         return np.inf
     return float(np.abs(np.log(find_visible_resonances(model) / peak)).min(initial=np.inf))
 
 
-def _stiffnesses(model: Model) -> Iterator[tuple[str, str, dict[str, float]]]:
+def _list_stiffnesses(model: Model) -> Iterator[tuple[str, str, dict[str, float]]]:
     """Place in words, parameter name, and value by joint [N/m] of every stiffness of a case."""
     joints = {joint.name: joint for joint in model.system.joints}
     of_line = {name for contacts in model.lines.values() for name in contacts}

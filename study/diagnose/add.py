@@ -8,7 +8,7 @@ from typing import Any
 from casefile.table import SCHEMA
 from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
-from study.case.added import case_catalogue, find_effect, key_of, value_of
+from study.case.added import find_effect, list_case_effects, make_parameter_key, read_parameter
 from study.case.setup import Setup, read_case
 from study.diagnose.edit import Written, edit_case, list_changes, revert_change
 from study.diagnose.history import (
@@ -18,7 +18,7 @@ from study.diagnose.history import (
     Errors,
     History,
     HistoryStep,
-    case_key,
+    hash_case,
     history_of,
     read_text,
     write_beside,
@@ -64,7 +64,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     """
     open_case(case)
     text, history = read_text(case), history_of(case)
-    step = _given(case, history, name, values, run) if values else _diagnosed(case, history, text, name, run)
+    step = _take_given(case, history, name, values, run) if values else _take_diagnosed(case, history, text, name, run)
     written = {effect: as_written(values) for effect, values in step.pop("added").items()}
     written[step["effect"]] = as_written(step["values"])
     new = edit_case(text, written, as_written(step["calibrated"]), str(case))
@@ -74,7 +74,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
         case_before=text,
         case_after=new,
         diff=list_changes(text, new, case.name),
-        case_key=case_key(new),
+        case_key=hash_case(new),
     )
     return save_step(case, history, noted, new)
 
@@ -114,7 +114,7 @@ def undo(case: Path) -> HistoryStep:
         )
     noted = HistoryStep(
         what=UNDO, effect=last.effect, before=last.after, after=last.before, case_before=text, case_after=old,
-        diff=list_changes(text, old, case.name), case_key=case_key(old),
+        diff=list_changes(text, old, case.name), case_key=hash_case(old),
     )  # fmt: skip
     return save_step(case, history, noted, old)
 
@@ -141,9 +141,9 @@ def find_case(folder: Path) -> Path:
     CaseEditError
         There is none, or there are several.
     """
-    cases = {file: case for file in sorted(folder.glob("*.toml")) if (case := _case(file)) is not None}
+    cases = {file: case for file in sorted(folder.glob("*.toml")) if (case := _read_tables(file)) is not None}
     # A refined version of another case does not count.
-    finer = {(folder / name).resolve() for case in cases.values() for name in _refined(case)}
+    finer = {(folder / name).resolve() for case in cases.values() for name in _list_refined(case)}
     files = [file for file in cases if file.resolve() not in finer]
     files = [file for file in files if cases[file]["schema"] == SCHEMA] or files
     if len(files) > 1:
@@ -155,13 +155,13 @@ def find_case(folder: Path) -> Path:
     raise CaseEditError(f"there {'are' if files else 'is'} {count} in {folder.resolve()}: name the case with --case")
 
 
-def _diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:
+def _take_diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:
     """Fields of the step with the values of the last diagnosis."""
-    key = case_key(text)
+    key = hash_case(text)
     steps = [step for step in history.steps if step.what == DIAGNOSIS and step.case_key == key]
     if not steps:
         why = "the case was edited since its last diagnosis" if history.last_diagnosis else "it has no diagnosis"
-        _checked(case, history, name, run)
+        _check_name(case, history, name, run)
         raise CaseEditError(
             f'{case}: {why}, from which to take the strength of "{name}": run stickslip diagnose, or give --value'
         )
@@ -169,7 +169,7 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
     diagnosis = steps[-1]
     candidate = next((item for item in diagnosis.candidates if item["effect"].casefold() == wanted), None)
     if candidate is None:
-        effect = _checked(case, history, name, run)
+        effect = _check_name(case, history, name, run)
         raise CaseEditError(
             f'{case}: the last diagnosis did not fit "{effect}", as others seemed to explain the measurements better, '
             "or as no place of the case is there: give its strength with --value"
@@ -182,20 +182,24 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
     }
 
 
-def _given(case: Path, history: History, name: str, texts: Sequence[str], run: RunContext | None) -> dict[str, Any]:
+def _take_given(
+    case: Path, history: History, name: str, texts: Sequence[str], run: RunContext | None
+) -> dict[str, Any]:
     """Fields of the step with the values of the user."""
-    setup = _setup(case, history, run)
-    effect = find_effect(case_catalogue(setup.model, setup.effect_files, [name]), name)
+    setup = _read_setup(case, history, run)
+    effect = find_effect(list_case_effects(setup.model, setup.effect_files, [name]), name)
     if len(texts) != len(effect.parameters):
-        listed = ", ".join(key_of(parameter) for parameter in effect.parameters)
+        listed = ", ".join(make_parameter_key(parameter) for parameter in effect.parameters)
         raise EffectError(f'"{effect.name}" has {len(effect.parameters)} values ({listed}), not {len(texts)}')
     values: dict[str, Written] = {}
     for text, parameter in zip(texts, effect.parameters, strict=True):
         try:
-            value = value_of(text, parameter)
+            value = read_parameter(text, parameter)
         except EffectError as error:
             raise EffectError(f'--value "{text}": {error}') from None
-        values[key_of(parameter)] = Written(value=value if parameter.unit == "-" else " ".join(text.split()))
+        values[make_parameter_key(parameter)] = Written(
+            value=value if parameter.unit == "-" else " ".join(text.split())
+        )
     return {"effect": effect.name, "values": values, "added": {}, "calibrated": {}}
 
 
@@ -204,10 +208,10 @@ def as_written(values: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
     return {key: Written(*value) for key, value in values.items()}
 
 
-def _checked(case: Path, history: History, name: str, run: RunContext | None) -> str:
+def _check_name(case: Path, history: History, name: str, run: RunContext | None) -> str:
     """The name of an effect in the spelling of the catalogue; an effect that the case already has is refused."""
-    setup = _setup(case, history, run)
-    effect = find_effect(case_catalogue(setup.model, setup.effect_files, [name]), name)
+    setup = _read_setup(case, history, run)
+    effect = find_effect(list_case_effects(setup.model, setup.effect_files, [name]), name)
     if effect.name in [item.effect.name for item in setup.added]:
         raise CaseEditError(
             f'{case}: "{effect.name}" is in the case already, and fitted in every diagnosis: change its value with '
@@ -216,7 +220,7 @@ def _checked(case: Path, history: History, name: str, run: RunContext | None) ->
     return effect.name
 
 
-def _setup(case: Path, history: History, run: RunContext | None) -> Setup:
+def _read_setup(case: Path, history: History, run: RunContext | None) -> Setup:
     """The case, with the sensors of the campaign of its diagnosis if that still exists."""
     folder = Path("" if history.last_diagnosis is None else history.last_diagnosis.campaign)
     is_there = history.last_diagnosis is not None and (folder / "campaign.toml").is_file()
@@ -235,7 +239,7 @@ def save_step(case: Path, history: History, step: HistoryStep, text: str) -> His
     return longer.steps[-1]
 
 
-def _case(file: Path) -> dict[str, Any] | None:
+def _read_tables(file: Path) -> dict[str, Any] | None:
     """Tables of a case file, also of an earlier schema; None for any other file."""
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8-sig")) if file.is_file() else {}
@@ -245,7 +249,7 @@ def _case(file: Path) -> dict[str, Any] | None:
     return data if "schema" in data and described else None
 
 
-def _refined(case: dict[str, Any]) -> list[str]:
+def _list_refined(case: dict[str, Any]) -> list[str]:
     table = case.get("numerical_error")
     names = table.get("refined") if isinstance(table, dict) else None
     return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []

@@ -7,7 +7,7 @@ from study.case.setup import read_case, require_loads
 from study.compare.suspicions import require_testable
 from study.diagnose.add import CaseEditError, as_written, save_step
 from study.diagnose.edit import edit_case, list_changes
-from study.diagnose.history import CALIBRATION, HistoryStep, case_key, history_of, read_text
+from study.diagnose.history import CALIBRATION, HistoryStep, hash_case, history_of, read_text
 from study.diagnose.round import summarise_errors
 from study.diagnose.screen import ScreeningResult, screen_case
 from study.diagnose.table import list_case_values
@@ -89,6 +89,6 @@ def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text:
         what=CALIBRATION, effect=CALIBRATION, campaign=str(folder.resolve()), calibrated=values["calibrated"],
         before=None if screened.setup.added or screened.setup.calibrated else drawn, after=after, drawn=drawn,
         accepted=None if screened.setup.added else after, case_before=text, case_after=new,
-        diff=list_changes(text, new, case.name), case_key=case_key(new),
+        diff=list_changes(text, new, case.name), case_key=hash_case(new),
     )  # fmt: skip
     return save_step(case, history_of(case), step, new)

@@ -21,7 +21,7 @@ from study.compare.curve import (
     name_harmonic,
     refine_points,
 )
-from study.compare.drawn_unit import choose_unit, per_level_unit
+from study.compare.drawn_unit import choose_unit, format_per_level_unit
 from study.compare.section.misfit import map_misfit
 from study.diagnose.round import Round
 from study.diagnose.stages import FitStage, list_data_sets
@@ -30,7 +30,7 @@ from study.page.number import round_list
 Numbers = Float[NDArray[np.float64], " f"]
 
 
-def joined_misfit(result: Round, stage: FitStage) -> tuple[Misfit, set[float]]:
+def join_misfits(result: Round, stage: FitStage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels, and the set of held-out levels."""
     train, held_out = (data_set.misfit for data_set in list_data_sets(result, stage))
     return join_sides(train, held_out)
@@ -38,7 +38,7 @@ def joined_misfit(result: Round, stage: FitStage) -> tuple[Misfit, set[float]]:
 
 def make_curves(result: Round, stages: Sequence[FitStage]) -> dict[str, Any]:
     """Responses over frequency: of each configuration, sensor and harmonic, and level; amplitude, phase, deviation."""
-    misfit, new = joined_misfit(result, stages[-1])
+    misfit, new = join_misfits(result, stages[-1])
     levels = np.unique(misfit.points.level)
     sensors = {sensor.name: sensor for sensor in stages[-1].refit.fit.model.sensors}
     units, drive = {sensor.name: sensor.unit for sensor in result.campaign.sensors}, result.campaign.drive.unit
@@ -46,7 +46,7 @@ def make_curves(result: Round, stages: Sequence[FitStage]) -> dict[str, Any]:
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
         fine = refine_points(part.points)
-        lines = [_lines(result, stage, fine, name_configuration(bool(free))) for stage in stages]
+        lines = [_compute_lines(result, stage, fine, name_configuration(bool(free))) for stage in stages]
         for sensor, harmonic in list_curve_keys(part):
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
@@ -67,7 +67,7 @@ def make_curves(result: Round, stages: Sequence[FitStage]) -> dict[str, Any]:
                     "sensor": sensor,
                     "harmonic": int(harmonic),
                     "label": f"{sensor}, {name_harmonic(harmonic)}",
-                    "unit": typeset(per_level_unit(unit, drive) if per_level else unit),
+                    "unit": typeset(format_per_level_unit(unit, drive) if per_level else unit),
                     "static": not harmonic,
                     "groups": groups,
                 }
@@ -82,7 +82,7 @@ def make_curves(result: Round, stages: Sequence[FitStage]) -> dict[str, Any]:
 
 def make_maps(result: Round, stages: Sequence[FitStage]) -> list[dict[str, Any]]:
     """Misfit of each configuration and stage: rows are levels within sensors and harmonics, columns frequencies."""
-    parts = [joined_misfit(result, stage)[0] for stage in stages]
+    parts = [join_misfits(result, stage)[0] for stage in stages]
     listed = []
     for free in np.unique(parts[0].points.free):
         chosen = [part.where(np.asarray(part.points.free == free)) for part in parts]
@@ -98,7 +98,7 @@ def make_maps(result: Round, stages: Sequence[FitStage]) -> list[dict[str, Any]]
     return listed
 
 
-def _lines(result: Round, stage: FitStage, fine: Points, name: str) -> NDArray[np.complex128]:
+def _compute_lines(result: Round, stage: FitStage, fine: Points, name: str) -> NDArray[np.complex128]:
     fit = stage.refit.fit
     return result.run_step(
         f"curves, {stage.name}, {name}", lambda: Predictor(points=fine).predict(fit.model, fit.prediction).value

@@ -18,14 +18,14 @@ from study.case.setup import Setup, read_case
 from study.compare.data import compare_data, describe_coverage
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
-from study.compare.report import side_by_side
+from study.compare.report import join_titles
 from study.compare.result import Calibrated, list_calibrated
 from study.compare.section.section import Section
 from study.compare.sentence import Summary
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import add
 from study.diagnose.advice import ADVICE
-from study.diagnose.history import DIAGNOSIS, Errors, HistoryStep, case_key, history_of, read_text
+from study.diagnose.history import DIAGNOSIS, Errors, HistoryStep, hash_case, history_of, read_text
 from study.diagnose.progress import phases
 from study.diagnose.round import MOST_ADDED, Steps, summarise_errors
 from study.diagnose.table import format_fitted_strength, list_case_values
@@ -114,7 +114,7 @@ class DataDiagnosisResult:
         return "\n".join([*self._lines(), "", *map(str, self.files)])
 
     def _lines(self) -> Iterator[str]:
-        yield side_by_side(self.setup.title, self.campaign.title)
+        yield join_titles(self.setup.title, self.campaign.title)
         yield ""
         yield self.headline
         yield f"  next: {self.advice}"
@@ -237,7 +237,7 @@ def _diagnose(
     case: Path, setup: Setup, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str],
     suspicions: tuple[Suspicion, ...],
 ) -> DataDiagnosisResult:  # fmt: skip
-    key = case_key(read_text(case))  # read first: the file may be edited during the diagnosis
+    key = hash_case(read_text(case))  # read first: the file may be edited during the diagnosis
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
@@ -265,18 +265,18 @@ def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
 def _record(result: DataDiagnosisResult, case: Path, folder: Path, key: str) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
     fitted = [
-        {**list_case_values(result.setup, refit), "after": _chi2(refit).document}
+        {**list_case_values(result.setup, refit), "after": _keep_chi2(refit).document}
         for refit in result.diagnosis.refits
         if refit.effect is not None
     ]
     step = HistoryStep(
         what=DIAGNOSIS, case_key=key, campaign=str(folder.resolve()), sentence=result.headline,
-        finding=result.diagnosis.verdict.finding.value, before=_chi2(result.diagnosis.baseline), candidates=fitted,
+        finding=result.diagnosis.verdict.finding.value, before=_keep_chi2(result.diagnosis.baseline), candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()
 
 
-def _chi2(refit: Refit) -> Errors:
+def _keep_chi2(refit: Refit) -> Errors:
     """Reduced chi-squared alone: features have errors in standard deviations, not in per cent."""
     return replace(summarise_errors(refit), training=nan, held_out=nan)
 

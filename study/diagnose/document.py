@@ -41,7 +41,7 @@ def make_document(result: Round) -> dict[str, Any]:
         "further": None if further is None else _document_effect(further),
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
-        "errors": {**_case_errors(result), "before": summarise_errors(diagnosis.baseline).document},
+        "errors": {**_document_case_errors(result), "before": summarise_errors(diagnosis.baseline).document},
         "named": [_document_effect(item) for item in diagnosis.verdict.effects],
         "calibrated": {
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
@@ -105,7 +105,7 @@ def _document_effect(item: Refit) -> dict[str, Any]:
     }
 
 
-def _case_errors(result: Round) -> dict[str, Any]:
+def _document_case_errors(result: Round) -> dict[str, Any]:
     """Errors as drawn, without calibrated values and added effects, and of the whole case."""
     named = {"as drawn": "drawn", "as the case says": "in_case"}
     return {

@@ -25,11 +25,11 @@ def list_doubts(result: Round) -> list[str]:
     """
     return [
         *map(str, result.wrong),
-        *_unknown_errors(result),
-        *_worse_held_out_data(result),
-        *_remaining_error(result),
-        *_jumps(result),
-        *_shifted_parameters(result),
+        *_doubt_unknown_errors(result),
+        *_doubt_worse_held_out_data(result),
+        *_doubt_remaining_error(result),
+        *_doubt_jumps(result),
+        *_doubt_shifted_parameters(result),
         *result.remarks,
     ]
 
@@ -45,7 +45,7 @@ def list_notes(result: Round) -> list[str]:
     return [*_model_error(result)]
 
 
-def _unknown_errors(result: Round) -> Iterator[str]:
+def _doubt_unknown_errors(result: Round) -> Iterator[str]:
     """Relative errors that cannot be computed."""
     baseline = result.diagnosis.baseline
     if not (isfinite(baseline.error) and isfinite(baseline.held_out_error)):
@@ -54,7 +54,7 @@ def _unknown_errors(result: Round) -> Iterator[str]:
         yield f"The relative errors are unknown: {why}."
 
 
-def _worse_held_out_data(result: Round) -> Iterator[str]:
+def _doubt_worse_held_out_data(result: Round) -> Iterator[str]:
     """A calibration that increases the held-out error, by chi^2 of noise and stated errors or clearly in itself."""
     uncalibrated, baseline = result.uncalibrated, result.diagnosis.baseline
     rise = (baseline.held_out_reduced_chi2_by_noise - uncalibrated.held_out_reduced_chi2_by_noise) * baseline.n_held_out
@@ -67,7 +67,7 @@ def _worse_held_out_data(result: Round) -> Iterator[str]:
         )
 
 
-def _remaining_error(result: Round) -> Iterator[str]:
+def _doubt_remaining_error(result: Round) -> Iterator[str]:
     """A large remaining held-out error with the named effect."""
     if result.best is not None and errs_on_held_out(result.best):
         held_out, others = (
@@ -79,7 +79,7 @@ def _remaining_error(result: Round) -> Iterator[str]:
         )
 
 
-def _jumps(result: Round) -> Iterator[str]:
+def _doubt_jumps(result: Round) -> Iterator[str]:
     """Held-out jumps at another frequency in the model, or absent from it; the held-out error excludes them."""
     jumps = (result.best or result.diagnosis.baseline).held_out_jumps
     elsewhere = [
@@ -98,7 +98,7 @@ def _jumps(result: Round) -> Iterator[str]:
             )
 
 
-def _shifted_parameters(result: Round) -> Iterator[str]:
+def _doubt_shifted_parameters(result: Round) -> Iterator[str]:
     """Individual calibration parameters at a bound or far from their priors.
 
     The joint test of all of them against their priors is a rule of the verdict, see `list_beyond_priors`.

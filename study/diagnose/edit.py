@@ -55,11 +55,11 @@ def edit_case(text: str, added: Mapping[str, Values], calibrated: Values, file: 
     try:
         return edit_tables(
             text,
-            lambda before: _wanted(before, added, calibrated),
+            lambda before: _edit_data(before, added, calibrated),
             lambda pieces: _with_values(pieces, added, calibrated),
         )
     except UneditableLayout as error:
-        raise _refusal(file, str(error)) from None
+        raise _make_refusal(file, str(error)) from None
 
 
 class UneditableLayout(ValueError):
@@ -123,14 +123,14 @@ def _with_values(pieces: Sequence[str], added: Mapping[str, Values], calibrated:
             if key not in piece:
                 continue
             document: Any = tomlkit.parse(piece)
-            table = document.get(key) if effect is None else _table_of(effect, document.get(key, []))
+            table = document.get(key) if effect is None else _find_table(effect, document.get(key, []))
             if table is not None:
-                _written(table, "", values)
+                _write_table(table, "", values)
                 written[number] = tomlkit.dumps(document)
                 break
         else:
-            header = "[calibrated]" if effect is None else f'[[added]]\neffect = "{_escaped(effect)}"'
-            new += _written(None, header, values)
+            header = "[calibrated]" if effect is None else f'[[added]]\neffect = "{_escape(effect)}"'
+            new += _write_table(None, header, values)
     result = "".join(written)
     return f"{result.rstrip()}\n{new}" if new else result
 
@@ -165,12 +165,12 @@ def revert_change(before: str, after: str, current: str) -> str | None:
     return "".join(result)
 
 
-def _wanted(data: dict[str, Any], added: Mapping[str, Values], calibrated: Values) -> dict[str, Any]:
+def _edit_data(data: dict[str, Any], added: Mapping[str, Values], calibrated: Values) -> dict[str, Any]:
     """Content of the file after the edit."""
     data = deepcopy(data)
     for effect, values in added.items():
         tables = data.setdefault("added", [])
-        table = _table_of(effect, tables)
+        table = _find_table(effect, tables)
         if table is None:
             tables.append(table := {"effect": effect})
         table |= {key: item.value for key, item in values.items()}
@@ -179,13 +179,13 @@ def _wanted(data: dict[str, Any], added: Mapping[str, Values], calibrated: Value
     return data
 
 
-def _written(table: Any, header: str, values: Values) -> str:
+def _write_table(table: Any, header: str, values: Values) -> str:
     """Write values into a table of the document; text of a new table without one."""
     if table is None:
         lines = [header]
         for key, (value, note) in values.items():
-            text = f'"{_escaped(value)}"' if isinstance(value, str) else repr(value)
-            lines.append(f"{_key(key)} = {text}{f' # {_comment(note)}' if note else ''}")
+            text = f'"{_escape(value)}"' if isinstance(value, str) else repr(value)
+            lines.append(f"{_quote_key(key)} = {text}{f' # {_format_comment(note)}' if note else ''}")
         return "\n" + "".join(f"{line}\n" for line in lines)
     for key, (value, note) in values.items():
         before = table[key].trivia.comment if key in table else ""
@@ -193,31 +193,31 @@ def _written(table: Any, header: str, values: Values) -> str:
         item: Item = table[key]
         is_note = before.lstrip("# ").startswith((NOTE, BOUND, UPPER))
         if note and (not before or is_note):
-            item.comment(_comment(note))
+            item.comment(_format_comment(note))
         elif is_note:  # the interval of another value
             item.trivia.comment, item.trivia.comment_ws = "", ""
     return ""
 
 
-def _comment(note: str) -> str:
+def _format_comment(note: str) -> str:
     return note if note.startswith((BOUND, UPPER)) else NOTE + note
 
 
-def _table_of(effect: str, tables: Iterable[Any]) -> Any:
+def _find_table(effect: str, tables: Iterable[Any]) -> Any:
     """The table of an effect, or None."""
     names = [(" ".join(str(table.get("effect", "")).split()).casefold(), table) for table in tables]
     return dict(reversed(names)).get(" ".join(effect.split()).casefold())
 
 
-def _key(name: str) -> str:
+def _quote_key(name: str) -> str:
     """A key in TOML: in quotes if it contains a dot, which would begin a table."""
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{_escaped(name)}"'
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{_escape(name)}"'
 
 
-def _escaped(text: str) -> str:
+def _escape(text: str) -> str:
     return re.sub(r'(["\\])', r"\\\1", text)
 
 
-def _refusal(file: str, reason: str) -> CaseError:
+def _make_refusal(file: str, reason: str) -> CaseError:
     text = f"cannot be edited ({reason}): write the effect into it by hand, as docs/diagnose.md shows"
     return CaseError([Problem(file=file, line=0, key="", text=text)])

@@ -144,12 +144,12 @@ class History:
         OutputError
             It cannot be written.
         """
-        steps = [_plain(step) for step in self.steps]
+        steps = [_document_step(step) for step in self.steps]
         text = json.dumps({"schema": SCHEMA, "steps": steps}, indent=1, ensure_ascii=False, allow_nan=False)
         write_beside(self.file, f"{text}\n")
 
 
-def history_file(case: Path) -> Path:
+def name_history_file(case: Path) -> Path:
     """Path of the history of a case file."""
     return case.with_name(f"{case.stem}.history.json")
 
@@ -162,20 +162,20 @@ def history_of(case: Path) -> History:
     CaseError
         A history that is damaged.
     """
-    file = history_file(case)
+    file = name_history_file(case)
     if file.exists() and not file.is_file():
-        raise _damaged(file, "is a folder or a device")
+        raise _make_damage_error(file, "is a folder or a device")
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
         if data["schema"] != SCHEMA:
-            raise _damaged(file, f"schema = {data['schema']} is of another version of stickslip")
+            raise _make_damage_error(file, f"schema = {data['schema']} is of another version of stickslip")
         return History(file=file, steps=tuple(_step(item) for item in data["steps"]))
     except FileNotFoundError:
         return History(file=file)
     except OSError as error:
-        raise _damaged(file, f"cannot be read ({error.strerror})") from None
+        raise _make_damage_error(file, f"cannot be read ({error.strerror})") from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise _damaged(file, "is damaged") from None
+        raise _make_damage_error(file, "is damaged") from None
 
 
 def read_text(case: Path) -> str:
@@ -183,7 +183,7 @@ def read_text(case: Path) -> str:
     return case.read_bytes().decode("utf-8")
 
 
-def case_key(text: str) -> str:
+def hash_case(text: str) -> str:
     """Hash of the content of a case, independent of comments and layout."""
     data = tomllib.loads(text.removeprefix("\ufeff"))
     return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()
@@ -207,7 +207,7 @@ def write_beside(file: Path, text: str) -> None:
         ) from None
 
 
-def _plain(step: HistoryStep) -> dict[str, Any]:
+def _document_step(step: HistoryStep) -> dict[str, Any]:
     data = {name: getattr(step, name) for name in step.__dataclass_fields__}
     errors = {name: item.document for name, item in data.items() if isinstance(item, Errors)}
     return {name: value for name, value in (data | errors).items() if value not in (None, "", (), {}, [])}
@@ -218,6 +218,6 @@ def _step(data: Mapping[str, Any]) -> HistoryStep:
     return HistoryStep(**{**data, **{name: Errors.read(data[name]) for name in names if name in data}})
 
 
-def _damaged(file: Path, what: str) -> CaseError:
+def _make_damage_error(file: Path, what: str) -> CaseError:
     text = f"{what}: correct it, or move it away to begin a new history"
     return CaseError([Problem(file=str(file), line=0, key="", text=text)])

@@ -25,11 +25,11 @@ def make_law_drawing(law: RecoveredLaw, title: str) -> LawDrawing:
             )
             for loop in curves.loops
         ],
-        spring=_band(curves.spring), damper=_band(curves.damper), stiffness=_band(curves.stiffness),
-        work=_band(curves.work), known=known, is_hatched=not curves.sees_even,
+        spring=_make_band(curves.spring), damper=_make_band(curves.damper), stiffness=_make_band(curves.stiffness),
+        work=_make_band(curves.work), known=known, is_hatched=not curves.sees_even,
         motion_unit=curves.units.motion, force_unit=curves.units.force,
     )  # fmt: skip
 
 
-def _band(curve: CurveWithBand) -> BandedCurve:
+def _make_band(curve: CurveWithBand) -> BandedCurve:
     return BandedCurve(x=curve.x, mean=curve.mean, low=curve.low, high=curve.high)

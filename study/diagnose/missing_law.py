@@ -51,7 +51,7 @@ class RecoveredLaw:
     def document(self) -> dict[str, Any]:
         """For JSON."""
         curves = self.curves
-        motion, speed, force, stiffness = (_key_of(unit) for unit in curves.units[:4])
+        motion, speed, force, stiffness = (_make_key(unit) for unit in curves.units[:4])
         return {
             "places": {
                 place.name: {"probability": float(chance), "evidence": float(place.evidence)}
@@ -61,10 +61,10 @@ class RecoveredLaw:
             "words": [*self.words.words],
             "sentences": self.sentences,
             "sees_even": curves.sees_even,
-            "spring": _curve_document(curves.spring, f"displacement_{motion}", f"force_{force}"),
-            "damper": _curve_document(curves.damper, f"velocity_{speed}", f"force_{force}"),
-            "secant_stiffness": _curve_document(curves.stiffness, f"amplitude_{motion}", f"stiffness_{stiffness}"),
-            "work_per_cycle": _curve_document(curves.work, f"amplitude_{motion}", "work_j"),
+            "spring": _document_curve(curves.spring, f"displacement_{motion}", f"force_{force}"),
+            "damper": _document_curve(curves.damper, f"velocity_{speed}", f"force_{force}"),
+            "secant_stiffness": _document_curve(curves.stiffness, f"amplitude_{motion}", f"stiffness_{stiffness}"),
+            "work_per_cycle": _document_curve(curves.work, f"amplitude_{motion}", "work_j"),
         }
 
 
@@ -93,10 +93,10 @@ def format_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
     yield f'  as an effect: name {file} in [effects] files of the case; stickslip add "{law.name}" --value 1 adds it'
 
 
-def _key_of(unit: str) -> str:
+def _make_key(unit: str) -> str:
     """A unit as part of a key: "n_per_m"."""
     return unit.lower().replace("/", "_per_").replace(" ", "_")
 
 
-def _curve_document(curve: CurveWithBand, x: str, y: str) -> dict[str, Any]:
+def _document_curve(curve: CurveWithBand, x: str, y: str) -> dict[str, Any]:
     return {x: curve.x, y: curve.mean, "low_95": curve.low, "high_95": curve.high}

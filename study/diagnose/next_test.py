@@ -111,7 +111,7 @@ class NextStep:
         return {
             "sentence": self.sentence,
             "candidates": dict(zip(names, self.advice.probabilities, strict=True)),
-            "tests": [_document(item, names) for item in self.advice.ranked],
+            "tests": [_document_test(item, names) for item in self.advice.ranked],
         }
 
 
@@ -148,7 +148,7 @@ def _share(probability: float) -> str:
     return "over 99 %" if probability > 0.99 else f"{format_number(100 * probability)} %"
 
 
-def _document(ranked: RankedTest, names: tuple[str, ...]) -> dict[str, Any]:
+def _document_test(ranked: RankedTest, names: tuple[str, ...]) -> dict[str, Any]:
     test = ranked.test
     pairs = {f"{names[a]} | {names[b]}": float(ranked.separation[a, b]) for a, b in combinations(range(len(names)), 2)}
     return {

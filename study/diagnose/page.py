@@ -15,7 +15,7 @@ from figure.misfit_map import COLOUR_STEPS, COLOURS
 from figure.registry import pictures
 from figure.waterfall import Waterfall
 from geometry.plain_number import percent
-from study.compare.report import side_by_side
+from study.compare.report import join_titles
 from study.diagnose.advice import choose_advice, choose_tag
 from study.diagnose.curves import make_curves, make_maps
 from study.diagnose.doubt import list_doubts, list_notes
@@ -52,7 +52,7 @@ def make_files(result: Round, history: History, case: Path) -> dict[str, bytes]:
         Case file.
     """
     steps, listed = make_waterfall(result, history), list_rows(result)[:MOST]
-    title = side_by_side(result.setup.title, result.campaign.title)
+    title = join_titles(result.setup.title, result.campaign.title)
     stem = f"{case.stem}_diagnosis"
     files: dict[str, bytes] = {}
     drawn: dict[str, object] = {f"{stem}_waterfall": Waterfall(steps=steps, title=title, subtitle=describe_fall(steps))}
@@ -117,7 +117,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         TEMPLATE,
         SCRIPT,
         drawn,
-        {"digits": format_digits, "percent": percent, "factor": _factor, "place": _place},
+        {"digits": format_digits, "percent": percent, "factor": _format_factor, "place": _place},
         title=result.setup.title,
         campaign=result.campaign.title,
         finding=result.diagnosis.verdict.finding.value,
@@ -130,7 +130,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         threshold=describe_threshold(result),
         n_backbone=len(backbones),
         resonances=[*describe_level_dependence(result)],
-        cards=_cards(listed),
+        cards=_make_cards(listed),
         chain=" → ".join(stage.name for stage in listed),
         falls=describe_fall(falling),
         candidates=list_rows(result),
@@ -140,7 +140,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
         places=[entry for entry in result.diagnosis.places if isinstance(entry, UnknownForcePlace)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
-        resonators=[_resonator(entry) for entry in result.diagnosis.places if isinstance(entry, Resonator)],
+        resonators=[_format_resonator(entry) for entry in result.diagnosis.places if isinstance(entry, Resonator)],
         law=None if result.law is None else [*result.law.sentences],
         embedded=shown_pictures,
         law_file=LAW_FILE,
@@ -149,8 +149,8 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         in_case=result.setup.calibrated,
         now=list_factors(result.setup, result.diagnosis.baseline),
         then={} if result.best is None else list_factors(result.setup, result.best),
-        prior_residual=_prior_residual,
-        added=_added(result),
+        prior_residual=_format_prior_residual,
+        added=_format_added(result),
         holds=bool(result.setup.added or result.setup.calibrated),
         best=None if result.best is None or result.best.effect is None else result.best.effect.name,
         untestable=result.diagnosis.catalogue.untestable,
@@ -160,7 +160,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
     )
 
 
-def _cards(listed: Sequence[FitStage]) -> list[dict[str, str]]:
+def _make_cards(listed: Sequence[FitStage]) -> list[dict[str, str]]:
     """Key numbers of the first, the present and the proposed model."""
     values = [summarise_errors(stage.refit) for stage in listed]
 
@@ -196,7 +196,7 @@ def _place(place: UnknownForcePlace) -> dict[str, Any]:
     }
 
 
-def _resonator(resonator: Resonator) -> dict[str, str]:
+def _format_resonator(resonator: Resonator) -> dict[str, str]:
     half = format_digits(TWO_SIDED_95 * resonator.deviation, 2)
     return {
         "name": resonator.name,
@@ -222,7 +222,7 @@ def _reads(place: UnknownForcePlace) -> str:
     return f"{kind}, {grows}" if grows else kind
 
 
-def _prior_residual(factor: float, prior: float) -> dict[str, Any]:
+def _format_prior_residual(factor: float, prior: float) -> dict[str, Any]:
     """Change of a calibration parameter in standard deviations of its prior, and its place on a scale [%]."""
     residual = (factor - 1) / prior
     return {
@@ -232,14 +232,14 @@ def _prior_residual(factor: float, prior: float) -> dict[str, Any]:
     }
 
 
-def _factor(estimate: tuple[float, float]) -> str:
+def _format_factor(estimate: tuple[float, float]) -> str:
     """A factor with its 95 % interval, with sufficient decimals."""
     value, deviation = estimate
     places = 4 if deviation >= 5e-4 else 5
     return f"{value:.{places}f} ± {TWO_SIDED_95 * deviation:.{places}f}"
 
 
-def _added(result: Round) -> list[dict[str, str]]:
+def _format_added(result: Round) -> list[dict[str, str]]:
     now = list_strengths(result.setup, result.diagnosis.baseline)
     then = list_strengths(result.setup, result.best) if result.best is not None else []
     listed = []

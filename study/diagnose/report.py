@@ -11,7 +11,7 @@ from diagnosis.decision.wording import describe_held_out_change
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
 from geometry.plain_number import format_number, percent
-from study.compare.report import side_by_side
+from study.compare.report import join_titles
 from study.console import WIDTH
 from study.diagnose.advice import choose_advice
 from study.diagnose.doubt import HARMFUL_ERROR_RATIO, list_doubts, list_notes
@@ -55,15 +55,15 @@ def format_report(result: Round) -> str:
     """Report as text: verdict in three lines with doubts; then calibration, candidates, and untestable effects."""
     return "\n".join(
         [
-            *_verdict(result),
+            *_describe_verdict(result),
             "",
-            *_fitted(result),
+            *_describe_fitted(result),
             "",
-            *_candidates(result),
-            *_places(result),
+            *_format_candidates(result),
+            *_describe_places(result),
             *format_law(result.law, LAW_FILE),
             *format_next_tests(result.next_step),
-            *_untestable(result),
+            *_describe_untestable(result),
         ]
     )
 
@@ -131,11 +131,11 @@ def describe_step(step: HistoryStep, case: Path) -> str:
     return "\n".join([*lines, "", *step.diff])
 
 
-def _verdict(result: Round) -> Iterator[str]:
-    yield side_by_side(result.setup.title, result.campaign.title)
+def _describe_verdict(result: Round) -> Iterator[str]:
+    yield join_titles(result.setup.title, result.campaign.title)
     yield ""
     yield format_headline(result)
-    yield from _resonances(result)
+    yield from _describe_resonances(result)
     for doubt in list_doubts(result):
         yield from wrap(f"! {doubt}", WIDTH, initial_indent="  ", subsequent_indent="    ")
     for note in list_notes(result):
@@ -144,13 +144,13 @@ def _verdict(result: Round) -> Iterator[str]:
     yield f"  next: {choose_advice(result)}"
 
 
-def _resonances(result: Round) -> Iterator[str]:
+def _describe_resonances(result: Round) -> Iterator[str]:
     """Level dependence of the resonances, if an unidentified effect is missing."""
     for sentence in describe_level_dependence(result):
         yield from wrap(sentence, WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
-def _fitted(result: Round) -> Iterator[str]:
+def _describe_fitted(result: Round) -> Iterator[str]:
     baseline, in_case = result.diagnosis.baseline, result.setup.calibrated
     yield f"Calibrated: {_name_factors(result, baseline) or 'the case has no calibration parameters'}"
     if result.best is not None and (named := _name_factors(result, result.best)):
@@ -188,7 +188,7 @@ def _name_factors(result: Round, refit: Refit) -> str:
     )
 
 
-def _candidates(result: Round) -> Iterator[str]:
+def _format_candidates(result: Round) -> Iterator[str]:
     listed = list_rows(result)
     shown = listed[:MAX_CANDIDATES]
     if not shown:
@@ -228,7 +228,7 @@ def list_by_kind(rows: Sequence[Row]) -> list[str]:
     return [f"{kind}: {'; '.join(places)}" for kind, places in kinds.items()]
 
 
-def _places(result: Round) -> Iterator[str]:
+def _describe_places(result: Round) -> Iterator[str]:
     if result.diagnosis.verdict.finding is not Finding.UNKNOWN or not result.diagnosis.places:
         return
     yield ""
@@ -237,7 +237,7 @@ def _places(result: Round) -> Iterator[str]:
         yield f"  chi^2 falls by {format_digits(place.gain, 4)}: {place.sentence}"
 
 
-def _untestable(result: Round) -> Iterator[str]:
+def _describe_untestable(result: Round) -> Iterator[str]:
     left = result.diagnosis.catalogue.untestable
     if left:
         yield ""

@@ -31,7 +31,13 @@ from study.diagnose.history import Errors
 from study.diagnose.missing_law import RecoveredLaw, describe_law, find_missing_law
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.progress import phases
-from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
+from study.diagnose.thresholds import (
+    are_simulated,
+    find_shipped_thresholds,
+    find_simulated_thresholds,
+    hash_layout,
+    layout,
+)
 from study.merge_sentences import merge_suspicions
 
 if TYPE_CHECKING:
@@ -147,7 +153,7 @@ def diagnose_case(
     setup, remarks = prepare_setup(setup, campaign, store)
     without = tuple(sorted({*setup.without, *without}))
     run_step = Steps(store, setup, campaign, without)
-    thresholds = shipped_thresholds(setup, campaign, without)
+    thresholds = find_shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
         thresholds = simulate_thresholds(setup, campaign, without, trials, run_step, store, progress, announce, workers)
     with phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
@@ -190,7 +196,7 @@ def simulate_thresholds(
         return replace(setup, model=model).candidates(campaign)
 
     known = setup.candidates(campaign, without)
-    key = layout_key(layout(setup, campaign, known))
+    key = hash_layout(layout(setup, campaign, known))
     if announce is not None and not are_simulated(key, trials, store):
         announce(
             f"the detection thresholds of this layout of tests are computed once, from {trials} simulated campaigns "
@@ -205,7 +211,7 @@ def simulate_thresholds(
         )
     added = {item.effect.name for item in setup.added}
     effects = [item for item in known.candidates if item.name not in added]
-    return simulated_thresholds(
+    return find_simulated_thresholds(
         key,
         Simulation(campaign=campaign, arrangement=arrangement, extra=setup.effect_files),
         effects,

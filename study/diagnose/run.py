@@ -25,7 +25,7 @@ from study.diagnose.history import (
     UNDO,
     History,
     HistoryStep,
-    case_key,
+    hash_case,
     history_of,
     read_text,
 )
@@ -145,7 +145,7 @@ def diagnose_file(
     campaign = _count_free_responses(setup, campaign, folder, run)
     rounds: list[Round] = []
     while True:
-        key = case_key(read_text(case))
+        key = hash_case(read_text(case))
         result = diagnose_case(
             setup,
             campaign,
@@ -198,7 +198,7 @@ def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -
     key
         Hash of the diagnosed case; by default that of the present file.
     """
-    history, key = history_of(case), key or case_key(read_text(case))
+    history, key = history_of(case), key or hash_case(read_text(case))
     before, drawn = summarise_errors(result.diagnosis.baseline), summarise_errors(result.uncalibrated)
     added = {item.effect.name for item in result.setup.added}
     # The error with calibration parameters alone is known from a diagnosis before anything was added.

@@ -7,7 +7,7 @@ from correlation.campaign.measurement import Campaign
 from diagnosis.diagnose import calibrate_model, screen_effects
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import baseline_fit
+from diagnosis.fit.refit import make_baseline_refit
 from diagnosis.screening import Score
 from fe.blas_threads import one_blas_thread
 from pipeline.progress import Progress, SilentProgress
@@ -74,7 +74,7 @@ def screen_case(
         scores = screen_effects(result.screening, result.effects, watched, shown.report, result.progress)
     arrangement = result.arrangement
     with progress.step("test of the calibration", expected=3):
-        baseline = run_step("calibrated", lambda: baseline_fit(arrangement))
+        baseline = run_step("calibrated", lambda: make_baseline_refit(arrangement))
         uncalibrated = run_step("as drawn", lambda: arrangement.test_uncalibrated(setup.model))
     return ScreeningResult(
         setup=setup, arrangement=arrangement, scores=scores, uncalibrated=uncalibrated, baseline=baseline

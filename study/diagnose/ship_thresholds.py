@@ -15,7 +15,7 @@ from pipeline.progress import LineProgress, Progress
 from pipeline.store import Store
 from study.case.setup import read_case
 from study.diagnose.round import Steps, prepare_setup, simulate_thresholds
-from study.diagnose.thresholds import SHIPPED, layout, layout_key
+from study.diagnose.thresholds import SHIPPED, hash_layout, layout
 
 #: Default number of campaigns without any effect.
 TRIALS = 200
@@ -45,7 +45,7 @@ def write_shipped_thresholds(
     )
     described = layout(setup, campaign, setup.candidates(campaign, without))
     known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-    known[layout_key(described)] = {"thresholds": vars(thresholds), "layout": described}
+    known[hash_layout(described)] = {"thresholds": vars(thresholds), "layout": described}
     replace_file(file, f"{json.dumps(known, indent=1, ensure_ascii=False)}\n")
     return thresholds
 

@@ -14,7 +14,7 @@ from diagnosis.fit.mode_correction import FrequencyCorrection
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import UnknownGain
 from diagnosis.screening import Score
-from study.case.added import WRITTEN, key_of, text_of
+from study.case.added import WRITTEN, format_parameter, make_parameter_key
 from study.case.setup import Setup
 from study.diagnose.edit import Written
 from study.diagnose.history import Errors
@@ -102,7 +102,7 @@ def list_rows(result: Round) -> list[Row]:
     refitted = [*verdict.effects, *([] if verdict.further is None else [verdict.further])]
     named = {refit.effect.name: refit for refit in refitted if refit.effect is not None}
     listed = [
-        _row(score, named.get(name, refits.get(name)), verdict.detectable.get(name, np.inf), name in named)
+        _make_row(score, named.get(name, refits.get(name)), verdict.detectable.get(name, np.inf), name in named)
         for name, score in scores.items()
     ]
 
@@ -178,22 +178,22 @@ def format_strength(value: float, parameter: EffectParameter, count: int = 3, co
 
 def list_factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Calibration parameters of the case in a fit, with their standard deviations, by name."""
-    return {item.name: (a, b) for item, a, b in _calibrated(setup, refit) if item.is_of_case}
+    return {item.name: (a, b) for item, a, b in _list_calibrated(setup, refit) if item.is_of_case}
 
 
 def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Fitted unstated gains with their standard deviations, by name."""
-    fitted = _calibrated(setup, refit)
+    fitted = _list_calibrated(setup, refit)
     return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}
 
 
 def list_frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
     """Fitted relative errors of the model's natural frequencies, by name [-]."""
-    fitted = _calibrated(setup, refit)
+    fitted = _list_calibrated(setup, refit)
     return {item.name: 1 / value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
 
 
-def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
+def _list_calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
     """All calibration parameters of a fit, with value and standard deviation; effects follow them in the fit."""
     fit = refit.fit
     return list(zip(setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False))
@@ -201,7 +201,7 @@ def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, 
 
 def list_strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
     """Added effects and that of the refit, with strength and standard deviation."""
-    return [(effect, *numbers[0]) for effect, numbers in _effects(setup, refit)]
+    return [(effect, *numbers[0]) for effect, numbers in _list_effects(setup, refit)]
 
 
 def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
@@ -211,10 +211,10 @@ def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
     """
     added = {
         effect.name: {
-            key_of(parameter): _written(value, deviation, parameter)
+            make_parameter_key(parameter): _write_value(value, deviation, parameter)
             for parameter, (value, deviation) in zip(effect.parameters, numbers, strict=True)
         }
-        for effect, numbers in _effects(setup, refit)
+        for effect, numbers in _list_effects(setup, refit)
     }
     name = "" if refit.effect is None else refit.effect.name
     return {
@@ -229,7 +229,7 @@ def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
     }
 
 
-def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float, float]]]]:
+def _list_effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float, float]]]]:
     """Added effects and that of the refit, with values and standard deviations of their parameters."""
     effects = [item.effect for item in setup.added] + ([] if refit.effect is None else [refit.effect])
     numbers = list(zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True))
@@ -240,18 +240,18 @@ def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float,
     return listed
 
 
-def _written(value: float, deviation: float, parameter: EffectParameter) -> Written:
-    text, (size, unit) = text_of(value, parameter), split_unit(value, parameter)
+def _write_value(value: float, deviation: float, parameter: EffectParameter) -> Written:
+    text, (size, unit) = format_parameter(value, parameter), split_unit(value, parameter)
     return Written(text if unit else float(text), f"{TWO_SIDED_95 * deviation / size:.2g} {unit}".rstrip())
 
 
 def split_unit(value: float, parameter: EffectParameter) -> Unit:
     """Size of the unit of a value [SI], and its name."""
-    unit = text_of(value, parameter).partition(" ")[2]
+    unit = format_parameter(value, parameter).partition(" ")[2]
     return dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), unit
 
 
-def _row(score: Score, refit: Refit | None, detectable: float, named: bool) -> Row:
+def _make_row(score: Score, refit: Refit | None, detectable: float, named: bool) -> Row:
     """A candidate without its cosine to the first one."""
     return Row(
         effect=score.effect,

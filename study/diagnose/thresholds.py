@@ -75,12 +75,12 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
     }
 
 
-def layout_key(contents: dict[str, Any]) -> str:
+def hash_layout(contents: dict[str, Any]) -> str:
     """Name of a layout in the file of shipped thresholds."""
     return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def simulated_thresholds(
+def find_simulated_thresholds(
     key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress,
     workers: Workers = None,
 ) -> Thresholds:  # fmt: skip
@@ -122,7 +122,7 @@ def are_simulated(key: str, n_trial: int, store: Store) -> bool:
     return all(store.has(null_campaign, key, seed, **ignored) for seed in range(n_trial))
 
 
-def shipped_thresholds(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
+def find_shipped_thresholds(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
     """Shipped thresholds of a layout; with None the diagnosis computes them by linear theory.
 
     Parameters
@@ -135,7 +135,7 @@ def shipped_thresholds(setup: Setup, campaign: Campaign, without: Sequence[str])
     shipped: dict[str, Any] = json.loads(SHIPPED.read_text(encoding="utf-8")) if SHIPPED.exists() else {}
     # Fewer candidates have lower thresholds: those of the whole catalogue are conservative.
     for left_out in (without, ()):
-        key = layout_key(layout(setup, campaign, setup.candidates(campaign, left_out)))
+        key = hash_layout(layout(setup, campaign, setup.candidates(campaign, left_out)))
         if key in shipped:
             return Thresholds(**shipped[key]["thresholds"])
     return None

@@ -32,16 +32,18 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
         if line not in model.lines:
             continue
         contacts = find_contacts(model, line)
-        tangential, normal = (_harmonics(campaign, line, component) for component in ("tangential", "normal"))
+        tangential, normal = (_collect_harmonics(campaign, line, component) for component in ("tangential", "normal"))
         states = sorted(set(tangential) & set(normal))
-        ratios = [(_largest_ratio(tangential[state], normal[state]), state) for state in states if 0 in normal[state]]
+        ratios = [
+            (_compute_largest_ratio(tangential[state], normal[state]), state) for state in states if 0 in normal[state]
+        ]
         if ratios:
             top, state = max(ratios)
             # The same point of other repeats shows the scatter.
             alike = [ratio for ratio, other in ratios if other[:3] == state[:3]]
             deviation = max(float(np.std(alike)) if len(alike) > 1 else 0.0, CELLS * top)
             known = count_harmonics(tangential[state], normal[state])
-            certain = largest_certain_ratio(tangential[state], normal[state], known)
+            certain = compute_largest_certain_ratio(tangential[state], normal[state], known)
             yield FirstEstimate(
                 parameter="mu",
                 value=top,
@@ -68,7 +70,7 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
 State = tuple[int, float, float, int, int]
 
 
-def _harmonics(campaign: Campaign, line: str, component: str) -> dict[State, dict[int, complex]]:
+def _collect_harmonics(campaign: Campaign, line: str, component: str) -> dict[State, dict[int, complex]]:
     """Coefficients of a force by test, level, frequency, sweep and repeat, then by harmonic."""
     wanted = [
         number
@@ -96,7 +98,7 @@ def count_harmonics(*forces: Mapping[int, complex]) -> int:
     return count
 
 
-def largest_certain_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex], n: int) -> float:
+def compute_largest_certain_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex], n: int) -> float:
     r"""Largest abs(T / N) of what the harmonics 0 to n alone leave of both forces.
 
     Both are smoothed with Jackson's kernel, which is nowhere negative: with abs(T(t)) <= mu N(t) at every instant, the
@@ -118,10 +120,10 @@ def largest_certain_ratio(tangential: Mapping[int, complex], normal: Mapping[int
     angle = np.pi / order
     kernel = ((order - k) * np.cos(k * angle) + np.sin(k * angle) / np.tan(angle)) / order
     t, p = ({j: complex(kernel[j]) * force.get(j, 0.0) for j in range(n + 1)} for force in (tangential, normal))
-    return _largest_ratio(t, p)
+    return _compute_largest_ratio(t, p)
 
 
-def _largest_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex]) -> float:
+def _compute_largest_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex]) -> float:
     """Largest |T / N| over a period, where the line is pressed."""
     t, n = _signal(tangential), _signal(normal)
     pressed = n > LEAST_NORMAL * np.abs(n).max()

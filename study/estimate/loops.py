@@ -36,11 +36,11 @@ def estimate_from_loop(model: Model, loop: ForceLoop) -> Iterator[FirstEstimate]
     except CampaignError as error:
         raise CampaignError(f'loop "{loop.name}": {error}') from error
     if loop.line is not None:
-        yield from _of_line(model, loop, result)
+        yield from _estimate_line(model, loop, result)
         return
     if loop.place is None or loop.place not in model.places:
         raise CampaignError(f'loop "{loop.name}": the model has no place "{loop.place}"')
-    stuck = np.array([_stiffness_at(model, loop.place, factor) for factor in GRID])
+    stuck = np.array([_compute_stiffness(model, loop.place, factor) for factor in GRID])
     stiffness = result.tangential_stiffness
     if not np.ptp(stuck) > 1e-3 * stuck.mean():
         raise CampaignError(f'loop "{loop.name}": the stiffness at "{loop.place}" does not depend on the contacts')
@@ -64,7 +64,7 @@ def estimate_from_loop(model: Model, loop: ForceLoop) -> Iterator[FirstEstimate]
     )
 
 
-def _of_line(model: Model, loop: ForceLoop, result: StickSlip) -> Iterator[FirstEstimate]:
+def _estimate_line(model: Model, loop: ForceLoop, result: StickSlip) -> Iterator[FirstEstimate]:
     if loop.line not in model.lines:
         raise CampaignError(f'loop "{loop.name}": the model has no line "{loop.line}"')
     contacts = find_contacts(model, str(loop.line))
@@ -97,7 +97,7 @@ def _estimate(
     )
 
 
-def _stiffness_at(model: Model, place: str, factor: float) -> float:
+def _compute_stiffness(model: Model, place: str, factor: float) -> float:
     """Stiffness of a place with all contacts stuck that are closed at rest, their k_t times a factor [N/m]."""
     scaled = scale_contacts(model, dict.fromkeys(model.lines, factor), CONTACT["kt"])
     row = model.places[place]

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Campaign, same_level
+from correlation.campaign.measurement import Campaign, match_level
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.ring_down import FreeDecay
@@ -75,7 +75,7 @@ class MeasuredResonance:
 
 def find_resonances(campaign: Campaign) -> Iterator[MeasuredResonance]:
     """Resonances of the lowest level, of the last part of ring-downs, and measured modes."""
-    yield from _stepped_sines(campaign)
+    yield from _read_stepped_sines(campaign)
     for datum in campaign.data:
         if isinstance(datum, FreeDecay) and not datum.held_out:
             for mode in datum.modes:
@@ -108,7 +108,7 @@ def find_resonances(campaign: Campaign) -> Iterator[MeasuredResonance]:
                 )
 
 
-def _stepped_sines(campaign: Campaign) -> Iterator[MeasuredResonance]:
+def _read_stepped_sines(campaign: Campaign) -> Iterator[MeasuredResonance]:
     table = campaign.measurement
     trained = ~campaign.held_out.rows(table)
     for number, test in enumerate(campaign.tests):
@@ -116,10 +116,10 @@ def _stepped_sines(campaign: Campaign) -> Iterator[MeasuredResonance]:
         if not own.any():
             continue
         level = float(table.level[own].min())
-        at_lowest = same_level(table.level, level)
+        at_lowest = match_level(table.level, level)
         modes, higher, above = read_level_modes(campaign, own & at_lowest), own & ~at_lowest, list[LevelMode]()
         if higher.any():
-            above = read_level_modes(campaign, own & same_level(table.level, float(table.level[higher].min())))
+            above = read_level_modes(campaign, own & match_level(table.level, float(table.level[higher].min())))
         partners = pair_modes([{0: mode.peak} for mode in modes], [{0: mode.peak} for mode in above])
         for number, mode in enumerate(modes):
             partner = above[partners[number]] if number in partners else None
@@ -168,7 +168,7 @@ def damping_ratio(model: Model, resonance: MeasuredResonance) -> float | None:
     system = (model.without_contacts() if resonance.free else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = modes.frequency
-    nearest = _nearest(own, resonance.frequency)
+    nearest = _find_nearest(own, resonance.frequency)
     if not 1 / MAX_FREQUENCY_FACTOR < own[nearest] / resonance.frequency < MAX_FREQUENCY_FACTOR:
         return None
     shape = modes.mode_shapes[:, nearest]
@@ -187,13 +187,13 @@ def find_partners(model: Model, stuck: MeasuredResonance, free: Sequence[Measure
     system, plain = model.system, model.without_contacts().system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = compute_dense_modes(plain.mass, stick_at_rest(plain.stiffness, plain.joints))
-    shape = modes.mode_shapes[:, _nearest(modes.frequency, stuck.frequency)]
+    shape = modes.mode_shapes[:, _find_nearest(modes.frequency, stuck.frequency)]
     alike = (shape @ plain.mass @ own.mode_shapes) ** 2
-    same = [item for item in free if _nearest(own.frequency, item.frequency) == int(np.argmax(alike))]
-    return same or [free[_nearest(np.array([item.frequency for item in free]), stuck.frequency)]]
+    same = [item for item in free if _find_nearest(own.frequency, item.frequency) == int(np.argmax(alike))]
+    return same or [free[_find_nearest(np.array([item.frequency for item in free]), stuck.frequency)]]
 
 
-def _nearest(frequency: Float[NDArray[np.float64], " m"], wanted: float) -> int:
+def _find_nearest(frequency: Float[NDArray[np.float64], " m"], wanted: float) -> int:
     """Number of the mode nearest to a frequency, by their ratio."""
     return int(np.argmin(np.abs(np.log(np.maximum(frequency, 1e-12) / wanted))))
 
@@ -220,7 +220,7 @@ def estimate_stiffness(
     else:
         plain = model.without_contacts().system
         own = compute_dense_modes(plain.mass, plain.stiffness).frequency
-        nearest = float(own[_nearest(own, free.frequency)])
+        nearest = float(own[_find_nearest(own, free.frequency)])
         if not 1 / MAX_FREQUENCY_FACTOR < nearest / free.frequency < MAX_FREQUENCY_FACTOR:
             return
         wanted *= nearest / free.frequency
@@ -236,7 +236,7 @@ def estimate_stiffness(
         places.append(np.sort(modes.frequency))
     # Stiffer contacts raise every frequency, so that modes keep their order; the model's own says which one is meant.
     drawn = places[int(np.argmin(np.abs(np.log(GRID))))]
-    number = _nearest(drawn, wanted)
+    number = _find_nearest(drawn, wanted)
     curve = [frequencies[number] for frequencies in places]
     if not (np.diff(curve) >= 0).all() or curve[-1] / curve[0] < 1 + 10 * LEAST_FREQUENCY:
         return

@@ -18,7 +18,7 @@ from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import save_step
 from study.diagnose.edit import BOUND, UPPER, Written, edit_case, list_changes
-from study.diagnose.history import CALIBRATION, HistoryStep, case_key, history_of, read_text
+from study.diagnose.history import CALIBRATION, HistoryStep, hash_case, history_of, read_text
 from study.estimate.contact_force import estimate_from_forces
 from study.estimate.first_estimate import FirstEstimate, choose_estimate, list_contradictions
 from study.estimate.loops import estimate_from_loop
@@ -155,13 +155,13 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     have = {item.parameter for item in estimates}
     missing = tuple(f"{name} cannot be estimated: measure {what}" for name, what in MEASURE.items() if name not in have)
     before = read_text(case)
-    values = {item.parameter: _written(item) for item in chosen}
+    values = {item.parameter: _format_factor(item) for item in chosen}
     after = edit_case(before, {}, values, str(case)) if chosen else before
     lines, written = tuple(list_changes(before, after, case.name)), write and after != before
     if written:
         step = HistoryStep(
             what=CALIBRATION, effect=FIRST_ESTIMATES, campaign=str(folder.resolve()), calibrated=values,
-            case_before=before, case_after=after, diff=lines, case_key=case_key(after),
+            case_before=before, case_after=after, diff=lines, case_key=hash_case(after),
         )  # fmt: skip
         save_step(case, history_of(case), step, after)
     return EstimationResult(
@@ -170,7 +170,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         chosen=chosen,
         missing=missing,
         suspicions=suspicions,
-        warnings=(*warnings, *list_contradictions(estimates), *_beyond_priors(chosen, known)),
+        warnings=(*warnings, *list_contradictions(estimates), *_describe_beyond_priors(chosen, known)),
         lines=lines,
         written=written,
     )
@@ -211,7 +211,9 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
                 yield from estimate_stiffness(model, item, partner, factor)
 
 
-def _beyond_priors(chosen: Sequence[FirstEstimate], known: Mapping[str, CalibrationParameter]) -> Iterator[str]:
+def _describe_beyond_priors(
+    chosen: Sequence[FirstEstimate], known: Mapping[str, CalibrationParameter]
+) -> Iterator[str]:
     """Values that no fit would keep, in words."""
     for item in chosen:
         (factor,) = known[item.parameter].parameters
@@ -224,7 +226,7 @@ def _beyond_priors(chosen: Sequence[FirstEstimate], known: Mapping[str, Calibrat
             )
 
 
-def _written(item: FirstEstimate) -> Written:
+def _format_factor(item: FirstEstimate) -> Written:
     """A factor with half its interval and where it comes from."""
     low, high = (end / item.model_value for end in item.interval)
     width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else BOUND

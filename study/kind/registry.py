@@ -17,7 +17,7 @@ from casefile.table import CaseModel, at_key, load_case, read_case_head
 from casefile.validation import did_you_mean
 from geometry.registry import Registry, load_plugin
 from reduction.joint_law.registry import LAWS, Joint
-from study.case.joint_table import joint_table
+from study.case.joint_table import make_joint_type
 from study.case.structure import Structure
 from study.case.tables import Case, PluginsTable, StructureTable
 from study.case.trust import require_trust
@@ -182,7 +182,7 @@ def make_case_model(table: type[StructureTable]) -> type[Case[Any]]:
 @cache
 def make_joint_case_model(table: type[StructureTable], laws: tuple[type[Joint], ...]) -> type[Case[Any]]:
     """The same with the tables of joint laws."""
-    joints: Any = (tuple[joint_table(laws), ...], ())  # type: ignore[misc]
+    joints: Any = (tuple[make_joint_type(laws), ...], ())  # type: ignore[misc]
     model: Any = create_model("Case", __base__=make_case_model(table), joint=joints)
     return cast(type[Case[Any]], model)
 

@@ -141,11 +141,11 @@ def make_limit_search(
             n_sample=model.n_sample,
             objective=make_objective(table, output, model),
             harmonic=find_main_harmonic(model.system),
-            base=0.0 if output is None else _output_harmonic(output, model).base,
+            base=0.0 if output is None else _make_output_harmonic(output, model).base,
             row=None if output is None else output.row,
             angular_frequency=omega,
             levels=levels,
-            nominal=_nominal(table, sweep, model),
+            nominal=_choose_nominal(table, sweep, model),
             reach=_reach(table),
             settings=LimitSettings(
                 population=table.population, sample=table.samples, block=table.block, seed=table.seed
@@ -154,7 +154,7 @@ def make_limit_search(
         try:
             problem = search.problem()
         except BalanceError as error:
-            raise _named(error) from error
+            raise _make_case_error(error) from error
     # From here on nothing depends on what this process found.
     return replace(search, nominal=problem.box.nominal, reach=float(problem.box.reach.max()))
 
@@ -168,10 +168,10 @@ def list_limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tupl
         There are none, or too many.
     """
     with located(case, "limits"):
-        return tuple(2 * pi * item for item in _frequencies(table, sweep)), _levels(table, sweep)
+        return tuple(2 * pi * item for item in _choose_frequencies(table, sweep)), _choose_levels(table, sweep)
 
 
-def _named(error: BalanceError) -> BalanceError:
+def _make_case_error(error: BalanceError) -> BalanceError:
     """The system speaks of numbers; the case of its tables."""
     return BalanceError(f"the response limits cannot be searched for: {error}")
 
@@ -209,7 +209,7 @@ def make_objective(table: LimitsTable, output: Sensor | None, model: SolveModel)
     if table.objective == "loss factor":
         return LossFactor()
     if output is not None:
-        return _output_harmonic(output, model)
+        return _make_output_harmonic(output, model)
     assert table.contact is not None
     return ContactForceHarmonic(
         joints=find_contacts(table.contact, model),
@@ -235,14 +235,14 @@ def find_contacts(name: str, model: SolveModel) -> tuple[str, ...]:
     return known[name]
 
 
-def _output_harmonic(output: Sensor, model: SolveModel) -> OutputHarmonic:
+def _make_output_harmonic(output: Sensor, model: SolveModel) -> OutputHarmonic:
     """The amplitude that a sensor reads, with the motion of a shaken base if it does not read relative to it."""
     harmonic, carried = find_main_harmonic(model.system), model.base_acceleration(output)
     base = 0.0 if carried is None or harmonic >= len(carried) else complex(carried[harmonic])
     return OutputHarmonic(row=output.row, harmonic=harmonic, base=base)
 
 
-def _frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
+def _choose_frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
     if table.frequencies is not None:
         return table.frequencies
     first, last, step = table.first, table.last, table.step
@@ -264,7 +264,7 @@ def _frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
     return [float(item) for item in np.linspace(low, high, count)]
 
 
-def _levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
+def _choose_levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
     if table.levels is not None:
         return table.levels
     if isinstance(sweep, FrequencySweepTable):
@@ -275,7 +275,7 @@ def _levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
     raise BalanceError(f"levels are missing, and [sweep] {why}: give a list, such as levels = [1, 3, 5]")
 
 
-def _nominal(table: LimitsTable, sweep: Sweep, model: SolveModel) -> Real | None:
+def _choose_nominal(table: LimitsTable, sweep: Sweep, model: SolveModel) -> Real | None:
     """Centre of the box: rest under dead weights or the static load, sliders without tension, or given ones [m]."""
     if table.nominal == "rest":
         return None if isinstance(sweep, LevelSweepTable) else model.slider

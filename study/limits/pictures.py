@@ -62,7 +62,7 @@ def draw_limits(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[st
         )
     if len(limits.level) > 1:
         what = "highest points" if curves.has_peaks else "range"
-        drawn["limit_levels"] = _by_level(
+        drawn["limit_levels"] = _arrange_by_level(
             curves,
             title=f"{title}: {what} of both limits",
             level_label=label_level(in_newtons=in_newtons),
@@ -75,7 +75,7 @@ def label_level(*, in_newtons: bool) -> str:
     return "amplitude of the force [N]" if in_newtons else "level of the harmonic force [-]"
 
 
-def _by_level(curves: LimitCurves, title: str, level_label: str) -> LimitsByLevel:
+def _arrange_by_level(curves: LimitCurves, title: str, level_label: str) -> LimitsByLevel:
     limits = curves.limits
     n_level, last = len(limits.level), len(limits.frequency) - 1
     value, frequency = np.full((2, 2, n_level), np.nan)

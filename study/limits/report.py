@@ -11,7 +11,7 @@ from study.limits.result import LimitCurves
 from study.limits.run import LimitsResult
 
 
-def limits_document(limited: LimitsResult) -> dict[str, Any]:
+def document_limits(limited: LimitsResult) -> dict[str, Any]:
     """The document of ``--json``."""
     limits = limited.curves.limits
     return {
@@ -45,7 +45,7 @@ def describe_refinement(curves: Sequence[LimitCurves]) -> dict[str, Any]:
     }
 
 
-def refinement_remarks(document: Mapping[str, Any]) -> list[str]:
+def list_refinement_remarks(document: Mapping[str, Any]) -> list[str]:
     """The same as lines of a report."""
     if "highest_harmonic" not in document:
         return []
@@ -70,7 +70,7 @@ def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
         entry: dict[str, Any] = {
             "level": float(scale),
             "n_sampled": int(limits.n_sampled[level].sum()),
-            "widest_ratio": _widest(curves.value[:, level]),
+            "widest_ratio": _compute_widest(curves.value[:, level]),
         }
         for side, name in enumerate(SIDES):
             row, at = curves.order[side], curves.extreme(side, level)
@@ -91,7 +91,7 @@ def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
 
 def format_limits_report(limited: LimitsResult) -> str:
     """The same as a table."""
-    document = limits_document(limited)
+    document = document_limits(limited)
     reach = float(limited.curves.limits.reach.max())
     box = f"at most {1e6 * reach:.4g} um from rest" if np.isfinite(reach) else "anywhere"
     what = "highest points of both limits" if limited.curves.has_peaks else "lowest and highest point of the band"
@@ -113,18 +113,18 @@ def format_limits_report(limited: LimitsResult) -> str:
             f"  {row['level']:8.4g}  {cells}  {format_or_dash(row['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
             f"{sums['n_repaired']:8}  {sums['n_outside']} of {row['n_sampled']}"
         )
-    lines += ["", *_remarks(document), "", *document["files"]]
+    lines += ["", *_list_remarks(document), "", *document["files"]]
     return "\n".join(lines)
 
 
-def _remarks(document: dict[str, Any]) -> list[str]:
+def _list_remarks(document: dict[str, Any]) -> list[str]:
     sides = [(row["level"], name, row[name]) for row in document["levels"] for name in SIDES]
     remarks = [
         "  widest: largest ratio of upper to lower limit at one frequency; outside: histories beyond a limit by more "
         "than 0.1 % before repair",
         f"  largest residual {document['largest_residual']:.1e}, largest gain of a further step "
         f"{document['largest_realised_gain']:.1e}",
-        *refinement_remarks(document),
+        *list_refinement_remarks(document),
     ]
     for key, words in (
         ("at_end", "lies at an end of the frequencies: there may be more beyond"),
@@ -145,7 +145,7 @@ def _remarks(document: dict[str, Any]) -> list[str]:
     return remarks
 
 
-def _widest(value: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
+def _compute_widest(value: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
     """Largest ratio of the limits where both are positive."""
     there = value[0] > 0
     return float(np.max(value[1][there] / value[0][there])) if there.any() else None

@@ -63,7 +63,7 @@ class OwnMesh:
             )
         if self.length_unit is None:
             raise InputError(f"{source}: the unit of its coordinates is not given: add it, such as --length-unit mm")
-        unit = _typed("--length-unit", self.length_unit, LENGTH, number="1 ")
+        unit = _read_typed("--length-unit", self.length_unit, LENGTH, number="1 ")
         material = self._material(source, unit, run)
         mesh = read_mesh(source, length_unit_in_metre=unit)
         known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
@@ -93,8 +93,8 @@ class OwnMesh:
             base = use_carried_material(str(source), carried, unit, REMEDY, run)
         elif has_one and None in given:
             base = check_carried_material(str(source), carried, unit, REMEDY)
-        young = base.young if self.young is None else _typed("--young", self.young, YOUNGS_MODULUS)
-        density = base.density if self.density is None else _typed("--density", self.density, MATERIAL_DENSITY)
+        young = base.young if self.young is None else _read_typed("--young", self.young, YOUNGS_MODULUS)
+        density = base.density if self.density is None else _read_typed("--density", self.density, MATERIAL_DENSITY)
         poisson = base.poisson if self.poisson is None else self.poisson
         try:
             material = Material(young=young, poisson=poisson, density=density)
@@ -115,7 +115,7 @@ class OwnMesh:
 NO_MESH = OwnMesh()
 
 
-def _typed(option: str, text: str, dimension: "Dimension", number: str = "") -> float:
+def _read_typed(option: str, text: str, dimension: "Dimension", number: str = "") -> float:
     from casefile.quantity import read_quantity
 
     try:

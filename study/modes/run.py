@@ -62,11 +62,11 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
         step = run.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4)
         shapes = step.run(compute_mesh_shapes, mesh, material, own.fix, n_mode)
     except SupportError as error:
-        raise SupportError(f"{source} with --fix {' --fix '.join(own.fix)}: {error}{_advice(error)}") from None
+        raise SupportError(f"{source} with --fix {' --fix '.join(own.fix)}: {error}{_suggest_remedy(error)}") from None
     return write_shapes(shapes, source.stem, film_of, run)
 
 
-def _advice(error: SupportError) -> str:
+def _suggest_remedy(error: SupportError) -> str:
     """Further remedy for one of several bodies that is not supported."""
     if not isinstance(error, UnsupportedBody):
         return ""

@@ -40,7 +40,7 @@ def write_modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     file = run.output / f"{opened.path.stem}_modes.csv"
     names = list(columns)
     rows = [[value if np.isfinite(value) else None for value in row] for row in zip(*columns.values(), strict=True)]
-    replace_file(file, "\n".join([",".join(["mode", *names]), *_csv(rows), ""]))
+    replace_file(file, "\n".join([",".join(["mode", *names]), *_format_csv(rows), ""]))
     words = {"hz": "frequency [Hz]", "ratio": "damping ratio [%]"}
     heads = [("stuck: " if name.startswith("stuck") else "") + words[name.rpartition("_")[2]] for name in names]
     lines = [f"{system.n_dof} degrees of freedom, {count(len(system.joints), 'joint')}", ""]
@@ -86,7 +86,7 @@ def _modes(system: JointedSystem, stiffness: Matrix, n_mode: int) -> tuple[Value
     return omega / (2 * pi), np.divide(per_mass, 2 * omega, out=np.full(len(omega), np.nan), where=omega > 0)
 
 
-def _csv(rows: Sequence[Sequence[float | None]]) -> list[str]:
+def _format_csv(rows: Sequence[Sequence[float | None]]) -> list[str]:
     return [
         ",".join([str(number), *("" if value is None else f"{value:.10g}" for value in row)])
         for number, row in enumerate(rows, start=1)

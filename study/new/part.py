@@ -45,13 +45,13 @@ def _step(file: Path, request: NewCaseRequest, run: RunContext) -> CaseDraft:
         body = read_body(file)
         faces = list_faces(body)
     corners = np.concatenate([face.corners for face in faces])
-    notes = [_listed(faces)]
-    pictures = _picture(faces, request.path, run)
+    notes = [_format_faces(faces)]
+    pictures = _draw_faces(faces, request.path, run)
     if pictures:
         notes.append(f"their numbers are in {pictures[0]}")
     run.note("\n".join(notes))
-    chosen, why = _fixed(request, "Number of the face that is fixed?", str(_end_face(faces, corners)), END)
-    fixed = [_numbered(word, faces) for word in chosen]
+    chosen, why = _choose_fixed(request, "Number of the face that is fixed?", str(_find_end_face(faces, corners)), END)
+    fixed = [_read_number(word, faces) for word in chosen]
     middle = np.mean([faces[number].inside for number in fixed], axis=0)
     known = corner_points(body)
     known = known if len(known) else np.array([face.inside for face in faces])
@@ -70,7 +70,7 @@ file = {request.relative(file)}
 size = "{mesh_size}"
 
 # Names for faces of the solid. Other keys than at: normal, area, colour, step_name (docs/own_part.md).
-{"".join(_face_table(name, faces[number]) for name, number in zip(names, fixed, strict=True))}[[structure.support]]
+{"".join(_make_face_table(name, faces[number]) for name, number in zip(names, fixed, strict=True))}[[structure.support]]
 on = [{", ".join(f'"{name}"' for name in names)}]{why}
 
 {_point(tip)}
@@ -99,7 +99,7 @@ def _mesh(file: Path, request: NewCaseRequest, run: RunContext) -> CaseDraft:
     )
     run.note(listed)
     likely = [name for word in FIXED_WORDS for name in sets if word in name.lower()] or list(sets)
-    chosen, _ = _fixed(request, "Which set is fixed?", likely[0], "a part needs supports", tuple(sets))
+    chosen, _ = _choose_fixed(request, "Which set is fixed?", likely[0], "a part needs supports", tuple(sets))
     for name in chosen:
         if name not in sets:
             raise InputError(f"--fix {name}: {file} has no such set; it has {', '.join(sets)}")
@@ -124,7 +124,7 @@ on = [{", ".join(f'"{name}"' for name in chosen)}] # sets of the file: {", ".joi
     return CaseDraft(text=text, notes=(listed,))
 
 
-def _fixed(
+def _choose_fixed(
     request: NewCaseRequest, question: str, default: str, why: str, choices: Sequence[str] = ()
 ) -> tuple[tuple[str, ...], str]:
     """Faces or sets that are fixed, and a comment where that was assumed."""
@@ -139,15 +139,15 @@ def _point(tip: Vector) -> str:
 # A point of the surface that stays a coordinate, wherever the nodes are: here the corner farthest from the support.
 [[structure.point]]
 name = "tip"
-at = [{_lengths(tip)}]
+at = [{_format_lengths(tip)}]
 """
 
 
-def _lengths(values: Vector) -> str:
+def _format_lengths(values: Vector) -> str:
     return ", ".join(f'"{value * MILLIMETRES_PER_METRE + 0.0:.9g} mm"' for value in values)
 
 
-def _listed(faces: Sequence["ListedFace"]) -> str:
+def _format_faces(faces: Sequence["ListedFace"]) -> str:
     lines = [
         f"  {number:4}  {face.kind:10} {face.area * MILLIMETRES_PER_METRE**2:13.2f}   "
         f"({', '.join(f'{x * MILLIMETRES_PER_METRE + 0.0:.2f}' for x in face.centre)})  {face.name}".rstrip()
@@ -156,25 +156,25 @@ def _listed(faces: Sequence["ListedFace"]) -> str:
     return "\n".join(["  face  kind         area [mm^2]   centre [mm]", *lines])
 
 
-def _picture(faces: Sequence["ListedFace"], path: Path, run: RunContext) -> tuple[Path, ...]:
-    from figure.scene.numbered_faces import numbered_faces_picture
+def _draw_faces(faces: Sequence["ListedFace"], path: Path, run: RunContext) -> tuple[Path, ...]:
+    from figure.scene.numbered_faces import draw_numbered_faces
 
     file = path.with_name(f"{path.stem}_faces.png")
     try:
         surfaces = [(face.corners, face.triangles) for face in faces]
-        return (numbered_faces_picture(surfaces, file, title=f"Faces of {path.stem}"),)
+        return (draw_numbered_faces(surfaces, file, title=f"Faces of {path.stem}"),)
     except MissingSoftware as reason:
         run.warn(f"no picture of the faces: {reason}")
         return ()
 
 
-def _numbered(word: str, faces: Sequence["ListedFace"]) -> int:
+def _read_number(word: str, faces: Sequence["ListedFace"]) -> int:
     if not word.isdigit() or not 1 <= int(word) <= len(faces):
         raise InputError(f"--fix {word}: the faces have the numbers 1 to {len(faces)}")
     return int(word) - 1
 
 
-def _end_face(faces: Sequence["ListedFace"], corners: Float[NDArray[np.float64], "corner 3"]) -> int:
+def _find_end_face(faces: Sequence["ListedFace"], corners: Float[NDArray[np.float64], "corner 3"]) -> int:
     """Number of the plane face at the lower end of the longest side; the largest face where there is none."""
     axis = int(np.ptp(corners, axis=0).argmax())
     ends = [number for number, face in enumerate(faces) if face.normal is not None and face.normal[axis] < -0.99]
@@ -182,5 +182,5 @@ def _end_face(faces: Sequence["ListedFace"], corners: Float[NDArray[np.float64],
     return 1 + (pick if pick is not None else int(np.argmax([face.area for face in faces])))
 
 
-def _face_table(name: str, face: "ListedFace") -> str:
-    return f'[[structure.face]]\nname = "{name}"\nat = [{_lengths(face.inside)}]\n\n'
+def _make_face_table(name: str, face: "ListedFace") -> str:
+    return f'[[structure.face]]\nname = "{name}"\nat = [{_format_lengths(face.inside)}]\n\n'

@@ -82,32 +82,32 @@ def write_new_case(kind: str, request: NewCaseRequest, run: RunContext) -> NewCa
     for file in request.files:
         if not file.is_file():
             raise InputError(f"{file}: there is no such file; check the spelling and the folder")
-    with _restored_if_it_fails(request.path):
+    with _restore_if_it_fails(request.path):
         return _write(kind, request, run)
 
 
 def _write(kind: str, request: NewCaseRequest, run: RunContext) -> NewCase:
     draft = DRAFTERS[kind](request, run)
-    head = f'{HEAD}\nschema = 2\ntitle = "{_title(request.path)}"\n\n{draft.text}'
+    head = f'{HEAD}\nschema = 2\ntitle = "{_make_title(request.path)}"\n\n{draft.text}'
     replace_file(request.path, head)
     opened = open_case(request.path)
     if draft.is_whole:
         return NewCase(path=request.path, draft=draft)
     structure = opened.kind.structure(opened, run)
-    frequency, point = _first_mode(structure)
+    frequency, point = _find_first_mode(structure)
     tables = [] if structure.sensors else [SENSOR.format(name=point.name, keys=point.keys)]
     if not structure.places:
         tables.append(PLACE.format(keys=point.keys))
     if structure.harmonic_force is None:
         tables.insert(0, LOAD.format(keys=point.keys))
-    tables += [JOINT.format(keys=_commented(point.keys)), SWEEP.format(**_range(frequency))]
+    tables += [JOINT.format(keys=_comment_out(point.keys)), SWEEP.format(**_choose_range(frequency))]
     replace_file(request.path, "\n".join([head.rstrip() + "\n", *tables]))
     open_case(request.path)
     return NewCase(path=request.path, draft=draft, frequency=frequency)
 
 
 @contextmanager
-def _restored_if_it_fails(path: Path) -> Iterator[None]:
+def _restore_if_it_fails(path: Path) -> Iterator[None]:
     """Restore the file after a failure, or remove a new one: an incomplete case would look like a complete one."""
     before = path.read_bytes() if path.is_file() else None
     try:
@@ -121,7 +121,7 @@ def _restored_if_it_fails(path: Path) -> Iterator[None]:
         raise
 
 
-def _first_mode(structure: Structure) -> tuple[float, DrivePoint]:
+def _find_first_mode(structure: Structure) -> tuple[float, DrivePoint]:
     """Frequency of the first elastic mode [Hz], and where it moves most of all that a case can name."""
     matrices = structure.matrices
     squared, shapes = scipy.linalg.eigh(matrices.stiffness, matrices.mass)
@@ -148,16 +148,16 @@ def _drive_point(structure: Structure, shape: Float[NDArray[np.float64], " r"]) 
     return DrivePoint(keys=f'{body}node = {result.node}\ndirection = "{result.direction}"', name=f"node {result.node}")
 
 
-def _range(frequency: float) -> dict[str, str]:
+def _choose_range(frequency: float) -> dict[str, str]:
     ends = {"first": (1 - BAND) * frequency, "last": (1 + BAND) * frequency, "step": BAND * frequency / 50}
     return {name: f"{value:.4g}" for name, value in ends.items()} | {"resonance": f"{frequency:.5g}"}
 
 
-def _title(path: Path) -> str:
+def _make_title(path: Path) -> str:
     return path.stem.replace("_", " ").capitalize()
 
 
-def _commented(keys: str) -> str:
+def _comment_out(keys: str) -> str:
     return "\n".join(f"# {line}" for line in keys.splitlines())
 
 

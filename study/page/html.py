@@ -12,7 +12,7 @@ from typing import Any
 
 from figure.style import typeset
 from study.json_value import to_json
-from study.run_record import current_provenance
+from study.run_record import get_provenance
 
 STYLE = Path(__file__).with_name("style.css")
 #: Scripts that all pages share; the bench has the first as well.
@@ -39,10 +39,10 @@ def render_page(
     values
         Other values of the template.
     """
-    content = _without_tags(json.dumps(to_json(data), ensure_ascii=False, separators=(",", ":")))
+    content = _remove_tags(json.dumps(to_json(data), ensure_ascii=False, separators=(",", ":")))
     content = content.replace("<", "\\u003c")  # which would end the element that it stands in
     scripts = {
-        "plotly": _script_safe(_read_plotly()),
+        "plotly": _escape_script(_read_plotly()),
         "data": f"const DATA = {content};",
         "script": "".join(file.read_text(encoding="utf-8") for file in (LOG_SCALE, COMMON, BAND_AXES, script)),
     }
@@ -71,21 +71,21 @@ def fill_template(
     environment.filters |= {"typeset": typeset_text, **filters}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         version=importlib.metadata.version("stickslip"),
-        policy=content_policy(scripts.values()),
-        provenance=page_provenance(),
+        policy=make_content_policy(scripts.values()),
+        provenance=format_provenance(),
         style=STYLE.read_text(encoding="utf-8"),
         **scripts,
         **values,
     )
 
 
-def page_provenance() -> str:
+def format_provenance() -> str:
     """Provenance of a page as JSON; empty for a page that is made in Python."""
-    made_by = current_provenance()
+    made_by = get_provenance()
     return "" if made_by is None else made_by.as_json()
 
 
-def content_policy(scripts: Iterable[str] = ()) -> str:
+def make_content_policy(scripts: Iterable[str] = ()) -> str:
     """Content security policy of a page: it runs these scripts only, shows its own pictures, loads and sends nothing.
 
     Parameters
@@ -124,11 +124,11 @@ def _read_plotly() -> str:
     return (Path(package.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
 
 
-def _script_safe(text: str) -> str:
+def _escape_script(text: str) -> str:
     """JavaScript that cannot end the script element that it stands in."""
     return re.sub(r"<(/script|!--)", r"<\\\1", text, flags=re.IGNORECASE).replace("\r\n", "\n")
 
 
-def _without_tags(text: str) -> str:
+def _remove_tags(text: str) -> str:
     """JSON whose texts hold no tags, which plotly.js would obey: names come from files."""
     return re.sub(r"<(?=[A-Za-z/!])", "\u2039", text)

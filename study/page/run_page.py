@@ -42,7 +42,7 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     common = [item[0] for item in takewhile(lambda item: len(set(item)) == 1, starts)]
     sections = [
         PageSection(
-            title=_heading([*name[len(common) :], *(["film"] if file.suffix == ".gif" else [])]),
+            title=_format_heading([*name[len(common) :], *(["film"] if file.suffix == ".gif" else [])]),
             pictures={file.name: file.read_bytes()},
         )
         for name, file in zip(names, pictures, strict=True)
@@ -53,7 +53,9 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     # Files are where they are, and no part of the result.
     lines = [line for line in text.splitlines() if line.strip() not in {str(file) for file in files}]
     sections.insert(0, PageSection(title="Result", report="\n".join(lines).rstrip()))
-    html = render_plain_page(title=_heading(own), over=f"stickslip {command}", sections=sections, tallest=TALLEST)
+    html = render_plain_page(
+        title=_format_heading(own), over=f"stickslip {command}", sections=sections, tallest=TALLEST
+    )
     replace_file(page, html)
     return replace(
         answer,
@@ -62,7 +64,7 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     )
 
 
-def _heading(words: Sequence[str]) -> str:
+def _format_heading(words: Sequence[str]) -> str:
     """Words of the name of a file as a heading; "mode1" is "Mode 1"."""
     text = re.sub(r"(?<=[a-z])(?=\d)", " ", " ".join(words))
     return text[:1].upper() + text[1:]

@@ -12,7 +12,7 @@ from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from geometry.rig import SIDES
 from pipeline.output import replace_file
-from study.diagnose.history import history_file
+from study.diagnose.history import name_history_file
 from study.diagnose.report import format_headline
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.run import diagnose_file
@@ -88,7 +88,7 @@ def diagnose_automatically(
     file = run.output / "automatic" / "iteration_1.toml"
     file.parent.mkdir(exist_ok=True)
     # The rounds are in the store: the case is edited anew from where it began.
-    history_file(file).unlink(missing_ok=True)
+    name_history_file(file).unlink(missing_ok=True)
     replace_file(file, write_case(model, start))
     try:
         rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
@@ -134,7 +134,7 @@ def read_values(result: Round, start: RigParameters) -> tuple[tuple[Interval, ..
     refit = result.diagnosis.verdict.baseline if best is None else best
     scaled = list_factors(result.setup, refit)
     values = [
-        _interval(name, getattr(start, name), 0.0, scaled[factor])
+        _make_interval(name, getattr(start, name), 0.0, scaled[factor])
         for name, factor in SCALED.items()
         if factor in scaled
     ]
@@ -142,13 +142,13 @@ def read_values(result: Round, start: RigParameters) -> tuple[tuple[Interval, ..
     for effect, value, deviation in list_strengths(result.setup, refit):
         if effect.name in CHANGED:
             name = CHANGED[effect.name]
-            values.append(_interval(name, 1.0, getattr(start, name), (value, deviation)))
+            values.append(_make_interval(name, 1.0, getattr(start, name), (value, deviation)))
         else:
             others.append(f"{effect.name}: {format_interval(value, deviation, effect.parameters[0])}")
     return tuple(values), tuple(others)
 
 
-def _interval(name: str, unit: float, offset: float, number: tuple[float, float]) -> Interval:
+def _make_interval(name: str, unit: float, offset: float, number: tuple[float, float]) -> Interval:
     value, half = offset + unit * number[0], TWO_SIDED_95 * unit * number[1]
     return Interval(name=name, value=value, lower=value - half, upper=value + half, source=COVARIANCE)
 

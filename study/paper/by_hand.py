@@ -81,12 +81,12 @@ def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunCo
     nonlinear = calibrate_nonlinear(plan, model, start, measured, run)
     return ByHand(
         measured=measured, linear=linear, nonlinear=nonlinear,
-        intervals=_intervals(model, linear, nonlinear, measured, run),
+        intervals=_find_all_intervals(model, linear, nonlinear, measured, run),
         missing=tuple(list_missing(measured, linear)),
     )  # fmt: skip
 
 
-def _intervals(
+def _find_all_intervals(
     model: PaperModel, linear: LinearCalibration, nonlinear: NonlinearCalibration, measured: MeasuredFamilies,
     run: RunContext,
 ) -> tuple[Interval, ...]:  # fmt: skip
@@ -99,7 +99,7 @@ def _intervals(
     result = [*fitted, find_damping_interval(last.parameters.damping, linear.stuck)]
     if free is not None and last.parameters.density is not None:
         result.append(find_density_interval(last.parameters.density, free))
-    error = _frequency_error(model, last, run, has_free=free is not None)
+    error = _estimate_frequency_error(model, last, run, has_free=free is not None)
     widened = {"kt": error.kt, "density": error.density}
     return tuple(
         item.widen(widened[item.name] * item.value, FREQUENCIES, least=0.0) if item.name in widened else item
@@ -107,7 +107,9 @@ def _intervals(
     )
 
 
-def _frequency_error(model: PaperModel, last: NonlinearIteration, run: RunContext, *, has_free: bool) -> FrequencyError:
+def _estimate_frequency_error(
+    model: PaperModel, last: NonlinearIteration, run: RunContext, *, has_free: bool
+) -> FrequencyError:
     numerical = model.read(last.parameters).setup.budget.frequency
     # The effect of contact errors on a resonance differs little from level to level.
     by_contact = [item.band.shift for item in last.limits.response if item.band.shift]

@@ -18,7 +18,7 @@ from study.paper.by_hand import ByHand, calibrate_by_hand, make_hand_document
 from study.paper.calibration_page import make_calibration_page
 from study.paper.case import PaperCase
 from study.paper.case_file import write_parameters
-from study.paper.limits import named_by_line
+from study.paper.limits import rename_by_line
 from study.paper.model import PaperModel
 from study.paper.pictures import draw_by_hand
 from study.paper.plan import make_case_plan
@@ -107,7 +107,7 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
             f'"{KIND}", or calibrate this one with stickslip compare {case} {folder} --calibrate-families'
         )
     paper = quicken(paper) if quick else paper
-    campaign = named_by_line(read_measured(folder, run))
+    campaign = rename_by_line(read_measured(folder, run))
     if not len(campaign.measurement):
         raise CampaignError(f"{folder} has no stepped sines: limits are laid beside amplitudes of steady states")
     opened.kind.structure(opened, run)  # reduced with progress; the models that follow find it in the store

@@ -10,11 +10,11 @@ from study.paper.by_hand import ByHand
 from study.paper.criteria import COVERAGE, STATIC_NORMAL
 from study.paper.sections import (
     format_met,
-    interval_section,
-    iteration_section,
-    linear_section,
-    missing_section,
-    overview_section,
+    make_interval_section,
+    make_iteration_section,
+    make_linear_section,
+    make_missing_section,
+    make_overview_section,
 )
 
 
@@ -69,7 +69,7 @@ def _sections(
     def find_pictures(caption: str, name: str) -> dict[str, bytes]:
         return {caption: pictures[name]} if name in pictures else {}
 
-    yield from missing_section(missing)
+    yield from make_missing_section(missing)
     yield PageSection(
         title="First guesses",
         text=[]
@@ -86,15 +86,15 @@ def _sections(
         ]
         * bool(guesses),
     )
-    yield linear_section(
+    yield make_linear_section(
         hand, "Linear calibration", find_pictures("Measured and computed responses of small vibrations", "linear")
     )
-    yield overview_section(hand, "Nonlinear iterations")
+    yield make_overview_section(hand, "Nonlinear iterations")
     for item in hand.nonlinear.iterations:
         number = item.number
         response = find_pictures(f"Measured responses and predicted limits, iteration {number}", f"response_{number}")
         forces = find_pictures(
             f"Measured contact forces at resonance and predicted limits, iteration {number}", f"forces_{number}"
         )
-        yield iteration_section(item, response | forces)
-    yield interval_section(hand)
+        yield make_iteration_section(item, response | forces)
+    yield make_interval_section(hand)

@@ -67,7 +67,7 @@ def make_reference(
     """
     fine = replace(opened, case=meshed(opened.case, case.specimen.size, case.specimen.modes))
     truth = find_density(fine, draw_truth(case, seed, like), run)
-    specimen, points = make_specimen(fine, truth, run), _points(case, fine, seed)
+    specimen, points = make_specimen(fine, truth, run), _choose_points(case, fine, seed)
     tasks = [
         Task(
             stage=measure_repeat,
@@ -96,7 +96,7 @@ def make_reference(
     return Reference(campaign=read_campaign(folder), loops=loops)
 
 
-def _points(case: PaperCase, opened: OpenCase, seed: int) -> TestPoints:
+def _choose_points(case: PaperCase, opened: OpenCase, seed: int) -> TestPoints:
     table, rig = case.campaign, make_rig_model(opened.case).rig
     return TestPoints(
         levels=table.levels, shares=table.shares, free_level=table.free_level, free_shares=table.free_shares,

@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.family.verdict import FamilyVerdict
 from study.paper.case import CriteriaTable
-from study.paper.limits import IterationLimits, furthest_outside
+from study.paper.limits import IterationLimits, compute_furthest_outside
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,16 +78,16 @@ def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
         family = item.family
         if family.harmonic == 0 and family.sensor.endswith("_N"):
             name, threshold = STATIC_NORMAL, criteria.static_normal
-            value = abs(static_deviation(item))
+            value = abs(compute_static_deviation(item))
         elif family.harmonic == 0:
-            normal = _static_normal(limits.forces, item)
+            normal = _find_static_normal(limits.forces, item)
             if normal is None:
                 continue
             name, threshold = STATIC_TANGENTIAL, criteria.static_tangential
-            value = furthest_outside(item) / normal
+            value = compute_furthest_outside(item) / normal
         else:
             name, threshold = DYNAMIC, criteria.dynamic
-            value = furthest_outside(item) / float(family.value.max())
+            value = compute_furthest_outside(item) / float(family.value.max())
         # A value that was not found is NaN and meets no criterion.
         scores.append(
             CriterionScore(
@@ -97,12 +97,12 @@ def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
     return Criterion(scores=tuple(scores))
 
 
-def static_deviation(verdict: FamilyVerdict) -> float:
+def compute_static_deviation(verdict: FamilyVerdict) -> float:
     """Middle of both limits of a static force over the measured mean, less one [-]."""
     return float(np.mean(verdict.band.value) / np.mean(verdict.family.value) - 1)
 
 
-def _static_normal(forces: Sequence[FamilyVerdict], tangential: FamilyVerdict) -> float | None:
+def _find_static_normal(forces: Sequence[FamilyVerdict], tangential: FamilyVerdict) -> float | None:
     """Measured mean static normal force at the line and level of a tangential one [N]; None if not measured."""
     name, level = tangential.family.sensor.removesuffix("_T") + "_N", tangential.family.level
     own = (

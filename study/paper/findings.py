@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from study.paper.criteria import COVERAGE, STATIC_NORMAL, static_deviation
+from study.paper.criteria import COVERAGE, STATIC_NORMAL, compute_static_deviation
 from study.paper.nonlinear import NonlinearIteration
 from study.paper.replay import Replay
 from study.paper.sensitivity import Sensitivity
@@ -25,17 +25,17 @@ def list_findings(result: Replay) -> list[PaperClaim]:
     """All of them in the paper's order."""
     first, second, third, fourth = result.hand.nonlinear.iterations
     return [
-        _response_by_contact(result.sensitivity),
-        _forces_by_alignment(first, second, result.sensitivity),
-        _softening(first),
-        _stiffness_leads(result.sensitivity),
-        _deviation(third),
-        _all_covered(third),
-        _rotation(third, fourth),
+        _judge_response_by_contact(result.sensitivity),
+        _judge_forces_by_alignment(first, second, result.sensitivity),
+        _judge_softening(first),
+        _judge_stiffness_leads(result.sensitivity),
+        _judge_deviation(third),
+        _judge_all_covered(third),
+        _judge_rotation(third, fourth),
     ]
 
 
-def _largest(sensitivity: Sensitivity, quantity: str, names: tuple[str, ...]) -> tuple[str, float]:
+def _find_largest(sensitivity: Sensitivity, quantity: str, names: tuple[str, ...]) -> tuple[str, float]:
     values = {
         name: float(np.abs(getattr(sensitivity, quantity)[sensitivity.names.index(name)]).max()) for name in names
     }
@@ -46,9 +46,9 @@ def _largest(sensitivity: Sensitivity, quantity: str, names: tuple[str, ...]) ->
 CONTACT, ALIGNMENT = ("kt", "kn", "mu"), ("shift_left", "inclination_left")
 
 
-def _response_by_contact(sensitivity: Sensitivity) -> PaperClaim:
+def _judge_response_by_contact(sensitivity: Sensitivity) -> PaperClaim:
     (contact, by_contact), (alignment, by_alignment) = (
-        _largest(sensitivity, "upper", item) for item in (CONTACT, ALIGNMENT)
+        _find_largest(sensitivity, "upper", item) for item in (CONTACT, ALIGNMENT)
     )
     return PaperClaim(
         claim="Limits of the response are governed by the contact parameters, unless there are gaps.",
@@ -58,9 +58,11 @@ def _response_by_contact(sensitivity: Sensitivity) -> PaperClaim:
     )
 
 
-def _forces_by_alignment(first: NonlinearIteration, second: NonlinearIteration, sensitivity: Sensitivity) -> PaperClaim:
+def _judge_forces_by_alignment(
+    first: NonlinearIteration, second: NonlinearIteration, sensitivity: Sensitivity
+) -> PaperClaim:
     (contact, by_contact), (alignment, by_alignment) = (
-        _largest(sensitivity, "normal", item) for item in (CONTACT, ALIGNMENT)
+        _find_largest(sensitivity, "normal", item) for item in (CONTACT, ALIGNMENT)
     )
     before, after = (item.force.worst(STATIC_NORMAL).value for item in (first, second))
     return PaperClaim(
@@ -71,7 +73,7 @@ def _forces_by_alignment(first: NonlinearIteration, second: NonlinearIteration, 
     )
 
 
-def _softening(first: NonlinearIteration) -> PaperClaim:
+def _judge_softening(first: NonlinearIteration) -> PaperClaim:
     peaks = [float(item.band.frequency[np.nanargmax(item.band.value[0])]) for item in first.limits.response]
     softens = peaks[-1] < peaks[0]
     return PaperClaim(
@@ -84,7 +86,7 @@ def _softening(first: NonlinearIteration) -> PaperClaim:
     )
 
 
-def _stiffness_leads(sensitivity: Sensitivity) -> PaperClaim:
+def _judge_stiffness_leads(sensitivity: Sensitivity) -> PaperClaim:
     changes = {name: float(np.abs(sensitivity.frequency[sensitivity.names.index(name)]).max()) for name in CONTACT}
     return PaperClaim(
         claim="kt is the most sensitive contact parameter.",
@@ -94,10 +96,10 @@ def _stiffness_leads(sensitivity: Sensitivity) -> PaperClaim:
     )
 
 
-def _deviation(third: NonlinearIteration) -> PaperClaim:
+def _judge_deviation(third: NonlinearIteration) -> PaperClaim:
     worst = third.force.worst(STATIC_NORMAL)
     own = {
-        item.family.sensor: static_deviation(item)
+        item.family.sensor: compute_static_deviation(item)
         for item in third.limits.forces
         if item.family.harmonic == 0 and item.family.sensor.endswith("_N") and item.family.level == worst.level
     }
@@ -110,7 +112,7 @@ def _deviation(third: NonlinearIteration) -> PaperClaim:
     )
 
 
-def _all_covered(third: NonlinearIteration) -> PaperClaim:
+def _judge_all_covered(third: NonlinearIteration) -> PaperClaim:
     scores = [*third.response.scores, *third.force.scores]
     met = sum(score.met for score in scores)
     return PaperClaim(
@@ -121,7 +123,7 @@ def _all_covered(third: NonlinearIteration) -> PaperClaim:
     )
 
 
-def _rotation(third: NonlinearIteration, fourth: NonlinearIteration) -> PaperClaim:
+def _judge_rotation(third: NonlinearIteration, fourth: NonlinearIteration) -> PaperClaim:
     shifts = [
         float(b.band.frequency[np.nanargmax(b.band.value[1])] - a.band.frequency[np.nanargmax(a.band.value[1])])
         for a, b in zip(third.limits.response, fourth.limits.response, strict=True)

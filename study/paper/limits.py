@@ -9,15 +9,15 @@ import numpy as np
 
 from correlation.campaign.measurement import SAME_FREQUENCY, Campaign, MeasuredSensor
 from correlation.errors import CampaignError
-from correlation.family.family import Family, common_points, measured_families
+from correlation.family.family import Family, measured_families, number_points
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
 from study.compare.families import (
     Preloads,
     correct_families,
     estimate_preloads,
-    family_search,
     judge_families,
+    make_family_search,
 )
 from study.compare.family_limits import FamilySearch, find_family_limits, find_reaches
 from study.limits.stored_search import run_search
@@ -66,7 +66,7 @@ class IterationLimits:
     forces: tuple[FamilyVerdict, ...]
 
 
-def named_by_line(campaign: Campaign) -> Campaign:
+def rename_by_line(campaign: Campaign) -> Campaign:
     """The campaign with contact forces named by line and direction, as criteria and figures expect."""
     taken, sensors = {item.name for item in campaign.sensors if item.line is None}, []
     for item in campaign.sensors:
@@ -84,7 +84,7 @@ def read_families(campaign: Campaign) -> MeasuredFamilies:
     Parameters
     ----------
     campaign
-        Campaign as `named_by_line` gives it. The response is that of the tip, or of its first sensor of motion.
+        Campaign as `rename_by_line` gives it. The response is that of the tip, or of its first sensor of motion.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def read_families(campaign: Campaign) -> MeasuredFamilies:
         at_peak
         for family in families
         if _is_line_force(sensors[family.sensor]) and family.harmonic in (0, 1) and family.level in peak
-        for at_peak in _at(family, peak[family.level])
+        for at_peak in _find_family_at(family, peak[family.level])
     )
     return MeasuredFamilies(
         sensor=own, response=response, forces=forces, errors=estimate_repeat_errors(campaign, families), peak=peak
@@ -134,13 +134,13 @@ def find_peak(family: Family) -> float:
     Repeats step through the same points; their frequencies differ by the jitter alone. The mean at a point is over the
     curves that have it.
     """
-    point = common_points(family.curves)
+    point = number_points(family.curves)
     count = np.maximum(np.bincount(point), 1)
     highest = int(np.argmax(np.bincount(point, family.value) / count))
     return float(family.frequency[point == highest].mean())
 
 
-def _at(family: Family, peak: float) -> list[Family]:
+def _find_family_at(family: Family, peak: float) -> list[Family]:
     """Readings nearest to a frequency, one per curve that has a point within half its step; empty without any."""
     curves = []
     for curve in family.curves:
@@ -178,7 +178,7 @@ def find_limits(
     read = model.read(parameters)
     budget, effort = read.setup.budget, model.effort
     table = LimitsTable(population=effort.population, samples=effort.samples)
-    search = family_search(
+    search = make_family_search(
         read.setup.model, budget, model.campaign, measured.response, table, None, most=effort.frequencies,
         fewest=effort.frequencies,
     )  # fmt: skip
@@ -189,10 +189,12 @@ def find_limits(
     response = judge_families(
         correct_families(measured.response, result, preloads, measured.errors), result, measured.errors, budget
     )
-    return IterationLimits(response=response, forces=tuple(_forces(search, measured, preloads, run, stem, executor)))
+    return IterationLimits(
+        response=response, forces=tuple(_compute_forces(search, measured, preloads, run, stem, executor))
+    )
 
 
-def _forces(
+def _compute_forces(
     search: FamilySearch, measured: MeasuredFamilies, preloads: Preloads, run: RunContext, stem: str, executor: Executor
 ) -> Sequence[FamilyVerdict]:
     result: list[FamilyVerdict] = []
@@ -225,7 +227,7 @@ def _forces(
     return result
 
 
-def furthest_outside(verdict: FamilyVerdict) -> float:
+def compute_furthest_outside(verdict: FamilyVerdict) -> float:
     """Largest distance of an outside reading from its limits, 0 without any [SI unit of the sensor].
 
     As for the coverage, a reading within noise and numerical error is not outside; for others the full distance counts.

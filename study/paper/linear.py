@@ -110,12 +110,14 @@ def calibrate_linear(plan: ByHandPlan, model: PaperModel, mu: float, run: RunCon
         )
     free, stuck = peaks.get(True), peaks[False]
     step = run.step("linear iterations", expected=30)
-    fits = step.run(fit_linear, plan, model.opened.case, None if free is None else _peak(free), _peak(stuck), mu, model)
+    fits = step.run(
+        fit_linear, plan, model.opened.case, None if free is None else _make_peak(free), _make_peak(stuck), mu, model
+    )
     iterations = tuple(LinearIteration(start=start, own=own) for start, own in fits)
     return LinearCalibration(free=free, stuck=stuck, iterations=iterations)
 
 
-def _peak(measured: MeasuredResonance) -> ModalPeak:
+def _make_peak(measured: MeasuredResonance) -> ModalPeak:
     return ModalPeak(frequency=measured.frequency, damping=measured.damping)
 
 
@@ -138,20 +140,20 @@ def fit_linear(
     make
         Makes the model of some parameters.
     """
-    start = [_started(item, mu, rig) for item in plan.linear]
+    start = [_make_start(item, mu, rig) for item in plan.linear]
     second = tune_stiffness(make, replace(start[1], damping=stuck.damping), stuck.frequency)
     own = [start[0], second]
     if free is not None:
         nominal = rig.structure.blade_material.density or rig.structure.material.density
         ratio = plan.linear[-1].kn / plan.linear[-1].kt
-        own.append(_third(make, second, free, stuck, nominal=nominal, ratio=ratio))
+        own.append(_tune_third(make, second, free, stuck, nominal=nominal, ratio=ratio))
     return tuple(
         (judge_linear(make, a, free, stuck, plan.criteria), judge_linear(make, b, free, stuck, plan.criteria))
         for a, b in zip(start, own, strict=False)
     )
 
 
-def _started(start: LinearStart, mu: float, rig: Case[RigTable]) -> RigParameters:
+def _make_start(start: LinearStart, mu: float, rig: Case[RigTable]) -> RigParameters:
     return replace(read_parameters(rig), kt=start.kt, kn=start.kn, mu=mu, damping=start.damping, root=start.root)
 
 
@@ -203,7 +205,7 @@ def _solve(error: Callable[[float], float], ends: tuple[float, float], what: str
     return float(brentq(error, ends[0], ends[1], xtol=NEAR))
 
 
-def _third(
+def _tune_third(
     make: Make, second: RigParameters, free: ModalPeak, stuck: ModalPeak, *, nominal: float, ratio: float
 ) -> RigParameters:
     """Density for the free resonance, stiffness for the stuck one, damping for both widths."""

@@ -22,7 +22,7 @@ from geometry.rig import SIDES
 from pipeline.parallel import process_pool
 from pipeline.progress import ShownStep
 from study.paper.case import CriteriaTable
-from study.paper.criteria import Criterion, judge_forces, judge_response, static_deviation
+from study.paper.criteria import Criterion, compute_static_deviation, judge_forces, judge_response
 from study.paper.fit import ParameterFit, ParameterScale, Tuning, fit_parameters
 from study.paper.limits import IterationLimits, MeasuredFamilies, find_limits
 from study.paper.model import PaperModel
@@ -180,7 +180,7 @@ def _shift_weights(
         family = item.family
         if family.sensor in SHIFTED and family.harmonic == 0 and family.level == top:
             name = f"shift_{family.sensor.partition('_')[0]}"
-            shift = getattr(parameters, name) - static_deviation(item) * length
+            shift = getattr(parameters, name) - compute_static_deviation(item) * length
             moved[name] = float(np.clip(shift, -length / 2, length / 2))
     return replace(parameters, **moved)
 

@@ -13,11 +13,11 @@ from study.paper.pictures import FORCE_FIGURE, RESPONSE_FIGURE
 from study.paper.replay import Replay
 from study.paper.sections import (
     SHOWN,
-    interval_section,
-    iteration_section,
-    linear_section,
-    missing_section,
-    overview_section,
+    make_interval_section,
+    make_iteration_section,
+    make_linear_section,
+    make_missing_section,
+    make_overview_section,
     show_known,
 )
 
@@ -112,12 +112,12 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
     )
     hand = result.hand
     title = "Table 2 and figure 14: linear calibration"
-    yield linear_section(hand, title, find_pictures("figure_14"), result.case.linear)
-    yield overview_section(hand, "Figures 15 and 16: nonlinear iterations", result.case.nonlinear)
+    yield make_linear_section(hand, title, find_pictures("figure_14"), result.case.linear)
+    yield make_overview_section(hand, "Figures 15 and 16: nonlinear iterations", result.case.nonlinear)
     for item in hand.nonlinear.iterations:
         names = [f"figure_{RESPONSE_FIGURE[item.number]}", f"figure_{FORCE_FIGURE.get(item.number, 0)}"]
-        yield iteration_section(item, find_pictures(*names))
-    yield from missing_section(hand.missing)
+        yield make_iteration_section(item, find_pictures(*names))
+    yield from make_missing_section(hand.missing)
     yield PageSection(
         title="Sensitivities",
         text=["By differences of the bands that the same friction histories reach, around iteration 3."],
@@ -133,9 +133,9 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
             )
         ],
     )
-    yield _truth(result)
-    yield interval_section(hand, result.truth)
-    yield automatic_section(result, find_pictures("ways"))
+    yield _make_truth_section(result)
+    yield make_interval_section(hand, result.truth)
+    yield make_automatic_section(result, find_pictures("ways"))
     yield PageSection(title="What differs from the paper, and why", text=DIFFERENT)
 
 
@@ -157,7 +157,7 @@ CAPTION |= {
 }
 
 
-def automatic_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
+def make_automatic_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
     """Automatic diagnosis compared with the truth and the calibration by hand."""
     path = [
         [str(number), item.sentence, show_known(item.held_before, ".1%"), show_known(item.held_after, ".1%")]
@@ -199,7 +199,7 @@ def _with_ends(item: Interval, factor: float) -> str:
     return f"{value} ({lower} to {upper})"
 
 
-def _truth(result: Replay) -> PageSection:
+def _make_truth_section(result: Replay) -> PageSection:
     """Truth and iteration 3; the truth is read last."""
     third, rows = result.hand.last.parameters, []
     for name, (label, factor) in SHOWN.items():

@@ -14,7 +14,7 @@ from figure.line_forces import LineForce, LineForces
 from figure.parameter_intervals import IntervalPanel, ParameterIntervals
 from figure.small_responses import SmallResponsePanel, SmallResponses
 from figure.tornado import Tornado
-from study.compare.family_pictures import family_figures
+from study.compare.family_pictures import make_family_figures
 from study.paper.by_hand import ByHand
 from study.paper.model import PaperModel, compute_small_response
 from study.paper.nonlinear import NonlinearIteration
@@ -44,12 +44,12 @@ def draw_replay(result: Replay) -> dict[str, object]:
     """
     drawn: dict[str, object] = dict(_loops(result))
     drawn |= draw_by_hand(result.hand, result.model, NUMBERED)
-    drawn["sensitivities"] = _tornado(result.sensitivity)
-    drawn["ways"] = _ways(result)
+    drawn["sensitivities"] = _make_tornado(result.sensitivity)
+    drawn["ways"] = _compare_ways(result)
     return drawn
 
 
-def _ways(result: Replay) -> ParameterIntervals:
+def _compare_ways(result: Replay) -> ParameterIntervals:
     """Parameters of both calibrations and the truth; a parameter that a calibration does not change keeps its value."""
     start, last = result.hand.nonlinear.iterations[0].parameters, result.hand.last.parameters
     fitted = {
@@ -84,9 +84,13 @@ def draw_by_hand(hand: ByHand, model: PaperModel, numbered: Mapping[str, int] | 
         Figure number by name; a figure without a number is left out. None for unnumbered figures.
     """
     figures: dict[str, Any] = {
-        "linear": _small(hand, model),
+        "linear": _make_small_responses(hand, model),
         **{f"response_{item.number}": _response(hand, model, item) for item in hand.nonlinear.iterations},
-        **{f"forces_{item.number}": _forces(item, model) for item in hand.nonlinear.iterations if item.limits.forces},
+        **{
+            f"forces_{item.number}": _make_force_limits(item, model)
+            for item in hand.nonlinear.iterations
+            if item.limits.forces
+        },
     }
     drawn: dict[str, object] = {}
     for name, figure in figures.items():
@@ -132,7 +136,7 @@ def _loops(result: Replay) -> Iterator[tuple[str, object]]:
     )  # fmt: skip
 
 
-def _small(hand: ByHand, model: PaperModel) -> SmallResponses:
+def _make_small_responses(hand: ByHand, model: PaperModel) -> SmallResponses:
     campaign, name = model.campaign, hand.measured.sensor
     panels: list[SmallResponsePanel] = []
     table = campaign.measurement
@@ -167,16 +171,18 @@ def _small(hand: ByHand, model: PaperModel) -> SmallResponses:
 
 def _response(hand: ByHand, model: PaperModel, item: NonlinearIteration) -> FamiliesOverLimits:
     own = {sensor.name: sensor for sensor in model.campaign.sensors if sensor.name == hand.measured.sensor}
-    return next(iter(family_figures(item.limits.response, own, f"Response, iteration {item.number}", "N").values()))
+    return next(
+        iter(make_family_figures(item.limits.response, own, f"Response, iteration {item.number}", "N").values())
+    )
 
 
-def _forces(item: NonlinearIteration, model: PaperModel) -> LineForceLimits:
+def _make_force_limits(item: NonlinearIteration, model: PaperModel) -> LineForceLimits:
     channels: dict[tuple[str, int], list[FamilyVerdict]] = {}
     for verdict in item.limits.forces:
         channels.setdefault((verdict.family.sensor, verdict.family.harmonic), []).append(verdict)
     lines = dict.fromkeys(sensor.line for sensor in model.campaign.sensors if sensor.line is not None)
     panels = [
-        _panel(channels[f"{line}_{letter}", harmonic], f"{line.replace('_', ' ')}", f"{letter}{harmonic}")
+        _make_panel(channels[f"{line}_{letter}", harmonic], f"{line.replace('_', ' ')}", f"{letter}{harmonic}")
         for line in lines
         for harmonic in (0, 1)
         for letter in "TN"
@@ -188,7 +194,7 @@ def _forces(item: NonlinearIteration, model: PaperModel) -> LineForceLimits:
     )  # fmt: skip
 
 
-def _panel(verdicts: Sequence[FamilyVerdict], line: str, force: str) -> ForceLimits:
+def _make_panel(verdicts: Sequence[FamilyVerdict], line: str, force: str) -> ForceLimits:
     count = max(len(item.family.value) for item in verdicts)
     measured = np.full((count, len(verdicts)), np.nan)
     for column, item in enumerate(verdicts):
@@ -202,7 +208,7 @@ def _panel(verdicts: Sequence[FamilyVerdict], line: str, force: str) -> ForceLim
     )
 
 
-def _tornado(sensitivity: Sensitivity) -> Tornado:
+def _make_tornado(sensitivity: Sensitivity) -> Tornado:
     steps = {
         "kt": "kt, 2 %", "kn": "kn, 2 %", "mu": "mu, 2 %", "damping": "damping, 2 %",
         "shift_left": "left shift, 0.5 mm", "inclination_left": "left inclination, 2 deg",

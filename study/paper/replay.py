@@ -96,7 +96,7 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     model = _model(case, opened, reference, run)
     guess = guess_first(reference)
     hand = calibrate_by_hand(make_paper_plan(case), model, guess.mu, run)
-    sensitivity = _sensitivities(model, hand.last.parameters, hand.measured, run)
+    sensitivity = _run_sensitivities(model, hand.last.parameters, hand.measured, run)
     own = diagnose_automatically(model, hand.nonlinear.iterations[0].parameters, reference.campaign, folder, run)
     truth = json.loads((folder / FILE).read_text(encoding="utf-8"))["parameters"]
     return Replay(
@@ -126,7 +126,7 @@ def _model(case: PaperCase, opened: OpenCase, reference: Reference, run: RunCont
     return PaperModel(opened=coarse, campaign=reference.campaign, run=silent, effort=case.effort)
 
 
-def _sensitivities(
+def _run_sensitivities(
     model: PaperModel, parameters: RigParameters, measured: MeasuredFamilies, run: RunContext
 ) -> Sensitivity:
     steps = {name: share * getattr(parameters, name) for name, share in SHARES.items()} | ALIGNMENT

@@ -43,7 +43,7 @@ def find_resonance(system: JointedSystem, row: Row) -> float:
     return float(np.sqrt(eigenvalue[np.argmax(moved > DRIVEN * moved.max())]) / (2 * np.pi))
 
 
-def tip_row(model: Model) -> Float[NDArray[np.float64], " r"]:
+def find_tip_row(model: Model) -> Float[NDArray[np.float64], " r"]:
     """Row of the sensor at the tip [-]."""
     return next(sensor.row for sensor in model.sensors if isinstance(sensor, Sensor) and sensor.name == "tip")
 
@@ -59,7 +59,7 @@ def find_small_peak(model: Model, *, free: bool) -> ModalPeak:
         Whether without dampers.
     """
     system = (model.without_contacts() if free else model).system
-    frequency = find_resonance(system, tip_row(model))
+    frequency = find_resonance(system, find_tip_row(model))
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = int(np.argmin(np.abs(modes.frequency - frequency)))
     shape, omega = modes.mode_shapes[:, own], np.sqrt(modes.lambda_[[own]])

@@ -34,7 +34,7 @@ SHOWN = {
 }  # fmt: skip
 
 
-def linear_section(
+def make_linear_section(
     hand: ByHand, title: str, pictures: Mapping[str, bytes], printed: Sequence[LinearTable] = ()
 ) -> PageSection:
     """The linear iterations; with printed values also their result on this rig."""
@@ -70,7 +70,7 @@ def linear_section(
     )
 
 
-def overview_section(hand: ByHand, title: str, printed: Sequence[NonlinearTable] = ()) -> PageSection:
+def make_overview_section(hand: ByHand, title: str, printed: Sequence[NonlinearTable] = ()) -> PageSection:
     """Parameters and criteria of the nonlinear iterations, with those that the paper prints above each."""
     rows = []
     for item in hand.nonlinear.iterations:
@@ -93,14 +93,14 @@ def overview_section(hand: ByHand, title: str, printed: Sequence[NonlinearTable]
     )
 
 
-def iteration_section(item: NonlinearIteration, pictures: Mapping[str, bytes]) -> PageSection:
+def make_iteration_section(item: NonlinearIteration, pictures: Mapping[str, bytes]) -> PageSection:
     """One nonlinear iteration with its scores and pictures."""
     return PageSection(
-        title=f"Iteration {item.number}", text=[STEP[item.number]], tables=[_scores(item)], pictures=pictures
+        title=f"Iteration {item.number}", text=[STEP[item.number]], tables=[_make_scores_table(item)], pictures=pictures
     )
 
 
-def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = None) -> PageSection:
+def make_interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = None) -> PageSection:
     """Calibrated values with their intervals; with the truth also whether an interval contains it."""
     rows, held = [], []
     for item in hand.intervals:
@@ -134,7 +134,7 @@ def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = No
     return PageSection(title="Intervals", text=text, tables=[Table(head=head, rows=rows)])
 
 
-def missing_section(missing: Sequence[str]) -> Iterator[PageSection]:
+def make_missing_section(missing: Sequence[str]) -> Iterator[PageSection]:
     """What the campaign lacks, if anything."""
     if missing:
         yield PageSection(title="What this campaign does not tell", text=missing)
@@ -148,7 +148,7 @@ def numbers(parameters: RigParameters | NonlinearTable) -> list[str]:
     return [*contact, lengths, angles, f"{degrees(parameters.gap_angle):.2f}"]
 
 
-def _scores(item: NonlinearIteration) -> Table:
+def _make_scores_table(item: NonlinearIteration) -> Table:
     """Scores of both criteria by level; for forces the worst of all lines."""
     names: dict[str, Criterion] = {COVERAGE: item.response} | {
         name: item.force

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from correlation.model import Sensor
 from geometry.rig import SIDES, mating_pairs
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from study.case.setup import read_case
 from study.kind.registry import OpenCase
-from study.kind.rig.structure import measured_places
+from study.kind.rig.structure import list_measured_places
 from study.paper.parameters import configure
 from study.paper.resonance import find_resonance, scale_damping
 from study.paper.truth import Truth
@@ -49,14 +49,14 @@ def make_specimen(opened: OpenCase, truth: Truth, run: RunContext) -> Specimen:
     """
     read = read_case(replace(opened, case=configure(opened.case, truth.parameters)), run=run)
     preloaded = read.structure.details
-    clamp = truth.root_loss / (2 * pi * truth.free_frequency) * _root_stiffness(opened, truth, run)
+    clamp = truth.root_loss / (2 * pi * truth.free_frequency) * _compute_root_stiffness(opened, truth, run)
     model = scale_damping(read.setup.model, truth.parameters.damping)
     model = model.with_system(damping=model.system.damping + clamp)
     free, rig = model.without_contacts().system, preloaded.model.rig
     # The bench knows a line by the first word of its contacts' names.
-    joints = [replace(item, name=item.name.replace(".", " ")) for item in friction_contacts(model.system.joints)]
+    joints = [replace(item, name=item.name.replace(".", " ")) for item in list_friction_contacts(model.system.joints)]
     jointed = replace(model.system, joints=joints)
-    places = measured_places(preloaded.reduction)
+    places = list_measured_places(preloaded.reduction)
     weight = preloaded.weights["right"]
     laser = next(
         item.row for item in model.sensors if isinstance(item, Sensor) and item.name == "damper right against blade"
@@ -72,7 +72,7 @@ def make_specimen(opened: OpenCase, truth: Truth, run: RunContext) -> Specimen:
     )
 
 
-def _root_stiffness(opened: OpenCase, truth: Truth, run: RunContext) -> Float[NDArray[np.float64], "r r"]:
+def _compute_root_stiffness(opened: OpenCase, truth: Truth, run: RunContext) -> Float[NDArray[np.float64], "r r"]:
     """Energy of the springs of the root as a stiffness: kappa dK / dkappa, as they transmit a force statically."""
     root, ends = truth.parameters.root, []
     assert root is not None

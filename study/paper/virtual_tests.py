@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
-from reduction.load_cell import along_line, blade_contact, decoupler_contact
+from reduction.load_cell import compute_blade_contact, compute_decoupler_contact, resolve_along_line
 from transient.state import TransientState
 from transient.virtual_bench.campaign import Sweep, with_noise
 from transient.virtual_bench.repeats import repeated_test
@@ -139,7 +139,7 @@ def measure_repeat(specimen: Specimen, points: TestPoints, repeat: int) -> tuple
     resonance = specimen.resonance * (1 + points.frequency_error * noise.standard_normal())
     up = [resonance * share for share in points.shares]
     return tuple(
-        replace(test, readings=with_noise(_by_cells(test.readings, specimen, points), noise))
+        replace(test, readings=with_noise(_read_by_cells(test.readings, specimen, points), noise))
         for test in repeated_test(bench, up, points.levels, repeat=repeat, random=histories, settle=_search(bench))
     )
 
@@ -148,7 +148,7 @@ def measure_repeat(specimen: Specimen, points: TestPoints, repeat: int) -> tuple
 def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[InstrumentLoop, ...]:
     """A period at the resonance of the lowest and of the highest level."""
     result = []
-    lines = _lines(specimen.jointed)
+    lines = _list_lines(specimen.jointed)
     for level in (points.levels[0], points.levels[-1]):
         bench = VirtualSweepTest(specimen.jointed, specimen.sensors)
         up = [specimen.resonance * share for share in points.shares]
@@ -159,8 +159,10 @@ def measure_loops(specimen: Specimen, points: TestPoints) -> tuple[InstrumentLoo
         motion, force = bench.waveforms(record)
         side = 2 * lines.index(LOOP)
         own = force[side] * specimen.signs[LOOP], force[side + 1]
-        cells = _with_cells(own, _gains(points)[LOOP], points)
-        T, N = blade_contact(decoupler_contact(*cells, points.theta, points.alpha), specimen.dead_weight, points.theta)
+        cells = _with_cells(own, _sample_gains(points)[LOOP], points)
+        T, N = compute_blade_contact(
+            compute_decoupler_contact(*cells, points.theta, points.alpha), specimen.dead_weight, points.theta
+        )
         seen = motion[list(specimen.sensors).index(LASER)] * cos(points.laser_angle)
         result.append(InstrumentLoop(level=level, frequency=up[peak], displacement=seen, tangential=T, normal=N))
     return tuple(result)
@@ -175,11 +177,11 @@ def _search(bench: VirtualSweepTest) -> Callable[[Sequence[float], float, Transi
     return settle
 
 
-def _lines(system: JointedSystem) -> list[str]:
+def _list_lines(system: JointedSystem) -> list[str]:
     return list(dict.fromkeys(joint.name.split()[0] for joint in system.joints))
 
 
-def _gains(points: TestPoints) -> Mapping[str, NDArray[np.float64]]:
+def _sample_gains(points: TestPoints) -> Mapping[str, NDArray[np.float64]]:
     """Gains of both load cells behind each line, the same in all tests."""
     random = np.random.default_rng([points.seed, 3])
     return {line: 1 + points.cell_error * random.standard_normal(2) for line in MEASURED}
@@ -189,17 +191,17 @@ def _with_cells(
     force: tuple[NDArray[Any], NDArray[Any]], gains: NDArray[np.float64], points: TestPoints
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Readings of the cells R3 and R4 of a line for its forces T and N: the inverse of eq (1)."""
-    along, up = along_line(force[0], force[1], -points.theta)
+    along, up = resolve_along_line(force[0], force[1], -points.theta)
     half = along / cos(points.alpha) / 2, up / sin(points.alpha) / 2
     return gains[0] * (half[0] + half[1]), gains[1] * (half[0] - half[1])
 
 
-def _by_cells(readings: SweepReadings, specimen: Specimen, points: TestPoints) -> SweepReadings:
+def _read_by_cells(readings: SweepReadings, specimen: Specimen, points: TestPoints) -> SweepReadings:
     """The readings with the forces of the measured lines alone, as the load cells and eq (1) give them."""
-    lines, gains, columns = _lines(specimen.jointed), _gains(points), []
+    lines, gains, columns = _list_lines(specimen.jointed), _sample_gains(points), []
     for line in MEASURED:
         at = 2 * lines.index(line)
         own = specimen.signs[line] * readings.force[:, at], readings.force[:, at + 1]
-        T, N = decoupler_contact(*_with_cells(own, gains[line], points), points.theta, points.alpha)
+        T, N = compute_decoupler_contact(*_with_cells(own, gains[line], points), points.theta, points.alpha)
         columns += [specimen.signs[line] * T, N]
     return replace(readings, force=np.stack(columns, axis=1))

@@ -116,7 +116,7 @@ class PlanResult:
         for score in seen:
             alike = self.plan.confused_with(score)
             more = f" and {len(alike) - 2} more" if len(alike) > 2 else ""
-            strengths = "  ".join(f"{item:>12}" for item in _strengths(self.plan, score))
+            strengths = "  ".join(f"{item:>12}" for item in _format_strengths(self.plan, score))
             yield f"  {score.effect.name:<{width}}  {strengths}  {', '.join(alike[:2])}{more}".rstrip()
         yield "  smallest: strength that about half of such campaigns would name; typical: one that matters, such as a"
         yield f"  mass that shifts a resonance by 0.5 %; looks like: |cos| of the changes above {CONFUSED:g}"
@@ -129,7 +129,7 @@ class PlanResult:
             yield from (f"  {item.name}: {item.reason}" for item in self.plan.catalogue.untestable)
 
 
-def _strengths(plan: Plan, score: Score) -> tuple[str, str]:
+def _format_strengths(plan: Plan, score: Score) -> tuple[str, str]:
     """Smallest detectable and typical strength in words."""
     parameter = score.effect.parameters[0]
     values = plan.detectable[score.effect.name], abs(parameter.typical - parameter.vanishes)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from fe.damping import rayleigh_damping
 from fe.errors import SupportError
 from fe.modal import STRAINLESS, modes
-from fe.sparse.symmetric_part import whole_nodes
+from fe.sparse.symmetric_part import find_whole_nodes
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
-from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
-from reduction.rom import ReducedModel, rayleigh_damped
+from reduction.memory_estimate import estimate_reduction_memory, refuse_beyond_memory
+from reduction.rom import ReducedModel, with_rayleigh_damping
 from reduction.rom_error import rom_error
 
 #: Frequencies that are compared.
@@ -61,7 +61,7 @@ class ComparedReduction(ComparedFrequencies):
         return len(self.rom.free)
 
 
-def compared_reduction(
+def compare_reduction(
     system: LinearSystem,
     boundary: Mapping[str, Rows],
     n_mode: int,
@@ -90,8 +90,8 @@ def compared_reduction(
     """
     n_boundary = sum(len(rows) for rows in boundary.values())
     retained = np.concatenate([np.zeros(0, dtype=np.int64), *boundary.values()])
-    is_compact = whole_nodes(np.setdiff1d(np.arange(system.n_dof), retained)) is not None
-    needed = reduction_memory(system.stiffness, n_boundary, n_mode, is_compact=is_compact)
+    is_compact = find_whole_nodes(np.setdiff1d(np.arange(system.n_dof), retained)) is not None
+    needed = estimate_reduction_memory(system.stiffness, n_boundary, n_mode, is_compact=is_compact)
     refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and {n_mode} modes")
     rom = craig_bampton(system, boundary, n_mode, provenance)
     n_compared = min(N_FREQUENCY, rom.n_dof)
@@ -99,10 +99,10 @@ def compared_reduction(
     try:
         full = modes(system, n_compared).frequency
     except SupportError:
-        full = _free_frequency(system, reduced)
+        full = _compute_free_frequency(system, reduced)
         reduced = np.where(full > 0, reduced, 0.0)
     if damping_ratio is not None and reduced.any():
-        rom = rayleigh_damped(rom, rayleigh_damping(damping_ratio, float(reduced[reduced > 0][0])))
+        rom = with_rayleigh_damping(rom, rayleigh_damping(damping_ratio, float(reduced[reduced > 0][0])))
     return ComparedReduction(
         rom=rom,
         frequency=full,
@@ -111,7 +111,7 @@ def compared_reduction(
     )
 
 
-def _free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequencies:
+def _compute_free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequencies:
     """Frequencies of a structure that nothing holds, by a shift; 0 of motions without strain [Hz]."""
     stiff, heavy = system.stiffness.diagonal(), system.mass.diagonal()
     elastic = reduced[reduced > RIGID * reduced[-1]]

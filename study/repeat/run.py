@@ -10,11 +10,11 @@ from typing import Any
 
 from geometry.errors import InputError
 from study.case.trust import require_trust
-from study.diagnose.history import history_file
+from study.diagnose.history import name_history_file
 from study.difference import find_differences
 from study.json_value import to_json
-from study.provenance import Provenance, current_versions, digest
-from study.repeat.source import RepeatableResult, only_results, read_result
+from study.provenance import Provenance, hash_content, list_versions
+from study.repeat.source import RepeatableResult, keep_results, read_result
 from study.run_context import RunContext
 from study.run_record import recorded
 
@@ -115,9 +115,9 @@ def compare_conditions(made_by: Provenance, base: Path) -> list[str]:
     changes = [
         f"{name} is not as it was: the result was made from another content"
         for name, known in made_by.inputs.items()
-        if digest(base / name) != known
+        if hash_content(base / name) != known
     ]
-    now = current_versions()
+    now = list_versions()
     changes += [
         f"{name} is {now.get(name, 'not installed')} now, and the result was made with {version}"
         for name, version in made_by.versions.items()
@@ -157,7 +157,7 @@ def _copy_inputs(made_by: Provenance, base: Path, target: Path) -> tuple[list[st
             shutil.copytree(place, copy, dirs_exist_ok=True)
             continue
         copy.parent.mkdir(parents=True, exist_ok=True)
-        for file in (place, history_file(place)) if place.suffix == ".toml" else (place,):
+        for file in (place, name_history_file(place)) if place.suffix == ".toml" else (place,):
             if file.is_file():
                 shutil.copyfile(file, copy.with_name(file.name))
     start = target / base.relative_to(common)
@@ -177,7 +177,7 @@ def _run_again(words: list[str], start: Path, target: Path, run: RunContext, pat
         assert answer is not None  # help and version alone answer nothing, and are no result
         answers.append((answer.exit_code, answer.document))
     if not page:
-        values: dict[str, Any] = only_results(to_json(answer.document))
+        values: dict[str, Any] = keep_results(to_json(answer.document))
         return values
     new = target / path.name
     if not new.is_file():

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from geometry.errors import InputError
-from study.provenance import Provenance, words_of_result
-from study.run_record import newest_record
+from study.provenance import Provenance, list_result_words
+from study.run_record import find_newest_record
 
 RUN = re.compile(r'<meta name="stickslip-run" content="([^"]*)">')
 DATA = re.compile(r"<script>const DATA = (\{[^<]*\});</script>")
@@ -72,7 +72,7 @@ def read_result(path: Path, stored: Path) -> RepeatableResult:
         if provenance is not None:
             _check(provenance)
         data = DATA.search(text)
-        values = {"data": json.loads(data[1]) if data else {}, "text": _text_lines(text)}
+        values = {"data": json.loads(data[1]) if data else {}, "text": _list_text_lines(text)}
     except (ValueError, TypeError, RecursionError):
         raise InputError(f"{path} is damaged: what it says that it was made by cannot be read") from None
     if provenance is None:
@@ -85,23 +85,23 @@ def read_result(path: Path, stored: Path) -> RepeatableResult:
 
 
 def _read_record(path: Path, stored: Path) -> RepeatableResult:
-    record = newest_record(stored, path)
+    record = find_newest_record(stored, path)
     folder = Path(record.folder)
     made_by = Provenance(
-        command=words_of_result(record.command), folder=os.path.relpath(folder, path.resolve()), inputs=record.inputs,
+        command=list_result_words(record.command), folder=os.path.relpath(folder, path.resolve()), inputs=record.inputs,
         versions={"stickslip": record.version, "python": record.python},
     )  # fmt: skip
-    return RepeatableResult(provenance=made_by, folder=folder, values=only_results(record.answer))
+    return RepeatableResult(provenance=made_by, folder=folder, values=keep_results(record.answer))
 
 
-def only_results(answer: Any) -> Any:
+def keep_results(answer: Any) -> Any:
     """An answer without names of files and without what it took."""
     if isinstance(answer, Mapping):
-        return {name: only_results(value) for name, value in answer.items() if name not in NO_RESULT}
-    return [only_results(item) for item in answer] if isinstance(answer, list | tuple) else answer
+        return {name: keep_results(value) for name, value in answer.items() if name not in NO_RESULT}
+    return [keep_results(item) for item in answer] if isinstance(answer, list | tuple) else answer
 
 
-def _text_lines(text: str) -> list[str]:
+def _list_text_lines(text: str) -> list[str]:
     body = TIME.sub("", TAG.sub("\n", COST.sub("", UNREAD.sub("", text))))
     return [line.strip() for line in html.unescape(body).splitlines() if line.strip()]
 

@@ -13,7 +13,7 @@ from study.solve.result import SolvedCurve, find_main_harmonic
 MOST_ERROR = 0.01
 
 
-def error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> str:
+def describe_error_warning(curves: Sequence[SolvedCurve], model: SolveModel) -> str:
     """One sentence on the amplitude whose estimated error is too large, empty if there is none.
 
     It names the output and the curve whose error at the highest point is the largest. If the errors at all highest

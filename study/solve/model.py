@@ -120,9 +120,9 @@ def make_solve_model(read: ReadCase) -> SolveModel:
     warn_of_high_frequency(model.system, [2 * pi * item for item in frequencies])
     return replace(
         model,
-        curves=_controlled_curves(read, model, sweep)
+        curves=_make_controlled_curves(read, model, sweep)
         if isinstance(sweep, ControlledSweepTable)
-        else _curves(read, sweep, "N" if model.in_newtons else ""),
+        else _make_curves(read, sweep, "N" if model.in_newtons else ""),
         stability=not isinstance(sweep, ControlledSweepTable) and sweep.stability,
         branches=not isinstance(sweep, ControlledSweepTable) and sweep.branches,
         isolas=isinstance(sweep, FrequencySweepTable) and sweep.isolas,
@@ -150,7 +150,7 @@ def make_vibrating_model(read: ReadCase) -> SolveModel:
         system=model.system,
         outputs=outputs,
         curves=(),
-        slider=_histories(read, 1, 0)[0],
+        slider=_list_slider_starts(read, 1, 0)[0],
         harmonics=opened.case.harmonics.highest,
         n_sample=opened.case.harmonics.n_sample,
         tolerance=opened.case.harmonics.tolerance,
@@ -161,7 +161,9 @@ def make_vibrating_model(read: ReadCase) -> SolveModel:
     )
 
 
-def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweepTable) -> tuple[RequestedCurve, ...]:
+def _make_controlled_curves(
+    read: ReadCase, model: SolveModel, sweep: ControlledSweepTable
+) -> tuple[RequestedCurve, ...]:
     case, sensors = read.opened.case, {output.name: output for output in model.outputs}
     with at_key(case, "sweep", "control"):
         if sweep.control not in sensors:
@@ -201,7 +203,7 @@ def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweep
     return tuple(curves)
 
 
-def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: str) -> tuple[RequestedCurve, ...]:
+def _make_curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: str) -> tuple[RequestedCurve, ...]:
     if isinstance(sweep, LevelSweepTable):
         return tuple(
             RequestedCurve(
@@ -228,11 +230,11 @@ def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: 
             level_power=read.model.level_power,
         )
         for level in sweep.levels
-        for number, slider in enumerate(_histories(read, sweep.histories, sweep.seed), start=1)
+        for number, slider in enumerate(_list_slider_starts(read, sweep.histories, sweep.seed), start=1)
     )
 
 
-def _histories(read: ReadCase, n: int, seed: int) -> list[Row] | list[None]:
+def _list_slider_starts(read: ReadCase, n: int, seed: int) -> list[Row] | list[None]:
     """Where the sliders begin: at rest, and where friction histories left them."""
     if read.structure.histories is not None:
         return read.structure.histories(n, seed)

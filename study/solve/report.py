@@ -16,9 +16,9 @@ def solve_document(solved: SolveResult, extras: Extras | None = None) -> dict[st
         "n_dof": solved.model.system.n_dof,
         "n_joint": len(solved.model.system.joints),
         "harmonics": solved.model.harmonics,
-        "highest_harmonic": _highest(solved),
+        "highest_harmonic": _find_highest(solved),
         "output": solved.model.outputs[0].name,
-        **_motions(solved),
+        **_document_motions(solved),
         "curves": [vars(peak) | more for peak, more in zip(solved.peaks, of_curves, strict=True)],
         **added,
         "files": [str(file) for file in (*solved.files, *(extras.files if extras else ()))],
@@ -27,7 +27,7 @@ def solve_document(solved: SolveResult, extras: Extras | None = None) -> dict[st
 
 def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> str:
     """The same as a table."""
-    model, highest = solved.model, _highest(solved)
+    model, highest = solved.model, _find_highest(solved)
     refined = f", up to {highest} where refined" if highest > model.harmonics else ""
     width = max(len(peak.label) for peak in solved.peaks)
     lines = [extras.text] if extras and extras.text else []
@@ -49,26 +49,26 @@ def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> st
         )
     lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks)]
     if solved.model.stability:
-        lines += ["", *(f"  {peak.label}: {_bifurcations(peak)}" for peak in solved.peaks)]
+        lines += ["", *(f"  {peak.label}: {_describe_bifurcations(peak)}" for peak in solved.peaks)]
     words = {"absolute": "absolute motion", "relative": "motion relative to the shaken base"}
-    lines += [f"  {name}: {words[motion]}" for name, motion in _motions(solved).get("motion", {}).items()]
+    lines += [f"  {name}: {words[motion]}" for name, motion in _document_motions(solved).get("motion", {}).items()]
     lines += ["", *map(str, solved.files)]
     lines += map(str, extras.files if extras else ())
     return "\n".join(lines)
 
 
-def _highest(solved: SolveResult) -> int:
+def _find_highest(solved: SolveResult) -> int:
     """The highest harmonic of any point [-]."""
     return max(int(item.branch.highest_harmonic.max()) for item in solved.curves)
 
 
-def _motions(solved: SolveResult) -> dict[str, dict[str, str]]:
+def _document_motions(solved: SolveResult) -> dict[str, dict[str, str]]:
     """Whether each sensor reads the absolute motion or that relative to a shaken base; nothing on one that rests."""
     model = solved.model
     return {} if model.base is None else {"motion": {item.name: model.motion_of(item) for item in model.outputs}}
 
 
-def _bifurcations(peak: CurveSummary) -> str:
+def _describe_bifurcations(peak: CurveSummary) -> str:
     """Where the stability of a curve changes."""
     points = [
         f"{item['kind']} at {item['frequency_hz']:.6g} Hz, level {item['level']:.4g}"

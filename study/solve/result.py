@@ -119,7 +119,9 @@ class SolvedCurve:
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
 
-def output_of(model: SolveModel, output: Sensor, state: SteadyState) -> Complex[NDArray[np.complex128], " harmonic"]:
+def compute_output(
+    model: SolveModel, output: Sensor, state: SteadyState
+) -> Complex[NDArray[np.complex128], " harmonic"]:
     """Coefficients of an output in a steady state, with the motion of the base that it reads, shape (n_harmonic,)."""
     q, base_acceleration = state.coefficients @ output.row, model.base_acceleration(output)
     omega = harmonics(state.angular_frequency, len(q))
@@ -293,7 +295,7 @@ class CurveSummary:
     bifurcations: Sequence[Mapping[str, Any]] | None = None
 
 
-def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> CurveSummary:
+def find_highest_point(item: SolvedCurve, output: Sensor, harmonic: int) -> CurveSummary:
     """The highest point of a curve."""
     unit, scale = SURFACE_UNIT[output.quantity]
     point, branch = item.peak(output, harmonic), item.branch
@@ -303,7 +305,7 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> CurveSummary:
         peak_level=float(item.level[point]),
         peak_amplitude=scale * float(np.abs(item.output(output)[point, harmonic])),
         unit=unit,
-        peak_at_end=_at_end(branch, point),
+        peak_at_end=_is_at_end(branch, point),
         n_point=len(branch.frequency),
         peak_truncation_error=float(item.error("truncation_error")[point]),
         truncation_error=float(item.error("truncation_error").max()),
@@ -317,14 +319,14 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> CurveSummary:
     )
 
 
-def _at_end(branch: ResponseBranch, point: int) -> bool:
+def _is_at_end(branch: ResponseBranch, point: int) -> bool:
     """Whether a point is at an end of the sweep: elsewhere curves end for reasons of their own, and isolas nowhere."""
     if branch.stop_reason is StopReason.ISOLA:
         return False
     return point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED)
 
 
-def motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sensor]) -> str:
+def describe_motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sensor]) -> str:
     """One sentence on the largest displacement of all, if it is one of no vibrating structure; empty otherwise."""
     largest, where = 0.0, ""
     for item in curves:

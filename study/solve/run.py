@@ -24,7 +24,7 @@ from study.run_context import RunContext
 from study.solve.crossing import find_crossing_branches, name_crossing_branch
 from study.solve.curve import response_curve
 from study.solve.detached import find_detached_curves, name_detached_curve
-from study.solve.error_warning import error_warning
+from study.solve.error_warning import describe_error_warning
 from study.solve.model import SolveModel, make_solve_model, require_sweep
 from study.solve.refinement import refine_curve
 from study.solve.result import (
@@ -32,13 +32,13 @@ from study.solve.result import (
     SURFACE_UNIT,
     CurveSummary,
     SolvedCurve,
+    compute_output,
+    describe_motion_warning,
+    find_highest_point,
     find_main_harmonic,
     format_response_csv,
     list_state_names,
     make_response_dataset,
-    motion_warning,
-    output_of,
-    peak_of,
 )
 from study.solve.stability import curve_stability
 
@@ -86,12 +86,12 @@ def run_solve(path: Path, run: RunContext) -> tuple[SolveResult, Extras | None]:
     warn_of_model(opened.case, read.model.system, swept=True)
     with located(opened.case, "structure"):
         # Refuses what no case key shows, such as a body that nothing holds.
-        solved = solved_curves(make_solve_model(read), path.stem, opened.title, run)
+        solved = solve_curves(make_solve_model(read), path.stem, opened.title, run)
     extend = opened.kind.solved
     return solved, None if extend is None else extend(read, solved, run)
 
 
-def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> SolveResult:
+def solve_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> SolveResult:
     """Compute the curves of a model and write tables and figures.
 
     Parameters
@@ -112,23 +112,23 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     """
     assert run.output is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
-    curves = [item for number in range(len(model.curves)) for item in _solved(model, number, stem, run)]
+    curves = [item for number in range(len(model.curves)) for item in _solve_curve(model, number, stem, run)]
     files = [run.output / f"{stem}_response.{suffix}" for suffix in ("nc", "mat", "csv")]
     data = make_response_dataset(model, curves, title)
     replace_file(files[0], bytes(data.to_netcdf(engine="h5netcdf")))
     replace_file(files[1], make_matlab_file(data))
     replace_file(files[2], format_response_csv(model, curves))
-    drawn = _results(model, balance, curves, title)
+    drawn = _list_results(model, balance, curves, title)
     files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
-    peaks = tuple(peak_of(item, model.outputs[0], find_main_harmonic(model.system)) for item in curves)
-    if warning := error_warning(curves, model):
+    peaks = tuple(find_highest_point(item, model.outputs[0], find_main_harmonic(model.system)) for item in curves)
+    if warning := describe_error_warning(curves, model):
         run.warn(warning)
-    if warning := motion_warning(curves, model.outputs):
+    if warning := describe_motion_warning(curves, model.outputs):
         run.warn(warning)
     return SolveResult(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
 
 
-def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[SolvedCurve]:
+def _solve_curve(model: SolveModel, number: int, stem: str, run: RunContext) -> list[SolvedCurve]:
     """One curve that the case asks for, those that are detached from it, and those that cross them."""
     assert run.output is not None
     curve = model.curves[number]
@@ -149,12 +149,12 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[
     if model.stability:
         solved = [_with_stability(item, place, run) for item in solved]
     if model.branches:
-        crossing = [other for item in solved for other in _crossing(item, place, run)]
+        crossing = [other for item in solved for other in _solve_crossing(item, place, run)]
         solved += [_with_stability(item, place, run) for item in crossing]
-    return solved if model.tolerance is None else [_refined(item, place, run) for item in solved]
+    return solved if model.tolerance is None else [_refine_harmonics(item, place, run) for item in solved]
 
 
-def _crossing(item: SolvedCurve, place: str, run: RunContext) -> list[SolvedCurve]:
+def _solve_crossing(item: SolvedCurve, place: str, run: RunContext) -> list[SolvedCurve]:
     """Those that cross a curve at its branch points."""
     model = item.model
     assert item.stability is not None
@@ -168,7 +168,7 @@ def _crossing(item: SolvedCurve, place: str, run: RunContext) -> list[SolvedCurv
     ]
 
 
-def _refined(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:
+def _refine_harmonics(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:
     model = item.model
     assert model.tolerance is not None
     with run.progress.step(f"harmonics of {place.partition(',')[0]}, {item.curve.label}") as report:
@@ -188,7 +188,7 @@ def _with_stability(item: SolvedCurve, place: str, run: RunContext) -> SolvedCur
     return replace(item, stability=stability)
 
 
-def _results(
+def _list_results(
     model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], title: str
 ) -> dict[str, object]:
     """What is drawn, by name."""
@@ -211,7 +211,7 @@ def _results(
                 group=item.curve.fixed,
                 top=None if item.curve.control is None else item.peak(output, harmonic),
                 unstable=None if item.stability is None else ~item.stability.is_stable,
-                marks=_marks(item, output, scale, harmonic),
+                marks=_make_marks(item, output, scale, harmonic),
             )
             for item in curves
         ]
@@ -222,7 +222,7 @@ def _results(
             parameter_label=label,
             amplitude_label=f"amplitude{which} [{unit}]",
         )
-    joints = _busiest(curves, len(model.system.joints))
+    joints = _find_busiest(curves, len(model.system.joints))
     if not joints:
         return drawn
     chosen = _spread(curves)
@@ -272,19 +272,19 @@ def _force_over_frequency(curves: Sequence[SolvedCurve], title: str) -> Response
     )
 
 
-def _marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) -> list[CurveMark]:
+def _make_marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) -> list[CurveMark]:
     """Bifurcations of a curve."""
     return [
         CurveMark(
             label=point.kind.label,
             parameter=point.state.frequency if item.curve.parameter == "frequency" else item.level_of(point.state),
-            response=scale * complex(output_of(item.model, output, point.state)[harmonic]),
+            response=scale * complex(compute_output(item.model, output, point.state)[harmonic]),
         )
         for point in (item.stability.bifurcations if item.stability else ())
     ]
 
 
-def _busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
+def _find_busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
     """The joints that slip or part the most, in the order of the case."""
     stuck = np.array(
         [np.mean([item.branch.contact_share[:, joint, 0].mean() for item in curves]) for joint in range(n_joint)]

@@ -43,7 +43,7 @@ class CurveBand:
     deviation: Float[Real, "output p"]
 
 
-def curve_bands(
+def make_curve_bands(
     sampled: SampledCase, sensitivities: Sequence[CurveSensitivity], deviation: Float[Real, " d"]
 ) -> tuple[CurveBand, ...]:
     """Band of each curve; where a draw turns back, its highest response counts.
@@ -71,7 +71,7 @@ def curve_bands(
             quantiles = np.array(
                 [
                     np.nanquantile(
-                        [upper_envelope(item.parameter, np.abs(item.response[output]), along) for item in own],
+                        [compute_upper_envelope(item.parameter, np.abs(item.response[output]), along) for item in own],
                         QUANTILES, axis=0,
                     )
                     for output in range(len(nominal.response))
@@ -89,7 +89,7 @@ def curve_bands(
     return tuple(bands)
 
 
-def upper_envelope(
+def compute_upper_envelope(
     along: Float[Real, " p"], amplitude: Float[Real, " p"], places: Float[Real, " q"]
 ) -> Float[Real, " q"]:
     """Highest value of a curve of straight pieces at each place, shape (q,); NaN beyond its ends."""

@@ -20,28 +20,28 @@ def draw_spread(spread: Spread, title: str) -> dict[str, object]:
     """What is drawn, by name."""
     drawn: dict[str, object] = {}
     if spread.bands:
-        drawn["spread_band"] = _curve_bands(spread, title)
+        drawn["spread_band"] = _make_curve_bands(spread, title)
     all_limits = spread.sampled.limits
     names = {item: limit_names(spread.sampled, item) for item in all_limits}
     others = {item.name for item in spread.quantities}.difference(*names.values())
-    if (shares := _shares(spread, title, others)) is not None:
+    if (shares := _make_shares(spread, title, others)) is not None:
         drawn["spread_shares"] = shares
     for number, (item, own) in enumerate(names.items()):
         suffix = f"_{number + 1}" if len(names) > 1 else ""
         over = f"{title}: limits of the {item.first.quantity}"
         if spread.draws and len(item.first.limits.frequency) > 1:
             drawn[f"spread_limits{suffix}"] = _limit_bands(spread, item, over)
-        if (shares := _shares(spread, over, own)) is not None:
+        if (shares := _make_shares(spread, over, own)) is not None:
             drawn[f"spread_limit_shares{suffix}"] = shares
     return drawn
 
 
-def _words(spread: Spread) -> str:
+def _describe_draws(spread: Spread) -> str:
     names = ", ".join(item.name for item in spread.uncertain.parameters)
     return f"{2 * spread.draws} draws of {names}" if spread.draws else f"{names} to first order"
 
 
-def _curve_bands(spread: Spread, title: str) -> ResponseSpread:
+def _make_curve_bands(spread: Spread, title: str) -> ResponseSpread:
     assert spread.sampled.curves is not None
     model = spread.sampled.curves.model
     output = model.outputs[0]
@@ -72,7 +72,7 @@ def _curve_bands(spread: Spread, title: str) -> ResponseSpread:
         along_label="frequency [Hz]" if over_frequency else "level of the harmonic force [-]",
         amplitude_label=f"amplitude [{unit}]",
         title=title,
-        subtitle=f"{output.quantity} of {output.name}: {_words(spread)}",
+        subtitle=f"{output.quantity} of {output.name}: {_describe_draws(spread)}",
     )
 
 
@@ -99,11 +99,11 @@ def _limit_bands(spread: Spread, limits: SampledLimits, title: str) -> ResponseS
     ]
     return ResponseSpread(
         panels=panels, along_label="frequency [Hz]", amplitude_label=first.label, title=title,
-        subtitle=_words(spread),
+        subtitle=_describe_draws(spread),
     )  # fmt: skip
 
 
-def _shares(spread: Spread, title: str, names: Container[str]) -> VarianceShares | None:
+def _make_shares(spread: Spread, title: str, names: Container[str]) -> VarianceShares | None:
     """Shares of the quantities of these names."""
     rows = [item for item in spread.quantities if item.name in names]
     curves = list(dict.fromkeys(item.curve for item in rows))

@@ -70,14 +70,14 @@ def list_quantities(
     deviation
         Standard deviations of the parameters, shape (d,).
     """
-    rows = [*_curve_rows(sampled, sensitivities), *_limit_rows(sampled, len(deviation))]
+    rows = [*_list_curve_rows(sampled, sensitivities), *_limit_rows(sampled, len(deviation))]
     return tuple(_spread(*row, deviation) for row in rows)
 
 
 _Row = tuple[str, str, str, Real, Real]
 
 
-def _curve_rows(sampled: SampledCase, sensitivities: Sequence[CurveSensitivity]) -> Iterator[_Row]:
+def _list_curve_rows(sampled: SampledCase, sensitivities: Sequence[CurveSensitivity]) -> Iterator[_Row]:
     if sampled.curves is None:
         return
     model = sampled.curves.model

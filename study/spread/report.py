@@ -24,12 +24,12 @@ def spread_document(spread: Spread) -> dict[str, Any]:
         ],
         "draws": spread.draws,
         "n_point": len(spread.sampled.values),
-        "quantities": [_quantity(item) for item in spread.quantities],
+        "quantities": [_document_quantity(item) for item in spread.quantities],
         "files": [str(file) for file in spread.files],
     }
 
 
-def _quantity(item: QuantitySpread) -> dict[str, Any]:
+def _document_quantity(item: QuantitySpread) -> dict[str, Any]:
     result = item.indices
     return {
         "curve": item.curve,
@@ -71,11 +71,11 @@ def format_spread_report(spread: Spread) -> str:
             for value in (row.nominal, *row.quantiles, row.deviation, row.first_order_deviation)
         )
         name = f"{row.name} [{row.unit}]"
-        lines.append(f"  {row.curve:<{width}}  {name:<{name_width}}  {numbers}  {_shares(spread, row)}")
+        lines.append(f"  {row.curve:<{width}}  {name:<{name_width}}  {numbers}  {_format_shares(spread, row)}")
     return "\n".join([*lines, "", *map(str, spread.files)])
 
 
-def _shares(spread: Spread, row: QuantitySpread) -> str:
+def _format_shares(spread: Spread, row: QuantitySpread) -> str:
     names = [item.name for item in spread.uncertain.parameters]
     if row.indices is None:
         return ", ".join(f"{name} {share:.2f}" for name, share in zip(names, row.linear_share, strict=True))

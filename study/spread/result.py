@@ -26,7 +26,7 @@ def format_quantities_csv(spread: Spread) -> str:
         for item in spread.quantities:
             numbers = [item.nominal, item.mean, item.deviation, *item.quantiles, item.first_order_deviation]
             for number, parameter in enumerate(spread.uncertain.parameters):
-                own = [item.slope[number], item.linear_share[number], *_shares(item, number)]
+                own = [item.slope[number], item.linear_share[number], *_list_shares(item, number)]
                 texts = ([f"{value:.10g}" for value in part] for part in (numbers, own))
                 first, second = texts
                 yield [item.curve, item.name, item.unit, *first, parameter.label, *second]
@@ -34,7 +34,7 @@ def format_quantities_csv(spread: Spread) -> str:
     return write_csv(head, lines())
 
 
-def _shares(item: QuantitySpread, number: int) -> list[float]:
+def _list_shares(item: QuantitySpread, number: int) -> list[float]:
     result = item.indices
     if result is None:
         return [np.nan] * 6
@@ -62,7 +62,7 @@ def make_spread_dataset(spread: Spread, title: str) -> "xr.Dataset":
         dimensions = ("limit_quantity", "quantile", "side", "limit_level", "limit_frequency")
         data = data.assign(limit_band=(dimensions, quantiles))
     rows, shape = spread.quantities, (len(spread.quantities), len(spread.uncertain.parameters))
-    shares = [[_shares(item, number) for number in range(shape[1])] for item in rows]
+    shares = [[_list_shares(item, number) for number in range(shape[1])] for item in rows]
     table = np.array(shares).reshape(*shape, 6)
     both = ("quantity", "parameter")
     return data.assign(

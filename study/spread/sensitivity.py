@@ -114,17 +114,17 @@ def differentiate_curve(
             response[:, number, point] = times * (moved @ output.row)
         if report is not None:
             report(point + 1, len(branch.frequency))
-    response += _by_gain(tangents, model.outputs, nominal)
+    response += _compute_change_by_gain(tangents, model.outputs, nominal)
     response[[item is None for item in tangents]] = np.nan
     amplitude = (nominal.conj() * response).real / np.abs(nominal)
     peak = np.array(
-        [[_peak_slope(solved.parameter, np.abs(q), slope) for q, slope in zip(nominal, entry, strict=True)]
+        [[_compute_peak_slope(solved.parameter, np.abs(q), slope) for q, slope in zip(nominal, entry, strict=True)]
          for entry in amplitude]
     ).reshape(len(tangents), len(nominal), 2)  # fmt: skip
     return CurveSensitivity(response=response, amplitude=amplitude, peak=peak)
 
 
-def _by_gain(
+def _compute_change_by_gain(
     tangents: Sequence[Tangent | None], outputs: Sequence[Sensor], nominal: Complex[NDArray[np.complex128], "output p"]
 ) -> Complex[NDArray[np.complex128], "d output p"]:
     """What a parameter changes by the gain of a sensor, which the rows of outputs contain."""
@@ -133,7 +133,7 @@ def _by_gain(
     return np.asarray(rates[:, :, None] * nominal[None])
 
 
-def _peak_slope(
+def _compute_peak_slope(
     along: Float[Real, " p"], amplitude: Float[Real, " p"], slope: Float[Real, " p"]
 ) -> tuple[float, float]:
     """Derivatives of place and height of the peak, by those of the amplitudes at the points."""

@@ -13,7 +13,7 @@ from study.run_context import RunContext, silent_run
 from study.solve.curve import response_curve
 from study.solve.model import SolveModel, make_solve_model
 from study.solve.refinement import refine_curve
-from study.spread.band import CurveBand, curve_bands
+from study.spread.band import CurveBand, make_curve_bands
 from study.spread.quantity import QuantitySpread, list_quantities
 from study.spread.sensitivity import CurveSensitivity, differentiate_curve, model_tangents
 from study.spread.uncertain import Uncertain, check_draws, read_uncertain
@@ -110,7 +110,7 @@ def spread(
     curves, sensitivities = None, tuple[CurveSensitivity, ...]()
     if opened.case.sweep is not None:
         model = make_solve_model(read)
-        sensitivities = _sensitivities(opened, uncertain, model, run)
+        sensitivities = _compute_sensitivities(opened, uncertain, model, run)
         curves = compute_curves(opened, points, model, run, workers)
         warn_of_failures(curves.failures, len(points) * len(model.curves), run)
     result = compute_limits(opened, points, Path(path).stem, run, workers) if with_limits else ()
@@ -121,7 +121,7 @@ def spread(
         sampled=sampled,
         sensitivities=sensitivities,
         quantities=list_quantities(sampled, sensitivities, uncertain.deviation),
-        bands=curve_bands(sampled, sensitivities, uncertain.deviation),
+        bands=make_curve_bands(sampled, sensitivities, uncertain.deviation),
     )
 
 
@@ -138,7 +138,7 @@ def _check_number(opened: OpenCase, draws: int, d: int) -> None:
         )
 
 
-def _sensitivities(
+def _compute_sensitivities(
     opened: OpenCase, uncertain: Uncertain, model: SolveModel, run: RunContext
 ) -> tuple[CurveSensitivity, ...]:
     tangents = model_tangents(opened, uncertain, run)

@@ -78,8 +78,8 @@ def read_grid(opened: OpenCase, values: Mapping[str, str | Sequence[float | str]
     for name, given in pairs:
         text = given if isinstance(given, str) else ", ".join(map(str, given))
         try:
-            quantities = _range(given) if isinstance(given, str) else [split_quantity(item) for item in given]
-            own, unit = _in_one_unit(quantities)
+            quantities = _read_range(given) if isinstance(given, str) else [split_quantity(item) for item in given]
+            own, unit = _convert_to_one_unit(quantities)
             require_different(own)
             parameter = find_parameter(opened, name, unit)
         except ValueError as error:
@@ -107,7 +107,7 @@ def _split(opened: OpenCase, word: str) -> tuple[str, str]:
     return name.strip(), text.strip()
 
 
-def _range(text: str) -> list[NumberWithUnit]:
+def _read_range(text: str) -> list[NumberWithUnit]:
     """Values of ``3:6:7`` or ``0.4,0.6``.
 
     Raises
@@ -128,14 +128,14 @@ def _range(text: str) -> list[NumberWithUnit]:
         raise ValueError(f"a range of {ends[2]} values is empty or no range: give 2 or more, such as 0.8:1.2:5")
     if int(ends[2]) > MOST_POINTS:
         raise ValueError(f"a range of {ends[2]} values is too large: give at most {MOST_POINTS}")
-    (low, high), unit = _in_one_unit([first, last])
+    (low, high), unit = _convert_to_one_unit([first, last])
     if low == high:
         raise ValueError(f"both ends are {low:g}: give two different ones, or one value")
     inner = np.linspace(low, high, int(ends[2]))[1:-1].tolist()
     return [NumberWithUnit(value, unit) for value in (low, *(float(f"{v:.{DIGITS}g}") for v in inner), high)]
 
 
-def _in_one_unit(quantities: Sequence[NumberWithUnit]) -> tuple[tuple[float, ...], str]:
+def _convert_to_one_unit(quantities: Sequence[NumberWithUnit]) -> tuple[tuple[float, ...], str]:
     """Numbers in the unit of the last value, which those without one have too: ``3:6 N/um:7``."""
     if not quantities:
         raise ValueError(f"there are no values: give one or several, such as {EXAMPLE}")

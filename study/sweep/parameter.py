@@ -95,16 +95,18 @@ def find_parameter(opened: OpenCase, name: str, unit: str = "") -> CaseParameter
     data = opened.case.source.data
     if name in FACTORS:
         return CaseParameter(name=name, path=("calibrated", name), unit=unit)
-    path = _path(data, name)
+    path = _find_path(data, name)
     if path is None or path[0] not in TABLES:
         if path is not None and str(path[0]) in type(opened.case).model_fields:
             raise ParameterError("this is no number of the structure, its joints or its loads: change it in the case")
-        near = did_you_mean(name, [*FACTORS, *_names(data)])
-        remedy = near or f"; give a factor ({', '.join(FACTORS)}) or a key of a table, such as {_example(data)}"
+        near = did_you_mean(name, [*FACTORS, *_list_names(data)])
+        remedy = near or f"; give a factor ({', '.join(FACTORS)}) or a key of a table, such as {_find_example(data)}"
         raise ParameterError(f"the case has no such parameter{remedy}")
     _require_way(data, path)
     if isinstance(find_value(data, path), Mapping) or len(path) < 2:
-        raise ParameterError(f"this is a table: name one of its keys, such as {name}.{_key(find_value(data, path))}")
+        raise ParameterError(
+            f"this is a table: name one of its keys, such as {name}.{_find_key(find_value(data, path))}"
+        )
     return CaseParameter(name=name, path=path, unit=unit)
 
 
@@ -139,7 +141,7 @@ def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> No
                 item.name,
                 f"{item.name}: it is a factor on all contact lines, on the damping or on the stiffness, and the case "
                 f"has none of what it scales, or takes it as known in [accepted]: {remedy} a key of a table, such as "
-                f"{_example(opened.case.source.data)}",
+                f"{_find_example(opened.case.source.data)}",
             )
 
 
@@ -160,20 +162,20 @@ def vary(opened: OpenCase, values: Mapping[CaseParameter, object]) -> OpenCase:
     return replace(opened, case=case)  # type: ignore[arg-type]
 
 
-def _path(data: Mapping[str, Any], name: str) -> Path | None:
+def _find_path(data: Mapping[str, Any], name: str) -> Path | None:
     """Path of a name; None if it begins with no table."""
     for table, key in NAMED.items():
         for number, entry in enumerate(data.get(table, ())):
             own = entry.get(key) if isinstance(entry, Mapping) else None
             if own and name.startswith(f"{own}."):
-                return (table, number, *_parts(name[len(str(own)) + 1 :]))
-    path = _parts(name)
+                return (table, number, *_split_path(name[len(str(own)) + 1 :]))
+    path = _split_path(name)
     known = path[:2] if len(path) > 1 and isinstance(path[1], int) else path[:1]
     # A table that may be missing has all of its defaults.
     return path if path and (find_value(data, known) is not None or path[0] == "harmonics") else None
 
 
-def _parts(text: str) -> Path:
+def _split_path(text: str) -> Path:
     """Path of dotted text with numbers in brackets; empty for any other text."""
     path: list[str | int] = []
     for part in text.split("."):
@@ -184,21 +186,21 @@ def _parts(text: str) -> Path:
     return tuple(path)
 
 
-def _names(data: Mapping[str, Any]) -> Iterator[str]:
+def _list_names(data: Mapping[str, Any]) -> Iterator[str]:
     """Names of the numbers of tables that have names, and of the structure's."""
     for table, key in NAMED.items():
         for entry in data.get(table, ()):
             if isinstance(entry, Mapping):
                 yield from (f"{entry.get(key)}.{item}" for item, value in entry.items() if _is_number(value))
-    yield from _within(data.get("structure"), ("structure",))
+    yield from _list_within(data.get("structure"), ("structure",))
 
 
-def _within(table: object, path: Path) -> Iterator[str]:
+def _list_within(table: object, path: Path) -> Iterator[str]:
     if isinstance(table, Mapping):
         for key, value in table.items():
             if _is_number(value):
                 yield dotted((*path, key))
-            yield from _within(value, (*path, key))
+            yield from _list_within(value, (*path, key))
 
 
 def _is_number(value: object) -> bool:
@@ -208,9 +210,9 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _example(data: Mapping[str, Any]) -> str:
-    return next(_names(data), "structure.damping.ratio")
+def _find_example(data: Mapping[str, Any]) -> str:
+    return next(_list_names(data), "structure.damping.ratio")
 
 
-def _key(table: object) -> str:
+def _find_key(table: object) -> str:
     return next((key for key, value in table.items() if _is_number(value)), "KEY") if isinstance(table, Mapping) else ""

@@ -35,16 +35,16 @@ def draw_sweep(grid: Grid, sampled: SampledCase, title: str) -> dict[str, object
     drawn: dict[str, object] = {}
     for number in varied:
         suffix = f"_{number + 1}" if len(varied) > 1 else ""
-        slices = list(_slices(grid, number))
+        slices = list(_list_slices(grid, number))
         if sampled.curves is not None:
-            drawn[f"sweep_curves{suffix}"] = _curves(grid, number, slices, sampled, title)
-            drawn[f"sweep_peaks{suffix}"] = _trends(grid, number, slices, sampled, title)
+            drawn[f"sweep_curves{suffix}"] = _make_curves(grid, number, slices, sampled, title)
+            drawn[f"sweep_peaks{suffix}"] = _make_trends(grid, number, slices, sampled, title)
         if sampled.limits and grid.shape[number] > 1:
-            drawn |= _all_limits(grid, number, slices, sampled, title, suffix)
+            drawn |= _make_all_limits(grid, number, slices, sampled, title, suffix)
     return drawn
 
 
-def _slices(grid: Grid, number: int) -> Iterator[_Slice]:
+def _list_slices(grid: Grid, number: int) -> Iterator[_Slice]:
     """At most as many as there are kinds of lines, the first and the last of all among them."""
     others = [item for item in range(len(grid.shape)) if item != number]
     combinations = list(itertools.product(*(range(grid.shape[item]) for item in others)))
@@ -59,7 +59,7 @@ def _slices(grid: Grid, number: int) -> Iterator[_Slice]:
         yield _Slice(label=label, points=tuple(points))
 
 
-def _curves(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterCurves:
+def _make_curves(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterCurves:
     assert sampled.curves is not None
     model = sampled.curves.model
     unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
@@ -87,7 +87,7 @@ def _curves(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase,
     )
 
 
-def _trends(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterTrends:
+def _make_trends(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterTrends:
     assert sampled.curves is not None
     model, quantities = sampled.curves.model, sampled.curve_quantities()[:, :, 0]
     unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
@@ -120,7 +120,7 @@ def _trends(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase,
     )
 
 
-def _all_limits(
+def _make_all_limits(
     grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str, suffix: str
 ) -> dict[str, object]:
     """Limits over a parameter, at some levels and values of the other parameters: of each motion, and of all forces."""

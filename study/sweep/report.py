@@ -23,7 +23,7 @@ def sweep_document(swept: SweepResult) -> dict[str, Any]:
         point: dict[str, Any] = {"values": values.tolist()}
         if quantities is not None and sampled.curves is not None:
             point["curves"] = [
-                _curve(swept, number, curve, quantities[number, curve]) for curve in range(quantities.shape[1])
+                _document_curve(swept, number, curve, quantities[number, curve]) for curve in range(quantities.shape[1])
             ]
         if sampled.limits:
             point["limits"] = [
@@ -51,7 +51,7 @@ def sweep_document(swept: SweepResult) -> dict[str, Any]:
     }
 
 
-def _curve(
+def _document_curve(
     swept: SweepResult, number: int, curve: int, quantities: np.ndarray[Any, np.dtype[np.float64]]
 ) -> dict[str, Any]:
     assert swept.sampled.curves is not None
@@ -78,13 +78,13 @@ def format_sweep_report(swept: SweepResult) -> str:
         what = "factor on the case's values" if item.is_factor else "value in the case"
         lines.append(f"  {item.name}, {what}: {', '.join(f'{value:g}' for value in values)} {item.unit}".rstrip())
     if sampled.curves is not None:
-        lines += ["", *_peak_lines(swept)]
+        lines += ["", *_format_peak_lines(swept)]
     if sampled.limits:
-        lines += _shortened([line for item in sampled.limits for line in ("", *_limit_lines(sampled, item))])
+        lines += _shorten([line for item in sampled.limits for line in ("", *_limit_lines(sampled, item))])
     return "\n".join([*lines, "", *map(str, swept.files)])
 
 
-def _peak_lines(swept: SweepResult) -> list[str]:
+def _format_peak_lines(swept: SweepResult) -> list[str]:
     sampled = swept.sampled
     assert sampled.curves is not None
     model = sampled.curves.model
@@ -108,7 +108,7 @@ def _peak_lines(swept: SweepResult) -> list[str]:
         end += "" if sampled.curves.curves[number][curve].complete else ", which is not complete"
         numbers = f"{along:14.6g}  {scale * height:16.5g}  {100 * damping:11.4g}{end}"
         lines.append(f"  {'  '.join([*cells, label])}  {numbers}")
-    return _shortened(lines)
+    return _shorten(lines)
 
 
 def _limit_lines(sampled: SampledCase, limits: SampledLimits) -> list[str]:
@@ -125,7 +125,7 @@ def _limit_lines(sampled: SampledCase, limits: SampledLimits) -> list[str]:
     return lines
 
 
-def _shortened(lines: list[str]) -> list[str]:
+def _shorten(lines: list[str]) -> list[str]:
     if len(lines) <= MOST_LINES:
         return lines
     return [*lines[:MOST_LINES], f"  ... and {len(lines) - MOST_LINES} more lines in the CSV file"]

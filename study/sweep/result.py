@@ -93,7 +93,7 @@ def format_curves_csv(sampled: SampledCase) -> str:
     """One line per point of each curve."""
     curves = sampled.curves
     assert curves is not None
-    head = [*_parameter_columns(sampled), "curve", "frequency [Hz]", "level"]
+    head = [*_list_parameter_columns(sampled), "curve", "frequency [Hz]", "level"]
     for output in curves.model.outputs:
         head += [f"{output.name} amplitude [{SURFACE_UNIT[output.quantity][0]}]", f"{output.name} phase [deg]"]
     head.append("truncation error")
@@ -106,7 +106,7 @@ def format_curves_csv(sampled: SampledCase) -> str:
                     columns += [SURFACE_UNIT[output.quantity][1] * np.abs(response), np.degrees(np.angle(response))]
                 columns.append(item.truncation_error)
                 for row in zip(*columns, strict=True):
-                    yield [*_numbers(values), item.curve.label, *_numbers(row)]
+                    yield [*_format_numbers(values), item.curve.label, *_format_numbers(row)]
 
     return write_csv(head, lines())
 
@@ -116,7 +116,7 @@ def format_peaks_csv(sampled: SampledCase) -> str:
     curves = sampled.curves
     assert curves is not None
     place = "frequency [Hz]" if curves.model.curves[0].parameter == "frequency" else "level"
-    head = [*_parameter_columns(sampled), "curve"]
+    head = [*_list_parameter_columns(sampled), "curve"]
     for output in curves.model.outputs:
         unit = SURFACE_UNIT[output.quantity][0]
         head += [f"{output.name} peak {place}", f"{output.name} peak amplitude [{unit}]"]
@@ -130,22 +130,22 @@ def format_peaks_csv(sampled: SampledCase) -> str:
                 for output, sensor in enumerate(curves.model.outputs):
                     along, amplitude, damping, at_end = quantities[number, curve, output]
                     scaled = SURFACE_UNIT[sensor.quantity][1] * amplitude
-                    cells += _numbers((along, scaled, damping, at_end))
-                yield [*_numbers(values), item.curve.label, *cells, item.stop_message]
+                    cells += _format_numbers((along, scaled, damping, at_end))
+                yield [*_format_numbers(values), item.curve.label, *cells, item.stop_message]
 
     return write_csv([*head, "end of the curve"], lines())
 
 
 def format_limits_csv(sampled: SampledCase) -> str:
     """One line per quantity, point, level and frequency, with both limits."""
-    head = ["quantity", "unit", *_parameter_columns(sampled), "level", "frequency [Hz]", *SIDES]
+    head = ["quantity", "unit", *_list_parameter_columns(sampled), "level", "frequency [Hz]", *SIDES]
 
     def lines() -> Iterable[list[object]]:
         for item in sampled.limits:
             for values, own in zip(sampled.values, item.points, strict=True):
                 for level, at in np.ndindex(own.value.shape[1:]):
                     row = (own.limits.level[level], own.limits.frequency[at], *own.value[:, level, at])
-                    yield [own.quantity, own.unit, *_numbers(values), *_numbers(row)]
+                    yield [own.quantity, own.unit, *_format_numbers(values), *_format_numbers(row)]
 
     return write_csv(head, lines())
 
@@ -163,7 +163,7 @@ def make_dataset(sampled: SampledCase, title: str) -> "xr.Dataset":
         attrs={"title": title},
     )
     if sampled.curves is not None:
-        data = data.merge(_curve_data(sampled, sampled.curves), combine_attrs="override")
+        data = data.merge(_make_curve_data(sampled, sampled.curves), combine_attrs="override")
     if sampled.limits:
         peaks, along = np.array([item.peaks() for item in sampled.limits]), ("limit_quantity", "sample", "side")
         values = np.array([[own.value for own in item.points] for item in sampled.limits])
@@ -182,7 +182,7 @@ def make_dataset(sampled: SampledCase, title: str) -> "xr.Dataset":
     return data
 
 
-def _curve_data(sampled: SampledCase, curves: SampledCurves) -> "xr.Dataset":
+def _make_curve_data(sampled: SampledCase, curves: SampledCurves) -> "xr.Dataset":
     import xarray as xr
 
     flat = [(number, place, item) for number, point in enumerate(curves.curves) for place, item in enumerate(point)]
@@ -223,9 +223,9 @@ def write_csv(head: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
     return stream.getvalue()
 
 
-def _parameter_columns(sampled: SampledCase) -> list[str]:
+def _list_parameter_columns(sampled: SampledCase) -> list[str]:
     return [item.label for item in sampled.parameters]
 
 
-def _numbers(values: Iterable[float]) -> list[str]:
+def _format_numbers(values: Iterable[float]) -> list[str]:
     return [f"{value:.10g}" for value in values]

@@ -65,15 +65,15 @@ def numbers(tables: Mapping[str, Any]) -> dict[str, Any]:
     for name in TABLES:
         if isinstance(table := tables.get(name), CaseModel):
             without = {"pads"} if isinstance(tables.get("blade"), PlainBladeTable) else set()
-            result |= _flat(table.model_dump(exclude=without), f"{name}.")
+            result |= _flatten(table.model_dump(exclude=without), f"{name}.")
     return result
 
 
-def _flat(table: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+def _flatten(table: Mapping[str, Any], prefix: str) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, Mapping):
-            result |= _flat(value, f"{prefix}{key}.")
+            result |= _flatten(value, f"{prefix}{key}.")
         elif value is not None:
             result[f"{prefix}{key}"] = value
     return result

@@ -54,13 +54,13 @@ def page(studies: Sequence[StudyPage]) -> str:
     filters = {
         "as": lambda value, digits: "" if value is None else format(value, digits),
         "data": lambda content, kind: f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}",
-        "quantity": _quantity,
+        "quantity": _format_value,
     }
     asked = all(item.study.asked_calculix for item in studies)
     return fill_template(TEMPLATE, {}, filters, aim=AIM, asked_calculix=asked, pages=studies)
 
 
-def _quantity(value: Any, key: str) -> str:
+def _format_value(value: Any, key: str) -> str:
     """A number of the case in the unit that case files use."""
     last = key.rpartition(".")[2]
     if not isinstance(value, float) or last in BARE:

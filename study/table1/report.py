@@ -56,10 +56,10 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Table1Report:
         # Files of one name in two folders must not replace each other.
         alone = path.stem != "table1" and [other.stem for other, _ in result[1:]].count(path.stem) == 1
         stem = "table1" if number == 0 else path.stem if alone else f"{path.stem}_{number + 1}"
-        drawn = pictures({stem: _convergence(study)})
-        modes = _pictures(study, run, stem)
+        drawn = pictures({stem: _make_convergence(study)})
+        modes = _draw_pictures(study, run, stem)
         written: dict[str, str | bytes] = {
-            f"{stem}.csv": csv_table(study),
+            f"{stem}.csv": format_csv(study),
             **{f"{name}.png": picture for name, picture in drawn.items()},
             f"{stem}.step": study.solid.step,
         }
@@ -72,7 +72,7 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Table1Report:
     return Table1Report(studies=tuple(study for _, study in result), files=tuple(files))
 
 
-def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
+def _draw_pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
     """Lowest modes of the row that is nearest to the paper among the quadratic ones, else of the first row."""
     assert run.output is not None
     quadratic = [row for row in study.rows if row.table.element == "hex20" and row.table.root == "full"]
@@ -82,7 +82,7 @@ def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
     return [Picture(file=file, caption=f"{caption} (model {row.table.model})") for file, caption in files]
 
 
-def _convergence(study: MeshStudy) -> MeshConvergence:
+def _make_convergence(study: MeshStudy) -> MeshConvergence:
     """What is drawn of a study."""
     rows = [
         ModelFrequency(
@@ -109,7 +109,7 @@ def _convergence(study: MeshStudy) -> MeshConvergence:
     return MeshConvergence(rows=rows, untuned=untuned, measured=study.case.measured, title=title)
 
 
-def csv_table(study: MeshStudy) -> str:
+def format_csv(study: MeshStudy) -> str:
     """One line per model."""
     rows = [
         ["" if row.document[name] is None else format(row.document[name], digits) for name, digits in COLUMNS.items()]

@@ -57,11 +57,11 @@ def row(inputs: BladeModel) -> RowResult:
         n_dof=result.n_dof,
         n_fixed=result.n_fixed,
         seconds=time.perf_counter() - start,
-        memory=peak_memory(),
+        memory=measure_peak_memory(),
     )
 
 
-def peak_memory() -> float:
+def measure_peak_memory() -> float:
     """Most memory that this process has used so far [byte]."""
     unit = 1 if sys.platform == "darwin" else 1024  # Linux counts kilobytes
     return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
@@ -107,7 +107,7 @@ def prediction(inputs: BladeModel, ask_calculix: bool) -> UntunedPrediction:
     return UntunedPrediction(
         frequency=frequency,
         factor=compute_locking_factor(inputs.blade, inputs.material, mesh, inputs.through_thickness),
-        calculix=calculix_frequency(inputs) if ask_calculix else None,
+        calculix=compute_calculix_frequency(inputs) if ask_calculix else None,
         n_dof=n_dof,
     )
 
@@ -115,10 +115,10 @@ def prediction(inputs: BladeModel, ask_calculix: bool) -> UntunedPrediction:
 @stage("mesh-study witness")
 def witness(inputs: BladeModel) -> float:
     """First frequency of a fully clamped row by CalculiX [Hz]."""
-    return calculix_frequency(inputs)
+    return compute_calculix_frequency(inputs)
 
 
-def calculix_frequency(inputs: BladeModel) -> float:
+def compute_calculix_frequency(inputs: BladeModel) -> float:
     """First frequency of a fully clamped model by CalculiX [Hz]."""
     mesh = mesh_any(inputs.blade, inputs.rule, inputs.pads)
     nodes = mesh.nodes("clamp")

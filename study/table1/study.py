@@ -158,18 +158,21 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     with located(case, "mesh"):  # tasks know the size of their mesh, so that one that cannot be made is refused here
         tasks = {
             "rows": [
-                _task(row, r, f"model {table.model}", REDUCTION, run) for table, r in zip(case.model, rows, strict=True)
+                _make_task(row, r, f"model {table.model}", REDUCTION, run)
+                for table, r in zip(case.model, rows, strict=True)
             ],
             "predictions": [
-                _task(prediction, r, table.name, ONE_MODE, run, ask_calculix=ask_calculix)
+                _make_task(prediction, r, table.name, ONE_MODE, run, ask_calculix=ask_calculix)
                 for table, r in zip(case.prediction, untuned, strict=True)
             ],
-            "references": [_task(reference, r, "quadratic model", ONE_MODE, run) for r in references],
-            "witness": [_task(witness, rows[n], "CalculiX", ONE_MODE, run) for n in seen_by_calculix],
-            "solid": [_task(solid_check, rows[0], "CAD solid", ONE_MODE, run)],
+            "references": [_make_task(reference, r, "quadratic model", ONE_MODE, run) for r in references],
+            "witness": [_make_task(witness, rows[n], "CalculiX", ONE_MODE, run) for n in seen_by_calculix],
+            "solid": [_make_task(solid_check, rows[0], "CAD solid", ONE_MODE, run)],
         }
     with located(case, "limit"):
-        tasks["nested"] = [_task(nested_point, r, "nested mesh", ONE_MODE, run) for r in _nested(case, rows[0])]
+        tasks["nested"] = [
+            _make_task(nested_point, r, "nested mesh", ONE_MODE, run) for r in _list_nested(case, rows[0])
+        ]
     outcome = _run_groups(tasks, run, title)
     quadratic_frequency = dict(zip(references, outcome["references"], strict=True))
     calculix = dict(zip(seen_by_calculix, outcome["witness"], strict=True))
@@ -218,7 +221,9 @@ def _run_groups(groups: Mapping[str, Sequence[Task]], run: RunContext, title: st
     return {name: [next(outcomes).value for _ in group] for name, group in groups.items()}
 
 
-def _task(result: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, run: RunContext, **further: Any) -> Task:
+def _make_task(
+    result: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, run: RunContext, **further: Any
+) -> Task:
     """A task on a model, with its work and memory from the size of its mesh."""
     n_dof = run.store.run(count_mesh_dofs, model)
     return Task(
@@ -230,7 +235,7 @@ def _task(result: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, ru
     )
 
 
-def _nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
+def _list_nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
     """The nested meshes of the case's limit: one coarse mesh, subdivided."""
     limit = case.limit
     if limit is None:

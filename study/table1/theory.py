@@ -55,7 +55,7 @@ def compute_locking_factor(blade: Blade | PlainBlade, material: Material, mesh: 
     slenderness = area / (12 * inertia)
     span = find_span_stations(blade, mesh)
     chord = find_chord_stations(blade, mesh)
-    energy = bending_energy(span / blade.length)
+    energy = compute_bending_energy(span / blade.length)
     along = float(energy @ np.diff(span) ** 2)
     width = np.diff(chord)
     across = float((width**3).sum() / width.sum())
@@ -80,16 +80,16 @@ def find_span_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[n
     """Heights z of the element boundaries along the blade's edge, from root to tip [m]."""
     corners = mesh.points[mesh.corner_nodes()]
     edge = (np.abs(corners[:, 0] - blade.chord / 2) < SAME_STATION) & (corners[:, 2] > -SAME_STATION)
-    return _distinct(corners[edge, 2])
+    return _find_distinct(corners[edge, 2])
 
 
 def find_chord_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[np.float64], " k"]:
     """Chordwise positions x of the element boundaries at the tip [m]."""
     corners = mesh.points[mesh.corner_nodes()]
-    return _distinct(corners[corners[:, 2] > blade.length - SAME_STATION, 0])
+    return _find_distinct(corners[corners[:, 2] > blade.length - SAME_STATION, 0])
 
 
-def bending_energy(stations: Float[NDArray[np.float64], " k"]) -> Float[NDArray[np.float64], " k1"]:
+def compute_bending_energy(stations: Float[NDArray[np.float64], " k"]) -> Float[NDArray[np.float64], " k1"]:
     """Share of the first mode's bending energy between stations z / L, shape (k - 1,) [-]."""
 
     def curvature_squared(s: float) -> float:
@@ -100,6 +100,6 @@ def bending_energy(stations: Float[NDArray[np.float64], " k"]) -> Float[NDArray[
     return np.asarray(parts) / sum(parts)
 
 
-def _distinct(values: Float[NDArray[np.float64], " m"]) -> Float[NDArray[np.float64], " k"]:
+def _find_distinct(values: Float[NDArray[np.float64], " m"]) -> Float[NDArray[np.float64], " k"]:
     ordered = np.sort(values)
     return ordered[np.r_[True, np.diff(ordered) > SAME_STATION]]

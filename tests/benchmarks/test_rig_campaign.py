@@ -11,7 +11,7 @@ from correlation.model_solver import ModelSolver
 from hbsolve.steady_state import steady_state
 from pipeline.store import Store
 from study.case.setup import read_case
-from study.kind.rig.structure import measured_places
+from study.kind.rig.structure import list_measured_places
 from study.run_context import silent_run
 from transient.virtual_bench.campaign import PARAMETER_DEVIATION
 from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
@@ -71,7 +71,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Specimen, Model]:
 
 def measured(specimen: Specimen, effect: HiddenEffect) -> SweepReadings:
     jointed, _ = systems(specimen, effect, 1.0)
-    sensors = {name: row for name, row in measured_places(specimen.reduction).items() if name in SENSORS}
+    sensors = {name: row for name, row in list_measured_places(specimen.reduction).items() if name in SENSORS}
     # What the contacts carry at rest along their tangents is what the case starts from, too: none.
     return VirtualSweepTest(jointed, sensors, steps_per_period=512).sweep(
         [FREQUENCY], LEVEL, np.zeros(28), tolerance=1e-6

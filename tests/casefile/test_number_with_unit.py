@@ -4,14 +4,14 @@ import pytest
 
 from casefile.number_with_unit import NumberWithUnit, split_quantity
 from casefile.quantity import LENGTH
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import read_si_quantity
 
 
 def test_a_number_that_is_finite_in_its_own_unit_alone_is_refused() -> None:
     assert split_quantity("1.7e308 km") == NumberWithUnit(1.7e308, "km")
     with pytest.raises(ValueError, match="not a finite number of m"):
         split_quantity("1.7e308 km").number_in("m")
-    for read in (LENGTH.read, lambda text: si_quantity(text, "m")):
+    for read in (LENGTH.read, lambda text: read_si_quantity(text, "m")):
         with pytest.raises(ValueError, match="finite"):
             read("1.7e308 km")
 

@@ -23,7 +23,7 @@ from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_poor_fit, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 from reduction.joint_law.elastic_stop import ElasticStop
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
 from tests.slow import slow
@@ -282,7 +282,7 @@ def test_in_a_model_that_is_another_structure_no_effect_is_tried(bench: Bench) -
     """Its springs are 36 % softer, and so its resonances 20 % lower: a mass or a spring would mend the first alone."""
     joints = [
         joint.with_values({name: 0.64 * getattr(joint, name) for name in ("normal_stiffness", "tangential_stiffness")})
-        for joint in friction_contacts(bench.small.system.joints)
+        for joint in list_friction_contacts(bench.small.system.joints)
     ]
     softer = bench.small.with_system(stiffness=0.64 * bench.small.system.stiffness, joints=joints)
     result = diagnose(bench.campaign(), softer, bench.calibration_parameters, EXACT_MODEL)

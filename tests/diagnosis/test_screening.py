@@ -10,7 +10,7 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.refit import MAX_BY_SLIP, baseline_fit, refit, shortlist
+from diagnosis.fit.refit import MAX_BY_SLIP, make_baseline_refit, refit, shortlist
 from diagnosis.screening import Score, make_calibration_basis, screen
 from diagnosis.threshold.detection_threshold import draw_null_gains, find_threshold
 
@@ -69,7 +69,7 @@ def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[
     chosen = shortlist(scores, heavy.selection)
     assert chosen[0] is scores[0]
     assert len(chosen) <= heavy.selection.n_shortlisted + MAX_BY_SLIP
-    before, after = baseline_fit(heavy), refit(heavy, chosen[0])
+    before, after = make_baseline_refit(heavy), refit(heavy, chosen[0])
     # Normal: 4 standard deviations.
     assert after.strength == pytest.approx(MASS, abs=4 * after.deviation)
     assert after.deviation < 0.2 * MASS

@@ -15,7 +15,7 @@ from diagnosis.decision.rules import Criteria
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import Finalist, refit_by_own_covariance
-from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.fit.refit import make_baseline_refit, refit
 from diagnosis.screening import screen
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
@@ -40,7 +40,7 @@ def catalogue(heavy_campaign: Campaign, arrangement: Arrangement) -> Catalogue:
 
 def find(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue, known: list[Finalist]) -> tuple[Any, Any]:
     """Effects that are better than known ones."""
-    before = baseline_fit(arrangement)
+    before = make_baseline_refit(arrangement)
     own = partial(refit_by_own_covariance, campaign, arrangement, before, partial(list_campaign_effects, campaign))
     scores = screen(arrangement, catalogue.candidates)
     by = Criteria(
@@ -82,7 +82,7 @@ def test_nothing_is_better_than_what_is_true(
 ) -> None:
     whole = replace(arrangement, base=small)
     (score,) = screen(whole, [list_campaign_effects(heavy_campaign, small).effect("mass at tip z")])
-    before = baseline_fit(whole)
+    before = make_baseline_refit(whole)
     known = refit_by_own_covariance(
         heavy_campaign, whole, before, partial(list_campaign_effects, heavy_campaign), whole.train, refit(whole, score)
     )

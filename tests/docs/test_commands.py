@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from cyclopts import CycloptsError
 
-from study.cli import command_line
+from study.cli import make_command_line
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -31,7 +31,7 @@ def test_the_program_takes_every_command_line(page: Path) -> None:
         if PLACEHOLDERS & set(words) or "--help" in words:
             continue
         try:
-            _, bound, unused, _ = command_line().parse_known_args(words)
+            _, bound, unused, _ = make_command_line().parse_known_args(words)
         except CycloptsError as error:
             pytest.fail(f"{page.name}: {line}: {error}")
         assert not unused, line

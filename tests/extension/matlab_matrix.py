@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, real_matrix
+from fe.file.matrix_content import FileMatrix, check_real_matrix
 from fe.file.registry import FileFormat
 
 
@@ -17,7 +17,7 @@ def read(path: Path) -> Mapping[str, FileMatrix]:
         result = scipy.io.loadmat(path)
     except Exception as error:  # a dozen kinds, depending on which byte is damaged
         raise MatrixFileError(f'"{path}" is no MATLAB file up to version 7 ({error}): save it with -v7') from None
-    return {name: real_matrix(path, value) for name, value in result.items() if sp.issparse(value)}
+    return {name: check_real_matrix(path, value) for name, value in result.items() if sp.issparse(value)}
 
 
 MATRIX_FORMATS.register(

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import read_si_quantity
 from correlation.campaign.toml_table import TomlTable
-from correlation.data_type.mode import linear_modes
+from correlation.data_type.mode import compute_linear_modes
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
 from correlation.model import Model
 
@@ -23,7 +23,7 @@ class Peak:
 def read(table: TomlTable, context: DataContext) -> Peak:
     peak = Peak(
         name=table.take("name", str),
-        frequency=table.converted("frequency", lambda value: si_quantity(value, "Hz"), example="50 Hz"),
+        frequency=table.converted("frequency", lambda value: read_si_quantity(value, "Hz"), example="50 Hz"),
     )
     table.finish()
     return peak
@@ -35,7 +35,7 @@ def features(peak: Peak) -> Features:
 
 
 def predict(model: Model, peak: Peak) -> np.ndarray:
-    frequency = linear_modes(model, "jointed")[0]
+    frequency = compute_linear_modes(model, "jointed")[0]
     return frequency[[np.argmin(np.abs(frequency - peak.frequency))]]
 
 

@@ -12,7 +12,7 @@ from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.modal import lowest_eigenpairs
+from fe.modal import find_lowest_eigenpairs
 from fe.mode_check import GAP, check_modes, count_below
 from fe.sparse.factor import UnknownInertia
 from fe.sparse.solver import Backend
@@ -28,7 +28,7 @@ def chains(n_chain: int, n: int) -> sp.csr_array:
 
 def test_one_of_24_alike_that_is_missing_is_counted(backend: Backend) -> None:
     stiffness, mass = chains(24, 40), sp.eye_array(960, format="csr")
-    lambda_, shapes = lowest_eigenpairs(stiffness, mass, 80)
+    lambda_, shapes = find_lowest_eigenpairs(stiffness, mass, 80)
     whole = check_modes(stiffness, mass, lambda_, shapes, backend=backend)
     assert (whole.n_missed, whole.n_found, whole.n_below) == (0, 72, 72)
     for lost in (0, 30, 70):
@@ -40,7 +40,7 @@ def test_one_of_24_alike_that_is_missing_is_counted(backend: Backend) -> None:
 
 def test_modes_that_are_all_alike_have_none_below_them() -> None:
     stiffness, mass = chains(24, 40), sp.eye_array(960, format="csr")
-    lambda_, shapes = lowest_eigenpairs(stiffness, mass, 20)
+    lambda_, shapes = find_lowest_eigenpairs(stiffness, mass, 20)
     check = check_modes(stiffness, mass, lambda_, shapes)
     assert (check.n_missed, check.n_found) == (0, 0)
     assert check.shift < lambda_[0] * (1 - GAP / 2)
@@ -49,7 +49,7 @@ def test_modes_that_are_all_alike_have_none_below_them() -> None:
 def test_a_square_bar_has_all_its_pairs(box: BoxMesher, backend: Backend) -> None:
     mesh = box(HEX20, counts=(12, 3, 3), size=(0.2, 0.02, 0.02))
     system = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))])
-    lambda_, shapes = lowest_eigenpairs(system.stiffness, system.mass, 60)
+    lambda_, shapes = find_lowest_eigenpairs(system.stiffness, system.mass, 60)
     check = check_modes(system.stiffness, system.mass, lambda_, shapes, backend=backend)
     assert check.n_missed == 0
     assert check.residual.max() < 1e-9  # what block Lanczos promises
@@ -67,7 +67,7 @@ def test_round_off_of_a_factor_is_no_error_of_exact_modes() -> None:
 
 def test_the_residual_of_a_mixture_of_two_modes_is_that_of_the_formula() -> None:
     stiffness, mass = chains(1, 700), sp.eye_array(700, format="csr")
-    lambda_, shapes = lowest_eigenpairs(stiffness, mass, 2)
+    lambda_, shapes = find_lowest_eigenpairs(stiffness, mass, 2)
     part = 1e-4
     mixed = shapes[:, :1] + part * shapes[:, 1:]
     result = check_modes(stiffness, mass, lambda_[:1], mixed).residual

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from figure.band_axis import STRIP, join_bands, use_band_axis
-from figure.style import add_axes, bare_figure
+from figure.style import add_axes, make_bare_figure
 
 BANDS = [np.linspace(112.0, 154.0, 15), np.linspace(705.0, 735.0, 7)]
 
 
 def place(frequencies: list[np.ndarray], wanted: list[float]) -> np.ndarray:
     """Places of frequencies along the axis, from 0 to 1."""
-    figure = bare_figure(6, 3)
+    figure = make_bare_figure(6, 3)
     axes = add_axes(figure, 1.0, 0.5, 4.0, 2.0)
     use_band_axis(axes, [np.concatenate(frequencies)])
     at = axes.transData.transform([(item, 0.0) for item in wanted])[:, 0]
@@ -27,7 +27,7 @@ def test_bands_are_as_wide_as_they_have_points_and_the_gap_is_a_strip() -> None:
 
 
 def test_ticks_are_those_of_the_bands() -> None:
-    figure = bare_figure(6, 3)
+    figure = make_bare_figure(6, 3)
     axes = add_axes(figure, 1.0, 0.5, 4.0, 2.0)
     use_band_axis(axes, [np.concatenate(BANDS)])
     ticks = axes.xaxis.get_majorticklocs()
@@ -37,7 +37,7 @@ def test_ticks_are_those_of_the_bands() -> None:
 
 
 def test_of_one_band_the_axis_stays_as_it_is() -> None:
-    figure = bare_figure(6, 3)
+    figure = make_bare_figure(6, 3)
     axes = add_axes(figure, 1.0, 0.5, 4.0, 2.0)
     use_band_axis(axes, BANDS[:1])
     assert axes.get_xscale() == "linear"

@@ -10,10 +10,10 @@ from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image
 
-from figure.backbone import Backbones, backbone_figure
-from figure.family_over_limits import FamiliesOverLimits, FamilyRow, family_over_limits_figure
-from figure.frf_overlay import FrfOverlay, OverlayPanel, frf_overlay_figure
-from figure.misfit_map import MisfitMap, misfit_map_figure
+from figure.backbone import Backbones, draw_backbone
+from figure.family_over_limits import FamiliesOverLimits, FamilyRow, draw_family_over_limits
+from figure.frf_overlay import FrfOverlay, OverlayPanel, draw_frf_overlay
+from figure.misfit_map import MisfitMap, draw_misfit_map
 from figure.style import LIMITS, png
 from tests.figure.examples import EXAMPLES
 
@@ -26,7 +26,7 @@ def test_lines_of_the_model_that_lie_on_each_other_are_drawn_once(by: float, lin
         replace(model, frequency=model.frequency + number * 50 * by, damping=model.damping + number * by)
         for number in range(3)
     ]
-    figure = backbone_figure(replace(example, curves=[measured, *models]))
+    figure = draw_backbone(replace(example, curves=[measured, *models]))
     for axes in figure.axes:
         dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
         assert len(dashed) == lines
@@ -42,7 +42,7 @@ def test_a_line_of_the_model_that_lies_on_a_longer_one_is_that_one() -> None:
         frequency_deviation=model.frequency_deviation[10:20], damping=model.damping[10:20],
         damping_deviation=model.damping_deviation[10:20],
     )  # fmt: skip
-    for axes in backbone_figure(replace(example, curves=[part, model])).axes:
+    for axes in draw_backbone(replace(example, curves=[part, model])).axes:
         (line,) = axes.lines
         np.testing.assert_allclose(line.get_xdata(), model.amplitude)
 
@@ -68,7 +68,7 @@ def limits(apart: float) -> FamiliesOverLimits:
 
 
 def test_both_limits_are_seen_where_no_width_is_between_them() -> None:
-    wide, none = (png(family_over_limits_figure(limits(apart))) for apart in (0.2, 0.0))
+    wide, none = (png(draw_family_over_limits(limits(apart))) for apart in (0.2, 0.0))
     for colour in LIMITS:
         # Of a line that is half covered about half is seen; its edges are of mixed colours, twice as many as before.
         assert count(none, colour) > 0.2 * count(wide, colour)
@@ -76,7 +76,7 @@ def test_both_limits_are_seen_where_no_width_is_between_them() -> None:
 
 def test_the_legend_names_a_band_only_where_one_is_seen() -> None:
     named = [
-        {text.get_text() for text in family_over_limits_figure(limits(apart)).legends[0].get_texts()}
+        {text.get_text() for text in draw_family_over_limits(limits(apart)).legends[0].get_texts()}
         for apart in (0.2, 0.0)
     ]
     assert named[0] == {"upper limit", "lower limit", "all friction histories"}
@@ -88,7 +88,7 @@ def test_the_legend_names_a_band_only_where_one_is_seen() -> None:
 def test_the_panels_of_a_map_share_the_width_of_the_figure(harmonics: int) -> None:
     example: MisfitMap = EXAMPLES[MisfitMap]()
     chosen = sorted({panel.harmonic for panel in example.panels})[:harmonics]
-    figure = misfit_map_figure(replace(example, panels=[panel for panel in example.panels if panel.harmonic in chosen]))
+    figure = draw_misfit_map(replace(example, panels=[panel for panel in example.panels if panel.harmonic in chosen]))
     meshes = [item for item in figure.axes[0].collections if isinstance(item, QuadMesh)]
     ends = np.array([np.asarray(mesh.get_coordinates())[0, [0, -1], 0] for mesh in meshes])
     np.testing.assert_allclose(np.ptp(ends, axis=1), np.ptp(ends[0]))
@@ -100,7 +100,7 @@ def test_a_map_names_the_colour_of_cells_without_data_where_it_has_some(gaps: bo
     example: MisfitMap = EXAMPLES[MisfitMap]()
     size = np.where(np.arange(example.panels[0].size.size).reshape(3, 41) % 7 == 0, np.nan, example.panels[0].size)
     panels = [replace(example.panels[0], size=size), *example.panels[1:]] if gaps else example.panels
-    figure = misfit_map_figure(replace(example, panels=panels))
+    figure = draw_misfit_map(replace(example, panels=panels))
     meshes = [item for item in figure.axes[0].collections if isinstance(item, QuadMesh)]
     named = [patch.get_facecolor() for patch in figure.axes[0].patches if patch.get_label() == "no data"]
     assert named == ([tuple(meshes[0].get_cmap().get_bad())] if gaps else [])
@@ -125,7 +125,7 @@ def test_no_residual_or_phase_lies_on_the_frame_of_its_strip() -> None:
         )
         for panel in example.panels
     ]
-    figure = frf_overlay_figure(replace(example, panels=panels))
+    figure = draw_frf_overlay(replace(example, panels=panels))
     figure.draw_without_rendering()
     strips = [axes for axes in figure.axes if axes.get_ylabel().startswith(("residual", "phase"))]
     assert len(strips) == 2 * len(panels)

@@ -9,8 +9,8 @@ from matplotlib.lines import Line2D
 
 from figure.force_limits import ForceLimits, LineForceLimits, force_limits_figure
 from figure.limit_band import Band, LimitBands, limit_band_figure
-from figure.limit_levels import LimitsByLevel, limit_levels_figure
-from figure.line_force_bands import LineForceBands, line_force_bands_figure
+from figure.limit_levels import LimitsByLevel, draw_limit_levels
+from figure.line_force_bands import LineForceBands, draw_line_force_bands
 from figure.style import LIMITS
 
 FREQUENCY = np.array([10.0, 11.0, 12.0, 13.0, 14.0])
@@ -71,7 +71,7 @@ def test_repaired_points_and_what_was_not_found_are_seen() -> None:
 def test_levels_of_one_force_share_an_axis_that_holds_all_of_them() -> None:
     low = band()
     high, negative = replace(low, value=10 * low.value), replace(low, value=-low.value)
-    drawn = line_force_bands_figure(LineForceBands(bands={"T1": [low, high], "T0": [low, negative]}, title="Title"))
+    drawn = draw_line_force_bands(LineForceBands(bands={"T1": [low, high], "T0": [low, negative]}, title="Title"))
     first, second, third, fourth = drawn.axes
     assert first.get_ylim() == second.get_ylim()
     assert (first.get_ylim()[0], first.get_ylim()[1] > 40) == (0, True)
@@ -84,13 +84,13 @@ def test_levels_of_one_force_share_an_axis_that_holds_all_of_them() -> None:
 def test_points_at_a_jump_or_an_end_are_hollow_over_the_level() -> None:
     value, doubtful = np.array([[1.0, 2.0], [3.0, 5.0]]), np.array([[False, True], [False, False]])
     limits = LimitsByLevel(level=np.array([1.0, 4.0]), value=value, frequency=100 - value, doubtful=doubtful, **WORDS)
-    drawn = limit_levels_figure(limits)
+    drawn = draw_limit_levels(limits)
     points = [line for line in drawn.axes[0].lines if line.get_marker() == "o"]
     hollow = [line for line in points if line.get_markerfacecolor() == "white" and len(line.get_xdata())]
     assert [(line.get_xdata().tolist(), line.get_ydata().tolist()) for line in hollow] == [([4.0], [2.0])]
     assert len(drawn.axes) == 2
     # One frequency for all needs no panel of its own.
-    assert len(limit_levels_figure(replace(limits, frequency=np.full((2, 2), 99.0))).axes) == 1
+    assert len(draw_limit_levels(replace(limits, frequency=np.full((2, 2), 99.0))).axes) == 1
 
 
 def test_a_bar_goes_from_the_lower_to_the_upper_force_and_is_not_cut_off() -> None:

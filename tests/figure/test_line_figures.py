@@ -12,12 +12,12 @@ from PIL import Image
 from fe.element import HEX8
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from figure.line_forces import LineForce, LineForces, line_forces_figure
-from figure.line_states import STATES, LineStates, StateHistories, line_states_figure
-from figure.reactions import Reaction, Reactions, reactions_figure
+from figure.line_forces import LineForce, LineForces, draw_line_forces
+from figure.line_states import STATES, LineStates, StateHistories, draw_line_states
+from figure.reactions import Reaction, Reactions, draw_reactions
 from figure.scene import off_screen
 from figure.scene.caption import Layout
-from figure.scene.deflection_film import deflection_film
+from figure.scene.deflection_film import draw_deflection_film
 from figure.scene.station_picture import StationStates
 from figure.style import png
 from geometry.errors import InputError, MissingSoftware, OutputError
@@ -42,7 +42,7 @@ def state_of(image: NDArray[np.int64]) -> NDArray[np.int64]:
 def test_each_cell_has_the_colour_of_its_state_at_its_place() -> None:
     states = np.array([[0, 1, 2, 1], [1, 1, 0, 0], [2, 0, 1, 2]])
     one = StateHistories(panels=[[LineStates(name="line", states=states)]], title="Title")
-    result = state_of(pixels(png(line_states_figure(one))))
+    result = state_of(pixels(png(draw_line_states(one))))
     # The panel alone is wider than half of the figure; the boxes of the legend are not.
     rows = np.flatnonzero((result >= 0).mean(axis=1) > 0.5)
     columns = np.flatnonzero((result[rows] >= 0).mean(axis=0) > 0.5)
@@ -64,7 +64,7 @@ def test_one_to_eight_lines_of_any_length_are_drawn(counts: list[int]) -> None:
         return LineStates(name=f"line {number}", states=np.ones((1 + 7 * number, 3 + number), dtype=int))
 
     panels = [[line(number) for number in range(count)] for count in counts]
-    picture = png(line_states_figure(StateHistories(panels=panels, title="Title")))
+    picture = png(draw_line_states(StateHistories(panels=panels, title="Title")))
     height, width, _ = pixels(picture).shape
     assert width == round(DPI * max(7.5, 0.6 + 3.2 * max(counts)))
     assert DPI * 2 < height < DPI * 10
@@ -93,7 +93,7 @@ def test_the_share_of_the_friction_limit_has_no_value_where_the_line_is_separate
 
 def test_a_row_shows_both_forces_and_the_limit_and_closes_the_period() -> None:
     forces = [force(name, label, scale) for name in ("left", "right") for label, scale in (("5 N", 0.2), ("40 N", 1.0))]
-    figure = line_forces_figure(
+    figure = draw_line_forces(
         LineForces(forces=forces, friction_coefficient={"left": 0.8, "right": 0.6}, title="Title")
     )
     assert len(figure.axes) == 2 * 3
@@ -116,7 +116,7 @@ def test_four_rows_are_a_page() -> None:
     names = ["a", "b", "c", "d"]
     forces = [force(name) for name in names]
     page = LineForces(forces=forces, friction_coefficient=dict.fromkeys(names, 0.5), title="Title")
-    assert pixels(png(line_forces_figure(page))).shape[:2] == (round(DPI * (1.45 + 4 * 2.2)), round(DPI * 11.7))
+    assert pixels(png(draw_line_forces(page))).shape[:2] == (round(DPI * (1.45 + 4 * 2.2)), round(DPI * 11.7))
 
 
 # Reactions.
@@ -128,7 +128,7 @@ def test_a_panel_has_two_lines_a_level() -> None:
         for side in ("left", "right")
         for level in (5, 20, 40)
     ]
-    figure = reactions_figure(Reactions(reactions=reactions, title="Title"))
+    figure = draw_reactions(Reactions(reactions=reactions, title="Title"))
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["left", "right"]
     for axes in figure.axes:
         assert [line.get_ydata()[0] for line in axes.lines] == [5, -5, 20, -20, 40, -40]
@@ -138,7 +138,7 @@ def test_a_panel_has_two_lines_a_level() -> None:
 
 def test_reactions_are_written_as_a_picture() -> None:
     one = Reaction(name="left", label="5 N", time=TIME, upper=TIME, lower=-TIME)
-    assert pixels(png(reactions_figure(Reactions(reactions=[one], title="Title")))).shape == (
+    assert pixels(png(draw_reactions(Reactions(reactions=[one], title="Title")))).shape == (
         round(4.6 * DPI),
         round(7.5 * DPI),
         3,
@@ -186,7 +186,7 @@ def test_a_film_has_its_frames_moves_and_shows_stations_in_the_colours_of_their_
     mesh = beam()
     states = np.repeat([[0], [1], [2], [1]], 4, axis=1)
     film = frames(
-        deflection_film(
+        draw_deflection_film(
             mesh, swing(mesh), tmp_path / "a.gif", title="Beam", subtitle="1 Hz", stations=on_the_beam(mesh, states)
         )
     )
@@ -211,14 +211,14 @@ def test_a_film_has_its_frames_moves_and_shows_stations_in_the_colours_of_their_
 @pytest.mark.draws
 def test_a_film_without_stations_is_that_of_the_bodies_alone(tmp_path: Path) -> None:
     mesh = beam()
-    film = frames(deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam", amplitude=0.02))
+    film = frames(draw_deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam", amplitude=0.02))
     height, width, _ = film[0].shape
     assert (len(film), height) == (N_FRAME, Layout(width=width, height=900).height)
     assert width < height
     # A quarter of a period after both ends it is where it rests; no words change.
     np.testing.assert_array_equal(film[1], film[3])
     with pytest.raises(OutputError, match=r"a\.gif cannot be written \(No such file"):
-        deflection_film(mesh, swing(mesh), tmp_path / "no" / "a.gif", title="Beam")
+        draw_deflection_film(mesh, swing(mesh), tmp_path / "no" / "a.gif", title="Beam")
 
 
 def test_where_nothing_can_be_drawn_a_film_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -228,7 +228,7 @@ def test_where_nothing_can_be_drawn_a_film_says_so(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(off_screen, "require_egl", cannot_draw)
     mesh = beam()
     with pytest.raises(MissingSoftware, match="this machine draws nothing"):
-        deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam")
+        draw_deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam")
 
 
 # Bad input.
@@ -257,7 +257,7 @@ def test_a_film_of_what_does_not_match_is_refused(change: dict[str, object], mes
     assert mesh.n_node == 42
     arguments = {"displacement": swing(mesh), "path": "a.gif", "title": "Beam", **change}
     with pytest.raises(InputError, match=message):
-        deflection_film(mesh, **arguments)
+        draw_deflection_film(mesh, **arguments)
 
 
 def test_data_of_wrong_shapes_cannot_be_made() -> None:
@@ -277,11 +277,11 @@ def test_data_of_wrong_shapes_cannot_be_made() -> None:
 
 def test_figures_of_nothing_or_too_much_are_refused() -> None:
     with pytest.raises(InputError, match=r"hold no line"):
-        line_states_figure(StateHistories(panels=[[]], title="Title"))
+        draw_line_states(StateHistories(panels=[[]], title="Title"))
     many = [force(name) for name in "abcde"]
     with pytest.raises(InputError, match=r"forces of 5 lines .* give 1 to 4"):
-        line_forces_figure(LineForces(forces=many, friction_coefficient=dict.fromkeys("abcde", 0.5), title="Title"))
+        draw_line_forces(LineForces(forces=many, friction_coefficient=dict.fromkeys("abcde", 0.5), title="Title"))
     with pytest.raises(InputError, match='none for "b"'):
-        line_forces_figure(LineForces(forces=many[:2], friction_coefficient={"a": 0.5}, title="Title"))
+        draw_line_forces(LineForces(forces=many[:2], friction_coefficient={"a": 0.5}, title="Title"))
     with pytest.raises(InputError, match="0 de-couplers"):
-        reactions_figure(Reactions(reactions=[], title="Title"))
+        draw_reactions(Reactions(reactions=[], title="Title"))

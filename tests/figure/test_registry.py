@@ -17,7 +17,7 @@ from PIL import Image
 
 from figure.registry import REGISTRY, FigureKind, pictures
 from figure.response_curves import ResponseCurves
-from figure.style import TitledFigure, add_heading, new_figure, png
+from figure.style import TitledFigure, add_heading, make_figure, png
 from geometry.errors import InputWarning, RegistryError
 from tests.figure.examples import EXAMPLES
 
@@ -73,7 +73,7 @@ def test_micrometres_are_printed_with_their_letter(figure: Figure) -> None:
 
 
 def test_micrometres_of_results_and_of_names_at_an_axis_are_printed_with_their_letter() -> None:
-    drawn = new_figure(3, 3)
+    drawn = make_figure(3, 3)
     axes = drawn.subplots()
     axes.set(xlabel="gap [um]", ylabel="number", title="album of 3 um")
     axes.set_yticks([0, 1], labels=["0.1 um", "N/um"])
@@ -167,7 +167,7 @@ def test_without_figures_from_outside_nothing_is_said() -> None:
 
 @pytest.mark.parametrize("width", [5.6, 11.2])
 def test_a_long_title_stays_within_its_figure(width: float) -> None:
-    figure = new_figure(width, 4.0)
+    figure = make_figure(width, 4.0)
     add_heading(figure, TitledFigure(title="A beam with a dry joint, calibrated: force-displacement loops"))
     title = figure.texts[0].get_window_extent(FigureCanvasAgg(figure).get_renderer())
     assert title.x1 < figure.bbox.x1

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from figure.candidates import Candidates, candidates_figure
+from figure.candidates import Candidates, draw_candidates
 from figure.style import png
-from figure.waterfall import LABEL, NOISE_CHI2, Waterfall, label_foot, waterfall_figure
+from figure.waterfall import LABEL, NOISE_CHI2, Waterfall, draw_waterfall, label_foot
 from tests.figure.examples import EXAMPLES
 
 
@@ -32,7 +32,7 @@ def test_an_error_that_is_not_known_is_said_to_be_unknown(known: int) -> None:
     """As where repeats differ by as much as they read; with some known errors the axis is of these."""
     steps: Waterfall = EXAMPLES[Waterfall]()
     unknown = [replace(step, training=np.nan, held_out=np.nan) for step in steps.steps]
-    figure = waterfall_figure(replace(steps, steps=[*steps.steps[:known], *unknown[known:]]))
+    figure = draw_waterfall(replace(steps, steps=[*steps.steps[:known], *unknown[known:]]))
     assert png(figure)
     words = [text.get_text() for text in figure.axes[0].texts]
     assert words.count("unknown") == 2 * (len(unknown) - known)
@@ -41,6 +41,6 @@ def test_an_error_that_is_not_known_is_said_to_be_unknown(known: int) -> None:
     bars: Candidates = EXAMPLES[Candidates]()
     nothing = [replace(item, held_out=None if item.held_out is None else np.nan) for item in bars.candidates]
     candidates = [*bars.candidates[:known], *nothing[known:]]
-    drawn = candidates_figure(replace(bars, candidates=candidates, before=np.nan))
+    drawn = draw_candidates(replace(bars, candidates=candidates, before=np.nan))
     assert png(drawn)
     assert [text.get_text() for text in drawn.axes[1].texts] == ["unknown"] * (1 - known)

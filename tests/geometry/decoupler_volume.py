@@ -5,12 +5,12 @@ from math import acos, sqrt
 import numpy as np
 from scipy.integrate import quad
 
-from geometry.decoupler import Decoupler, outline
+from geometry.decoupler import Decoupler, make_outline
 
 
 def volume(decoupler: Decoupler) -> float:
     """Prism over the outline, and the pad less its groove [m^3]."""
-    y, z = np.array(outline(decoupler)).T
+    y, z = np.array(make_outline(decoupler)).T
     area = abs(y @ np.roll(z, 1) - z @ np.roll(y, 1)) / 2
     pad = (decoupler.top - decoupler.lip_above_axis) * decoupler.plate_front
     return float((area + pad) * decoupler.width) - groove_volume(decoupler)

@@ -17,7 +17,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion, contact_share
 from hbsolve.continuation.branch import load_branch
 from hbsolve.continuation.continuation_parameter import FrequencyPath, JointPath
-from hbsolve.continuation.response import begin, branch_of, frequency_response, joint_response, level_response
+from hbsolve.continuation.response import begin, frequency_response, joint_response, level_response, make_branch
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.energy import energy_balance
@@ -545,7 +545,7 @@ def test_a_state_of_another_balance_is_refused(what: str, case: str) -> None:
 def test_outputs_that_a_solution_does_not_have_are_refused(case: str) -> None:
     given, words = OUTPUTS[case]
     state = steady_state(balance(), 0.5)
-    branch = branch_of([balance()], [state], StopReason.SOLVED)
+    branch = make_branch([balance()], [state], StopReason.SOLVED)
     check(BalanceError, lambda: branch.output(*given), words)  # type: ignore[arg-type]
     check(BalanceError, lambda: branch.amplitude(*given), words)  # type: ignore[arg-type]
     if len(given) < 3:

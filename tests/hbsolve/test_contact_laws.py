@@ -10,7 +10,7 @@ from scipy.special import gamma
 from hbsolve.aft import InitialSliders, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion, contact_share
-from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_arrays import make_joint_table
 from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK
 from hbsolve.sampling import complex_from_real, sampling
 from hbsolve.steady_state import steady_state
@@ -49,7 +49,7 @@ class Prescribed:
         self, joint: Joint, motion: object, *, n_sample: int = 256, start: object = None, multiplier: bool = False
     ) -> None:
         x = np.atleast_2d(np.asarray(motion, dtype=float))
-        table, samples = joint_table([joint]), sampling((x.shape[1] + 1) // 2, n_sample)
+        table, samples = make_joint_table([joint]), sampling((x.shape[1] + 1) // 2, n_sample)
         count = int(table.slider[-1])
         value = np.zeros(count) if start is None else np.asarray(start, dtype=float)
         out = joint_forces(x, OMEGA, table, InitialSliders(value, np.full(count, int(multiplier))), samples, 0)

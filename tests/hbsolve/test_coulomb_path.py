@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
-from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_arrays import make_joint_table
 from hbsolve.joint_law import coulomb
 from hbsolve.joint_law.registry import FORCE, PARAMETERS, SLIP, STICK, LawOutput
 from hbsolve.sampling import sampling
@@ -114,7 +114,7 @@ def test_a_contact_that_sticks_after_a_start_beyond_its_limit_is_derived_through
 
     def forces(x: Array, begin: Array, want: int) -> JointForces:
         start = InitialSliders(begin, np.zeros(2, np.int64))
-        result: JointForces = joint_forces(x, 1.0, joint_table([contact]), start, sampling(3, 64), want)
+        result: JointForces = joint_forces(x, 1.0, make_joint_table([contact]), start, sampling(3, 64), want)
         return result
 
     exact, step = forces(x, begin, PARAMETERS), 1e-6
@@ -135,7 +135,7 @@ def test_the_error_of_a_prescribed_motion_falls_by_four_with_twice_the_samples()
 
     def force(n_sample: int) -> Array:
         start = InitialSliders(np.zeros(2), np.zeros(2, np.int64))
-        forces = joint_forces(x, 1.0, joint_table([contact]), start, sampling(3, n_sample), FORCE)
+        forces = joint_forces(x, 1.0, make_joint_table([contact]), start, sampling(3, n_sample), FORCE)
         assert (forces.status[0] == SLIP).all()
         coefficients: Array = forces.coefficients[:2]
         return coefficients

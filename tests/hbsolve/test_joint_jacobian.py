@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hbsolve.aft import InitialSliders, JointForces, joint_forces
-from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_arrays import make_joint_table
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK
 from hbsolve.sampling import Sampling, sampling
 from reduction.jointed_system import (
@@ -79,7 +79,7 @@ def motion_of(joint: Joint, kind: str, seed: int) -> NDArray[np.float64]:
 
 def start_of(joint: Joint, by_multiplier: int, seed: int) -> InitialSliders:
     """Sliders off the middle, near enough to the motion that a stuck contact stays on them."""
-    count = int(joint_table([joint]).slider[-1])
+    count = int(make_joint_table([joint]).slider[-1])
     share = np.random.default_rng(seed + 100).uniform(0.2, 0.7, count) * [1, -1][:count]
     return InitialSliders(share if by_multiplier else 0.1 * share, np.full(count, by_multiplier))
 
@@ -114,7 +114,7 @@ def test_derivatives_equal_central_differences_before_a_contact_slides(law: str,
 
 
 def check_derivatives(joint: Joint, kind: str, by_multiplier: int) -> None:
-    table, samples = joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
+    table, samples = make_joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
     for seed in range(3):
         x, start = motion_of(joint, kind, seed), start_of(joint, by_multiplier, seed)
         exact = joint_forces(x, OMEGA, table, start, samples, PARAMETERS)
@@ -150,7 +150,7 @@ def evaluate(
 def test_the_jacobian_is_exact_for_any_linear_reference(law: str) -> None:
     """As along a branch over a contact stiffness: the reference stays where the branch began."""
     joint, samples = LAWS[law], sampling(N_HARMONIC, N_SAMPLE)
-    table = joint_table([joint])
+    table = make_joint_table([joint])
     table = table._replace(reference=0.8 * table.reference)
     for kind in MOTIONS:
         x, start = motion_of(joint, kind, 0), start_of(joint, 0, 0)
@@ -165,7 +165,7 @@ def test_the_jacobian_is_exact_for_any_linear_reference(law: str) -> None:
 @pytest.mark.parametrize("law", LAWS)
 def test_rows_that_are_not_active_are_zero_and_fewer_wants_give_the_same(law: str) -> None:
     joint = LAWS[law]
-    table, samples = joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
+    table, samples = make_joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
     for kind in MOTIONS:
         x, start = motion_of(joint, kind, 0), start_of(joint, 1, 0)
         force, jacobian, everything = (joint_forces(x, OMEGA, table, start, samples, want) for want in (0, 1, 2))
@@ -180,7 +180,7 @@ def test_rows_that_are_not_active_are_zero_and_fewer_wants_give_the_same(law: st
 @pytest.mark.parametrize("law", SLIDING)
 def test_the_start_matters_where_a_contact_sticks_and_is_forgotten_where_it_slips(law: str, by_multiplier: int) -> None:
     joint = LAWS[law]
-    table, samples = joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
+    table, samples = make_joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
     start = start_of(joint, by_multiplier, 0)
     # A mean far from the sliders would slip at once under positions; the tangents swing about zero.
     x = motion_of(joint, "stuck", 0)
@@ -199,7 +199,7 @@ def test_the_start_matters_where_a_contact_sticks_and_is_forgotten_where_it_slip
 def test_a_slider_that_was_dragged_to_rest_gives_no_harmonics(law: str) -> None:
     """It touches its limit at one instant of each period: the force and its derivative are those of a stuck contact."""
     joint = LAWS[law]
-    table, samples = joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
+    table, samples = make_joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
     x = motion_of(joint, "stuck", 0)
     x[0, 0] = 1.0
     forces = joint_forces(x, OMEGA, table, start_of(joint, 0, 0), samples, JACOBIAN)
@@ -216,6 +216,6 @@ def test_the_motions_hold_all_three_states() -> None:
     for law in ("one tangent", "two tangents", "Coulomb"):
         joint, seen = LAWS[law], np.zeros(3, dtype=np.int64)
         for kind in MOTIONS:
-            forces = evaluate(motion_of(joint, kind, 0), joint_table([joint]), start_of(joint, 0, 0), samples)
+            forces = evaluate(motion_of(joint, kind, 0), make_joint_table([joint]), start_of(joint, 0, 0), samples)
             seen += np.bincount(forces.status[0], minlength=3)
         assert seen[[STICK, SLIP, SEPARATED]].min() > 50, (law, seen)

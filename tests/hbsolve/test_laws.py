@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.energy import energy_balance
-from hbsolve.joint_arrays import instant_force, joint_table, slope_table, step_slopes
+from hbsolve.joint_arrays import instant_force, make_joint_table, make_slope_table, step_slopes
 from hbsolve.joint_law.registry import PARAMETERS
 from hbsolve.sampling import sampling
 from hbsolve.steady_state import steady_state
 from reduction.errors import ExchangeError, JointError
 from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import JointedSystem
-from reduction.pyharm import pyharm_input
+from reduction.pyharm import make_pyharm_input
 from tests.slow import slow
 from transient.steady import steady_motion
 
@@ -70,7 +70,7 @@ def evaluated(
     x: NDArray[np.float64], joint: Joint, start: NDArray[np.float64], values: NDArray[np.float64] | None = None,
     omega: float = OMEGA, want: int = 0,
 ) -> JointForces:  # fmt: skip
-    table = joint_table([joint])
+    table = make_joint_table([joint])
     if values is not None:
         table = table._replace(value=values)
     flags = np.zeros(len(start), dtype=np.int64)
@@ -90,7 +90,7 @@ def check_column(exact: NDArray[np.float64], at: Callable[[float], JointForces],
 
 def check_derivatives(joint: Joint, seed: int) -> None:
     """Compare every derivative of a joint in a random motion."""
-    x, table = motion(joint, seed), joint_table([joint])
+    x, table = motion(joint, seed), make_joint_table([joint])
     scale = joint.typical_displacement
     begin = np.random.default_rng(seed).uniform(-0.1, 0.1, joint.n_slider) * scale
     exact = evaluated(x, joint, begin, want=PARAMETERS)
@@ -125,7 +125,7 @@ def test_derivatives_equal_differences(law: type[Joint], seed: int) -> None:
 
 def slopes_of_steps(joint: Joint, x: NDArray[np.float64], slider: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Of each step of a period to the next instant, as `hbsolve.joint_law.registry.CompiledLaw.step_slopes`."""
-    table, laws, samples = joint_table([joint]), slope_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
+    table, laws, samples = make_joint_table([joint]), make_slope_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
     u, velocity, d = x @ samples.evaluate, OMEGA * x @ samples.differentiate, len(x)
     result = []
     for k in range(N_SAMPLE):
@@ -160,7 +160,7 @@ def test_slopes_of_steps_add_up_to_the_jacobian_of_a_period(law: type[Joint], se
         for k in [*range(N_SAMPLE)] * PERIODS:
             after = slopes[k] @ np.vstack([moved[:, k], rate[:, k], moved[:, k - 1], slider])
             force[:, k], slider = after[:d], after[d:]
-        force -= joint_table([joint]).reference[:, None, None] * moved
+        force -= make_joint_table([joint]).reference[:, None, None] * moved
         result = np.einsum("dkc,ka->dac", force, samples.project)
         expected = exact.jacobian[:, :, : d * nh]
         # Round-off, and what a coupled contact keeps of its first turn after so many periods.
@@ -245,6 +245,6 @@ def test_facts_fit_each_other(law: type[Joint]) -> None:
 def test_other_programs_get_it_or_a_sentence(law: type[Joint]) -> None:
     for joint in variants(law):
         try:
-            assert "joint" in pyharm_input(vibrating(joint), 1.0, 2.0)["connectors"]
+            assert "joint" in make_pyharm_input(vibrating(joint), 1.0, 2.0)["connectors"]
         except ExchangeError as error:
             assert '"joint"' in str(error)  # noqa: PT017  # either answer is right

@@ -9,7 +9,7 @@ from benchmarks.random_systems import random_problem
 from hbsolve.balance import HarmonicBalance
 from hbsolve.sampling import real_from_complex
 from hbsolve.solution import MAX_ITERATION, TOLERANCE
-from hbsolve.state_sequence import StateSequence, empty_track, follow
+from hbsolve.state_sequence import StateSequence, follow, make_empty_track
 from hbsolve.steady_state import steady_state
 
 N = 12
@@ -21,7 +21,7 @@ def track_of(balance: HarmonicBalance, omega: np.ndarray, slider: np.ndarray, gu
     index = np.array([*range(len(omega)), *range(len(omega) - 1, -1, -1)])
     earlier_state = np.array([-1] * len(omega) + list(range(len(omega) - 1, -1, -1)))
     sequence = StateSequence(index, earlier_state, omega, linear, np.array([item.columns for item in condensed]), guess)
-    track = empty_track(len(index), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
+    track = make_empty_track(len(index), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
     done = follow(0, True, from_guess, sequence, balance.arrays, slider, TOLERANCE, MAX_ITERATION, track)
     return done, track, index
 

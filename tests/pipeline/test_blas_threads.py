@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.blas_threads import ONE_THREAD, one_thread_by_default
+from pipeline.blas_threads import ONE_THREAD, set_one_thread_by_default
 from study.cli import main
 
 
@@ -15,7 +15,7 @@ def test_one_thread_unless_the_user_says_more(monkeypatch: pytest.MonkeyPatch) -
     for name in ONE_THREAD:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("MKL_NUM_THREADS", "2")
-    one_thread_by_default()
+    set_one_thread_by_default()
     assert [os.environ[name] for name in ONE_THREAD] == ["1", "2", "1"]
 
 

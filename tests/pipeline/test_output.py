@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from geometry.errors import OutputError
-from pipeline.output import prepare_output, removed_if_empty, replace_file, system_failure
+from pipeline.output import describe_system_failure, prepare_output, removed_if_empty, replace_file
 
 
 def test_a_new_folder_is_made_with_its_parents_and_stays_empty(tmp_path: Path) -> None:
@@ -96,16 +96,16 @@ def test_a_file_that_the_disk_does_not_take_is_named_and_the_old_one_stays(
     monkeypatch.setattr(Path, "replace", full)
     with pytest.raises(OSError, match="No space") as failed:
         replace_file(file, "new")
-    assert str(file) in (system_failure(failed.value) or "")
+    assert str(file) in (describe_system_failure(failed.value) or "")
     assert [path.name for path in tmp_path.iterdir()] == ["result.csv"]
     assert file.read_text() == "old"
 
 
 def test_too_many_open_files_name_the_limit() -> None:
     for error in (OSError(errno.EMFILE, "Too many open files"), OSError("unable to open (errno = 24)")):
-        assert "ulimit" in (system_failure(error) or "")
+        assert "ulimit" in (describe_system_failure(error) or "")
 
 
 def test_other_errors_are_no_failure_of_the_disk() -> None:
-    assert system_failure(OSError(errno.ENOENT, "No such file")) is None
-    assert system_failure(ValueError("x = 28")) is None
+    assert describe_system_failure(OSError(errno.ENOENT, "No such file")) is None
+    assert describe_system_failure(ValueError("x = 28")) is None

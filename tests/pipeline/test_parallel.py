@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from geometry.errors import ComputationFailed, InputError
-from pipeline.parallel import ONE_THREAD, Task, default_workers, run_parallel
+from pipeline.parallel import ONE_THREAD, Task, count_default_workers, run_parallel
 from pipeline.progress import SilentProgress
 from pipeline.store import Stage, Store
 
@@ -85,7 +85,7 @@ def work():
 
 if __name__ == "__main__":
     with console.standard_output(as_json=False) as output:
-        sys.exit(int(cli._guarded(work, [], output)))
+        sys.exit(int(cli._run_guarded(work, [], output)))
 """
 
 
@@ -127,7 +127,7 @@ def test_results_come_in_the_order_of_the_tasks_and_the_second_time_from_the_sto
 def test_there_are_as_many_processes_as_cores_that_are_allotted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A batch system gives a job four cores of a hundred."""
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {3, 5, 90})
-    assert default_workers() == 3
+    assert count_default_workers() == 3
 
 
 def test_without_a_store_results_come_back_all_the_same(stages: Stages) -> None:
@@ -171,14 +171,14 @@ def test_a_failure_ends_what_runs_beside_it(stages: Stages, tmp_path: Path) -> N
 
 
 def test_tasks_wait_until_their_memory_is_free_and_a_large_one_runs_alone(stages: Stages) -> None:
-    from pipeline.parallel import _admitted
+    from pipeline.parallel import _admit_tasks
 
     tasks = [Task(stage=stages.square, inputs={}, label="", memory=memory) for memory in (5.0, 4.0, 3.0, 20.0)]
-    assert _admitted(tasks, [0, 1, 2, 3], [], 4, 8.0) == [0, 2]
-    assert _admitted(tasks, [1, 2, 3], [0], 4, 9.0) == [1]
-    assert _admitted(tasks, [3], [], 4, 8.0) == [3]
-    assert _admitted(tasks, [3], [0], 4, 8.0) == []
-    assert _admitted(tasks, [0, 1, 2], [], 2, 1e9) == [0, 1]
+    assert _admit_tasks(tasks, [0, 1, 2, 3], [], 4, 8.0) == [0, 2]
+    assert _admit_tasks(tasks, [1, 2, 3], [0], 4, 9.0) == [1]
+    assert _admit_tasks(tasks, [3], [], 4, 8.0) == [3]
+    assert _admit_tasks(tasks, [3], [0], 4, 8.0) == []
+    assert _admit_tasks(tasks, [0, 1, 2], [], 2, 1e9) == [0, 1]
 
 
 def test_a_killed_process_is_a_failed_computation_with_a_remedy_and_keeps_what_was_finished(

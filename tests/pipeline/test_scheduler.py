@@ -191,7 +191,7 @@ def test_a_killed_worker_costs_only_what_it_had_in_hand(
 
 
 def test_other_code_on_a_worker_is_refused(stages: ModuleType, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.scheduler.code_version", lambda _: "another")
+    monkeypatch.setattr("pipeline.scheduler.hash_code", lambda _: "another")
     with worker_pool(["scheduled_stages"], address) as pool, pytest.raises(InputError, match="version of stickslip"):
         pool.submit(stages.environment).result(TIMEOUT)
 

@@ -69,9 +69,9 @@ def test_names_defaults_and_ignored_inputs_do_not_matter(tmp_path: Path) -> None
 
 def test_an_array_is_known_by_its_values_and_not_by_its_layout() -> None:
     rows = np.arange(6.0).reshape(2, 3)
-    assert fingerprint.canonical(rows) == fingerprint.canonical(np.asfortranarray(rows))
-    assert fingerprint.canonical(rows) != fingerprint.canonical(rows.reshape(3, 2))
-    assert fingerprint.canonical(rows) != fingerprint.canonical(rows.astype(np.float32))
+    assert fingerprint.make_canonical(rows) == fingerprint.make_canonical(np.asfortranarray(rows))
+    assert fingerprint.make_canonical(rows) != fingerprint.make_canonical(rows.reshape(3, 2))
+    assert fingerprint.make_canonical(rows) != fingerprint.make_canonical(rows.astype(np.float32))
 
 
 def test_a_large_array_is_never_copied_whole() -> None:
@@ -79,27 +79,27 @@ def test_a_large_array_is_never_copied_whole() -> None:
     large = np.asfortranarray(np.arange(8_000_000.0).reshape(-1, 8))
     whole = hashlib.sha256(large.tobytes()).hexdigest()
     tracemalloc.start()
-    assert fingerprint.canonical(large)[-1] == whole
+    assert fingerprint.make_canonical(large)[-1] == whole
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     # A part of 16 MB and its bytes at most.
     assert peak < large.nbytes / 1.5
     for small in (np.zeros(0), np.array(3.0), np.zeros((0, 3)), np.zeros((3, 0)), np.array(["a", "bc"])):
-        assert fingerprint.canonical(small)[-1] == hashlib.sha256(small.tobytes()).hexdigest()
+        assert fingerprint.make_canonical(small)[-1] == hashlib.sha256(small.tobytes()).hexdigest()
 
 
 def test_a_file_is_known_by_its_content(tmp_path: Path) -> None:
     one, two = tmp_path / "one", tmp_path / "two"
     one.write_text("same")
     two.write_text("same")
-    assert fingerprint.canonical(one) == fingerprint.canonical(two)
+    assert fingerprint.make_canonical(one) == fingerprint.make_canonical(two)
     two.write_text("other")
-    assert fingerprint.canonical(one) != fingerprint.canonical(two)
+    assert fingerprint.make_canonical(one) != fingerprint.make_canonical(two)
 
 
 def test_an_input_whose_content_cannot_be_seen_is_refused() -> None:
     with pytest.raises(TypeError, match="function cannot be the input of a cached stage"):
-        fingerprint.canonical(lambda: 1)
+        fingerprint.make_canonical(lambda: 1)
 
 
 def truncate(file: Path) -> None:
@@ -175,7 +175,7 @@ def test_a_disk_that_fails_during_a_write_costs_the_cache_and_not_the_result(
     def full_disk(*_: object) -> bytes:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(record_module, "_checksum", full_disk)
+    monkeypatch.setattr(record_module, "_compute_checksum", full_disk)
     np.testing.assert_array_equal(store.run(double, 21)["twice"], [42])
     assert warnings == [f"the cache {tmp_path} cannot be written (No space left on device): going on without it"]
     assert not list((tmp_path / "unfinished").iterdir())
@@ -333,7 +333,7 @@ def test_an_entry_that_was_being_written_when_the_process_died_is_not_an_entry(t
         from pipeline.store import Store, stage
         def kill(*_):
             os.kill(os.getpid(), signal.SIGKILL)
-        record._checksum = kill
+        record._compute_checksum = kill
         @stage("deadly")
         def deadly():
             return 1
@@ -388,7 +388,7 @@ def test_a_disk_that_fails_for_a_moment_costs_no_result(tmp_path: Path, monkeypa
     store = Store(tmp_path, lambda _: None)
     store.run(double, 1.0)
     with monkeypatch.context() as failing:
-        failing.setattr(record_module, "_checksum", too_many_files)
+        failing.setattr(record_module, "_compute_checksum", too_many_files)
         assert not store.has(double, 1.0)
     assert store.outcome(double, 1.0).cached
     assert len(calls) == 1

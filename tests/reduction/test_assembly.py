@@ -9,15 +9,15 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
-from reduction.assembly import ReducedAssembly, lowest_modes, reduce_bodies, truncated
+from reduction.assembly import ReducedAssembly, reduce_bodies, select_lowest_modes, truncated
 from reduction.errors import JointError, RomError
 from reduction.line_contact import (
     LineStiffness,
     Tangents,
-    contact_directions,
-    fixed_tangent_stiffness,
-    line_contacts,
-    station_stiffness,
+    compute_station_stiffness,
+    make_contact_directions,
+    make_fixed_tangent_stiffness,
+    make_line_contacts,
 )
 from reduction.stuck import stuck_stiffness
 from tests.reduction.two_bodies import Whole, line_on_block, nearest
@@ -42,12 +42,12 @@ def reduced(whole: Whole) -> ReducedAssembly:
 
 def directions_of(reduced: ReducedAssembly, line: ContactLine) -> NDArray[np.float64]:
     rows = (reduced.rows(body, "contact").reshape(-1, 3) for body in ("block", "beam"))
-    return np.asarray(contact_directions(reduced.n_dof, line, *rows))
+    return np.asarray(make_contact_directions(reduced.n_dof, line, *rows))
 
 
 def stuck(line: ContactLine, directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    contacts = line_contacts("pair", line, directions, SPRINGS, 0.6)
-    return np.asarray(stuck_stiffness(fixed_tangent_stiffness(line, directions, SPRINGS), contacts))
+    contacts = make_line_contacts("pair", line, directions, SPRINGS, 0.6)
+    return np.asarray(stuck_stiffness(make_fixed_tangent_stiffness(line, directions, SPRINGS), contacts))
 
 
 def test_stuck_frequencies_are_those_of_the_whole(whole: Whole, reduced: ReducedAssembly, line: ContactLine) -> None:
@@ -91,7 +91,7 @@ def test_a_truncated_model_is_one_reduced_with_fewer_modes(whole: Whole) -> None
     assert cut.recovery.shape == few.recovery.shape
     with pytest.raises(RomError, match=r"10 modes were asked of a reduced model with 9"):
         truncated(many, 10)
-    assert lowest_modes({"a": many, "b": many}, 3)["a"].n_dof in {many.n_boundary + 1, many.n_boundary + 2}
+    assert select_lowest_modes({"a": many, "b": many}, 3)["a"].n_dof in {many.n_boundary + 1, many.n_boundary + 2}
 
 
 def test_fields_of_all_bodies_come_back(whole: Whole, reduced: ReducedAssembly, line: ContactLine) -> None:
@@ -119,7 +119,7 @@ def test_a_body_that_its_boundary_does_not_hold_is_named(whole: Whole) -> None:
 
 
 def test_stiffness_is_shared_by_length_and_adds_up(line: ContactLine) -> None:
-    shares = station_stiffness(line, SPRINGS)
+    shares = compute_station_stiffness(line, SPRINGS)
     np.testing.assert_allclose(shares.sum(axis=0), [8e6, 5e6], rtol=1e-14)
     np.testing.assert_allclose(shares[:, 0], [2e6, 4e6, 2e6], rtol=1e-14)
     with pytest.raises(JointError, match=r"the normal stiffness of a contact line is -1 N/m: give a positive number"):
@@ -140,10 +140,10 @@ def test_rigid_approach_and_sliding_read_as_such(whole: Whole, line: ContactLine
 
 def test_contacts_and_held_tangents_make_up_what_sticks(whole: Whole, line: ContactLine) -> None:
     normal, along, across = np.moveaxis(whole.directions, 1, 0)
-    k_n, k_t = station_stiffness(line, SPRINGS).T
+    k_n, k_t = compute_station_stiffness(line, SPRINGS).T
     expected = sum(rows.T @ (k[:, None] * rows) for rows, k in ((normal, k_n), (along, k_t), (across, k_t)))
     for tangents in Tangents:
-        contacts = line_contacts("pair", line, whole.directions, SPRINGS, 0.6, tangents=tangents)
+        contacts = make_line_contacts("pair", line, whole.directions, SPRINGS, 0.6, tangents=tangents)
         assert [contact.name for contact in contacts] == ["pair.1", "pair.2", "pair.3"]
         total = np.zeros_like(expected)
         for contact in contacts:
@@ -151,16 +151,16 @@ def test_contacts_and_held_tangents_make_up_what_sticks(whole: Whole, line: Cont
             total += contact.tangential_stiffness * contact.tangents.T @ contact.tangents
         if tangents is Tangents.ALONG:
             assert contacts[0].tangents.shape[0] == 1
-            total += fixed_tangent_stiffness(line, whole.directions, SPRINGS)
+            total += make_fixed_tangent_stiffness(line, whole.directions, SPRINGS)
         np.testing.assert_allclose(total, expected, atol=1e-9 * np.abs(expected).max())
     np.testing.assert_allclose(stuck(line, whole.directions), expected, atol=1e-9 * np.abs(expected).max())
 
 
 def test_gaps_are_one_a_station(whole: Whole, line: ContactLine) -> None:
-    contacts = line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1e-6, 2e-6])
+    contacts = make_line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1e-6, 2e-6])
     assert [contact.gap for contact in contacts] == [0.0, 1e-6, 2e-6]
     with pytest.raises(JointError, match=r'"pair" has 3 stations but gaps of shape \(2,\): give one per station'):
-        line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1.0])
+        make_line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1.0])
 
 
 def test_an_assembly_needs_a_body() -> None:

@@ -9,9 +9,14 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from reduction.assembly import ReducedAssembly, reduce_bodies
-from reduction.assembly_error import assembly_error, joined_system
+from reduction.assembly_error import assembly_error, join_systems
 from reduction.errors import RomError
-from reduction.line_contact import LineStiffness, contact_directions, fixed_tangent_stiffness, line_contacts
+from reduction.line_contact import (
+    LineStiffness,
+    make_contact_directions,
+    make_fixed_tangent_stiffness,
+    make_line_contacts,
+)
 from reduction.stuck import stuck_stiffness
 from tests.reduction.two_bodies import Whole, line_on_block
 
@@ -33,8 +38,8 @@ class Case:
 
 def stuck(n_dof: int, directions: NDArray[np.float64], top: NDArray[np.int64]) -> NDArray[np.float64]:
     line = line_on_block()
-    contacts = line_contacts("pair", line, directions, SPRINGS, 0.6)
-    result = stuck_stiffness(fixed_tangent_stiffness(line, directions, SPRINGS), contacts)
+    contacts = make_line_contacts("pair", line, directions, SPRINGS, 0.6)
+    result = stuck_stiffness(make_fixed_tangent_stiffness(line, directions, SPRINGS), contacts)
     result[top, top] += GROUND
     return result
 
@@ -45,7 +50,7 @@ def case() -> Case:
     whole = Whole(line)
     reduced = reduce_bodies(whole.systems, whole.boundary, 12)
     rows = (reduced.rows(body, "contact").reshape(-1, 3) for body in ("block", "beam"))
-    springs = stuck(reduced.n_dof, contact_directions(reduced.n_dof, line, *rows), reduced.rows("block", "top"))
+    springs = stuck(reduced.n_dof, make_contact_directions(reduced.n_dof, line, *rows), reduced.rows("block", "top"))
     top = whole.boundary["block"]["top"] + whole.systems["beam"].n_dof
     return Case(whole, reduced, springs, stuck(whole.n_dof, whole.directions, top))
 
@@ -138,13 +143,13 @@ def test_results_are_copies_that_cannot_be_written(case: Case) -> None:
 def test_what_does_not_belong_together_is_refused(case: Case) -> None:
     systems = case.whole.systems
     with pytest.raises(RomError, match=r"springs of shape \(3, 3\) are not those of the assembly: give \(33, 33\)"):
-        joined_system(systems, case.reduced, np.zeros((3, 3)))
+        join_systems(systems, case.reduced, np.zeros((3, 3)))
     modal = case.springs.copy()
     modal[-1, -1] = 1.0
     with pytest.raises(RomError, match=r"springs stand at the modal coordinate 32, which the full model does not have"):
-        joined_system(systems, case.reduced, modal)
+        join_systems(systems, case.reduced, modal)
     with pytest.raises(RomError, match=r"there is no full model of block, but of beam: give one for each body"):
-        joined_system({"beam": systems["beam"]}, case.reduced, case.springs)
+        join_systems({"beam": systems["beam"]}, case.reduced, case.springs)
     other = {**systems, "block": replace(systems["block"], n_node=7)}
     with pytest.raises(RomError, match=r"block was not reduced from the system that is given for it"):
-        joined_system(other, case.reduced, case.springs)
+        join_systems(other, case.reduced, case.springs)

@@ -21,7 +21,7 @@ from fe.sparse.factor import Symmetric
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
-from reduction.rom import rayleigh_damped
+from reduction.rom import with_rayleigh_damping
 
 # Condition numbers here are below 1e6: ten digits of a double survive.
 ROUND_OFF = 1e-9
@@ -175,7 +175,7 @@ def test_damping_of_the_reduced_model_is_the_full_ones_reduced() -> None:
     damping = RayleighDamping(mass_factor=30.0, stiffness_factor=2e-7)
     boundary = {"a": np.array([7, 3]), "b": np.array([50])}
     of_full = craig_bampton(add_damping(system, damping), boundary, n_mode=8).damping
-    of_reduced = rayleigh_damped(craig_bampton(system, boundary, n_mode=8), damping).damping
+    of_reduced = with_rayleigh_damping(craig_bampton(system, boundary, n_mode=8), damping).damping
     np.testing.assert_allclose(of_reduced, of_full, rtol=0, atol=ROUND_OFF * np.abs(of_full).max())
 
 

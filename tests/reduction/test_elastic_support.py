@@ -19,7 +19,7 @@ from reduction.craig_bampton import craig_bampton
 from reduction.elastic_support import ElasticBody, ElasticSupport, find_elastic_support, put_on_springs
 from reduction.errors import RomError
 from reduction.other_material import in_other_material
-from reduction.rom import ReducedModel, rayleigh_damped
+from reduction.rom import ReducedModel, with_rayleigh_damping
 
 #: Without Poisson's ratio a fixed end is no stiffer than that of a beam.
 STEEL = Material(young=210e9, poisson=0.0, density=7800)
@@ -187,6 +187,6 @@ def test_what_cannot_be_put_on_springs_is_refused(bar: Bar) -> None:
     with pytest.raises(RomError, match="compliance"):
         put_on_springs(bar.rom, bar.support, -1e-9)
     with pytest.raises(RomError, match="damping"):
-        put_on_springs(rayleigh_damped(bar.rom, rayleigh_damping(0.01, 40.0)), bar.support, 1e-9)
+        put_on_springs(with_rayleigh_damping(bar.rom, rayleigh_damping(0.01, 40.0)), bar.support, 1e-9)
     with pytest.raises(RomError, match="no faces"):
         find_elastic_support(bar.mesh, "foot", np.eye(3 * bar.mesh.n_node), bar.rom, bar.mesh.points)

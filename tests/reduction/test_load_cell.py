@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from reduction.jointed_system import FrictionContact
-from reduction.load_cell import LineReaction, blade_contact, contact_covariance, contact_jacobian, decoupler_contact
+from reduction.load_cell import (
+    LineReaction,
+    compute_blade_contact,
+    compute_decoupler_contact,
+    contact_covariance,
+    contact_jacobian,
+)
 from reduction.static_contact import static_state
 
 THETA, ALPHA = np.deg2rad(8.53), np.deg2rad(45.0)
@@ -18,11 +24,11 @@ def test_both_are_the_solutions_of_their_two_equations(seed: int) -> None:
     c, s = np.cos(theta), np.sin(theta)
     arms = [(r3 + r4) * np.cos(alpha), (r3 - r4) * np.sin(alpha)]
     T, N = np.linalg.solve([[c, s], [-s, c]], arms)
-    result = decoupler_contact(r3, r4, theta, alpha)
+    result = compute_decoupler_contact(r3, r4, theta, alpha)
     # Round-off of forces of 100 N.
     np.testing.assert_allclose([result.tangential, result.normal], [T, N], atol=1e-12)
     expected = np.linalg.solve([[c, s], [-s, c]], [T * c + N * s, weight + T * s - N * c])
-    beyond = blade_contact(result, weight, theta)
+    beyond = compute_blade_contact(result, weight, theta)
     np.testing.assert_allclose([beyond.tangential, beyond.normal], expected, atol=1e-12)
 
 
@@ -33,7 +39,7 @@ def test_arms_that_balance_known_contact_forces_give_them_back() -> None:
     along, up = T * np.cos(THETA) + N * np.sin(THETA), N * np.cos(THETA) - T * np.sin(THETA)
     # R_3 cos + R_4 cos = along, R_3 sin - R_4 sin = up.
     r3, r4 = np.linalg.solve([[np.cos(ALPHA), np.cos(ALPHA)], [np.sin(ALPHA), -np.sin(ALPHA)]], np.array([along, up]))
-    result = decoupler_contact(r3, r4, THETA, ALPHA)
+    result = compute_decoupler_contact(r3, r4, THETA, ALPHA)
     np.testing.assert_allclose(result.tangential, T, atol=1e-14)
     np.testing.assert_allclose(result.normal, N, atol=1e-14)
 
@@ -41,13 +47,13 @@ def test_arms_that_balance_known_contact_forces_give_them_back() -> None:
 def test_seen_from_the_blade_the_decoupler_comes_back() -> None:
     # The balance of the damper does not know which of its sides is which.
     there = LineReaction(tangential=np.array([3.0, -2.0]), normal=np.array([30.0, 25.0]))
-    back = blade_contact(blade_contact(there, 54.9, THETA), 54.9, THETA)
+    back = compute_blade_contact(compute_blade_contact(there, 54.9, THETA), 54.9, THETA)
     np.testing.assert_allclose(np.array(back), np.array(there), atol=1e-13)
 
 
 def test_without_friction_each_side_has_half_of_the_weight_over_the_cosine() -> None:
     half = 54.9 / 2 / np.cos(THETA)
-    beyond = blade_contact(LineReaction(np.array(0.0), np.array(half)), 54.9, THETA)
+    beyond = compute_blade_contact(LineReaction(np.array(0.0), np.array(half)), 54.9, THETA)
     np.testing.assert_allclose(beyond.normal, half, rtol=1e-14)
     np.testing.assert_allclose(beyond.tangential, 0, atol=1e-14)
 
@@ -73,7 +79,7 @@ def test_a_rigid_damper_at_rest_in_its_grooves_obeys_them(softer: float) -> None
     rest = static_state(np.zeros((2, 2)), contacts, np.array([0.0, weight]))
     T, N = [float(item[0]) for item in rest.tangential], rest.normal
     assert T[0] < -0.1  # friction has its part
-    beyond = blade_contact(LineReaction(np.array(T[0]), np.array(N[0])), weight, THETA)
+    beyond = compute_blade_contact(LineReaction(np.array(T[0]), np.array(N[0])), weight, THETA)
     np.testing.assert_allclose([beyond.tangential, beyond.normal], [T[1], N[1]], rtol=1e-11)
 
 
@@ -82,8 +88,8 @@ def test_derivatives_are_those_of_differences(weight: float | None) -> None:
     at, step = np.array([22.0, -15.0, THETA, ALPHA, 55.0]), 1e-6
 
     def line(values: np.ndarray) -> np.ndarray:
-        own = decoupler_contact(*values[:4])
-        return np.array(own if weight is None else blade_contact(own, values[4], values[2]))
+        own = compute_decoupler_contact(*values[:4])
+        return np.array(own if weight is None else compute_blade_contact(own, values[4], values[2]))
 
     differences = np.array([(line(at + step * one) - line(at - step * one)) / (2 * step) for one in np.eye(5)]).T
     # Central differences of forces of 30 N with a step of 1e-6.
@@ -95,7 +101,7 @@ def test_equal_and_independent_cells_leave_forces_as_uncertain_as_themselves_at_
     # Sum and difference over the root of two, and a rotation: an orthogonal matrix.
     np.testing.assert_allclose(contact_covariance(jacobian, 0.04 * np.eye(2)), 0.04 * np.eye(2), atol=1e-15)
     # A wrong taper turns the force: T errs by N and N by T.
-    own = decoupler_contact(30.0, -12.0, THETA, ALPHA)
+    own = compute_decoupler_contact(30.0, -12.0, THETA, ALPHA)
     wrong = contact_covariance(jacobian, np.zeros((2, 2)), theta=0.01)
     expected = 1e-4 * np.array(
         [[own.normal**2, -own.tangential * own.normal], [-own.tangential * own.normal, own.tangential**2]]

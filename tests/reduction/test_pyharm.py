@@ -21,7 +21,7 @@ from reduction.jointed_system import (
     along,
     between,
 )
-from reduction.pyharm import pyharm_input, save_pyharm
+from reduction.pyharm import make_pyharm_input, save_pyharm
 
 N, N_HARMONIC, N_SAMPLE = 3, 6, 256
 M = np.diag([1.0, 2.0, 1.5])
@@ -44,7 +44,7 @@ def system(*joints: object, **loads: object) -> JointedSystem:
 
 
 def test_the_input_has_the_layout_of_pyharm() -> None:
-    data = pyharm_input(system(SLIDER, STOP, CUBIC), 50.0, 200.0)
+    data = make_pyharm_input(system(SLIDER, STOP, CUBIC), 50.0, 200.0)
     assert data["system"] == {"type": "Base", "nh": 5, "nti": 256}
     part = data["substructures"]["structure"]
     assert (part["ndofs"], part["nnodes"], part["nmodes"]) == (1, N, 0)
@@ -72,7 +72,7 @@ def test_the_input_has_the_layout_of_pyharm() -> None:
 def test_the_file_holds_what_the_dictionary_holds(tmp_path: Path) -> None:
     save_pyharm(system(SLIDER), tmp_path / "s.json", 50.0, 200.0, n_harmonic=4, n_sample=64)
     read = json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))
-    assert read == pyharm_input(system(SLIDER), 50.0, 200.0, n_harmonic=4, n_sample=64)
+    assert read == make_pyharm_input(system(SLIDER), 50.0, 200.0, n_harmonic=4, n_sample=64)
 
 
 #: The loader of the module's docstring, and the residual of a motion given in pyHarm's order.
@@ -133,11 +133,11 @@ CONTACT = {
 )
 def test_what_pyharm_lacks_is_refused_by_name(bad: JointedSystem, message: str) -> None:
     with pytest.raises(ExchangeError, match=message):
-        pyharm_input(bad, 50.0, 200.0)
+        make_pyharm_input(bad, 50.0, 200.0)
 
 
 def test_ranges_and_harmonics_without_a_curve_are_refused() -> None:
     with pytest.raises(ExchangeError, match="200 to 50 rad/s must be positive and ascend"):
-        pyharm_input(system(), 200.0, 50.0)
+        make_pyharm_input(system(), 200.0, 50.0)
     with pytest.raises(ExchangeError, match="n_harmonic = 1 keeps the mean alone"):
-        pyharm_input(system(), 50.0, 200.0, n_harmonic=1)
+        make_pyharm_input(system(), 50.0, 200.0, n_harmonic=1)

@@ -17,7 +17,7 @@ from fe.mesher.block import Block, Lattice, mesh_blocks
 from fe.system import LinearSystem
 from reduction.assembly import ReducedAssembly, reduce_bodies
 from reduction.errors import RomError
-from reduction.rigid_body import MOTIONS, RigidBody, check_supported, rigid_body
+from reduction.rigid_body import MOTIONS, RigidBody, check_supported, make_rigid_body
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ class Held:
         return matrix, six
 
     def body(self, springs: Array) -> RigidBody:
-        return rigid_body(self.assembly, "brick", self.brick.points, springs)
+        return make_rigid_body(self.assembly, "brick", self.brick.points, springs)
 
     def corners(self, axes: Sequence[int]) -> list[int]:
         """Kept corners whose coordinates along some axes are the lowest."""
@@ -181,18 +181,18 @@ def test_every_loose_body_is_in_the_message(held: Held) -> None:
 def test_a_supported_body_is_refused(held: Held) -> None:
     none = np.zeros((held.assembly.n_dof,) * 2)
     with pytest.raises(RomError, match="beam is supported: ask for the rigid-body motions of a body that contact"):
-        rigid_body(held.assembly, "beam", held.meshes["beam"].points, none)
+        make_rigid_body(held.assembly, "beam", held.meshes["beam"].points, none)
 
 
 def test_a_body_that_is_none_is_refused(held: Held) -> None:
     none = np.zeros((held.assembly.n_dof,) * 2)
     with pytest.raises(RomError, match='no body "brik": it has beam, brick'):
-        rigid_body(held.assembly, "brik", held.brick.points, none)
+        make_rigid_body(held.assembly, "brik", held.brick.points, none)
 
 
 def test_how_a_body_is_held_cannot_be_written(held: Held) -> None:
     springs, _ = held.springs([(0, X, 1e6)])
-    result = rigid_body(held.assembly, "brick", held.brick.points, springs)
+    result = make_rigid_body(held.assembly, "brick", held.brick.points, springs)
     for values in (result.centre, result.stiffness, result.frequency, result.shape):
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from reduction.settled_gaps import remaining_gaps
+from reduction.settled_gaps import compute_remaining_gaps
 
 Array = NDArray[np.float64]
 
@@ -23,18 +23,18 @@ CROWNED = np.tile(2.5e-6 * np.linspace(-1, 1, 7) ** 2, 2)
 
 def test_what_a_rigid_motion_of_the_body_absorbs_leaves_the_gaps_as_they_were() -> None:
     N = groove()
-    alone = remaining_gaps(N, CROWNED)
+    alone = compute_remaining_gaps(N, CROWNED)
     # Round-off of gaps of 2.5 um beside a weight of 1e3.
     np.testing.assert_allclose(alone, CROWNED, atol=1e-12)
     for motion in ([0, 5e-6, 3e-6, 0, 0, 0], [0, 5e-5, 3e-6, 6e-3, 0, 0]):
         # Round-off of the gaps of up to 0.1 mm.
-        np.testing.assert_allclose(remaining_gaps(N, CROWNED + N @ motion), alone, atol=1e-11)
+        np.testing.assert_allclose(compute_remaining_gaps(N, CROWNED + N @ motion), alone, atol=1e-11)
 
 
 def test_no_place_without_overlap_has_smaller_gaps() -> None:
     N, random = groove(), np.random.default_rng(3)
     gaps = CROWNED + np.concatenate([np.linspace(0, 7e-5, 7), np.zeros(7)])
-    left = remaining_gaps(N, gaps)
+    left = compute_remaining_gaps(N, gaps)
     assert (left >= 0).all()
     place = np.linalg.lstsq(N, gaps - left, rcond=None)[0]
     # The gaps belong to a place of the body; non-negative least squares leave 1e-8 of the widest gap.
@@ -48,6 +48,6 @@ def test_no_place_without_overlap_has_smaller_gaps() -> None:
 
 def test_a_line_that_is_tilted_alone_is_shared_by_both() -> None:
     tilt = np.concatenate([np.linspace(0, 4e-5, 7), np.zeros(7)])
-    left = remaining_gaps(groove(), tilt)
+    left = compute_remaining_gaps(groove(), tilt)
     # The body slides along the wedge and turns until both lines open by half the angle: one touching end each.
     np.testing.assert_allclose(left, np.tile(np.linspace(0, 2e-5, 7), 2), atol=1e-12)

@@ -13,7 +13,7 @@ from fe.mesh import Mesh
 from fe.mesher.block import Block, Lattice, mesh_blocks
 from fe.system import LinearSystem
 from geometry.interface import ContactLine, straight_contact_line
-from reduction.line_contact import contact_directions
+from reduction.line_contact import make_contact_directions
 
 STEEL = Material(young=210e9, poisson=0.3, density=7800)
 #: Beam below, block above it on its end, along which they touch: three stations at x = 60, 65, 70 mm, z = 10 mm.
@@ -68,7 +68,7 @@ class Whole:
         n = self.systems["beam"].n_dof
         self.n_dof = n + self.systems["block"].n_dof
         rows = self.boundary["block"]["contact"].reshape(-1, 3) + n, self.boundary["beam"]["contact"].reshape(-1, 3)
-        self.directions = contact_directions(self.n_dof, line, *rows)
+        self.directions = make_contact_directions(self.n_dof, line, *rows)
 
     def frequencies(self, springs: NDArray[np.float64], n_mode: int) -> NDArray[np.float64]:
         """Dense eigenvalues of all [Hz]."""

@@ -12,7 +12,14 @@ from diagnosis.candidate.effect import EffectError
 from diagnosis.fit.added import AddedEffect
 from study import cli
 from study.beam.model import beam_model
-from study.case.added import apply_by_name, case_catalogue, find_effect, key_of, text_of, value_of
+from study.case.added import (
+    apply_by_name,
+    find_effect,
+    format_parameter,
+    list_case_effects,
+    make_parameter_key,
+    read_parameter,
+)
 from study.case.setup import read_case
 from study.shipped_cases import BEAM
 from study.solve.model import make_solve_model
@@ -50,7 +57,7 @@ def test_an_added_gap_runs_along_the_contacts_of_the_finer_model_too(tmp_path: P
 
 @pytest.mark.parametrize(("end", "gaps"), [(1, [4, 3, 2, 1, 0]), (3, [0, 1, 2, 3, 4])])
 def test_a_gap_towards_an_end_is_one_however_many_contacts_the_line_has(end: int, gaps: list[float]) -> None:
-    effect = case_catalogue(beam_model(24), [], level=10.0).effect(f"gap of left at left.{end}")
+    effect = list_case_effects(beam_model(24), [], level=10.0).effect(f"gap of left at left.{end}")
     added = [AddedEffect(effect=effect, values=np.array([4e-7]))]
     finer = apply_by_name(beam_model(24, n_station=5), [], [], {}, added)
     result = [finer.contact(name).gap for name in finer.lines["left"]]
@@ -64,12 +71,12 @@ def test_a_case_without_effects_is_as_drawn() -> None:
 
 
 def test_every_value_is_read_as_it_was_written() -> None:
-    for effect in case_catalogue(read_case(BEAM).setup.model, [], level=10.0).candidates:
+    for effect in list_case_effects(read_case(BEAM).setup.model, [], level=10.0).candidates:
         for parameter in effect.parameters:
             for value in (parameter.typical, 0.37 * parameter.typical + 0.63 * parameter.vanishes):
                 # Six digits are written.
-                assert value_of(text_of(value, parameter), parameter) == pytest.approx(value, rel=6e-6)
-            assert re.fullmatch(r"[a-z_]+", key_of(parameter))
+                assert read_parameter(format_parameter(value, parameter), parameter) == pytest.approx(value, rel=6e-6)
+            assert re.fullmatch(r"[a-z_]+", make_parameter_key(parameter))
 
 
 MISTAKES = [
@@ -166,7 +173,7 @@ def test_every_command_sees_the_model_that_add_has_mended_and_undo_gives_the_ear
 @pytest.mark.parametrize("name", ["mass at node 6 z", " Mass at  Node 6 Z "])
 def test_an_effect_may_act_where_no_place_is(name: str) -> None:
     model = beam_model(24)
-    effect = find_effect(case_catalogue(model, [], [name]), name)
+    effect = find_effect(list_case_effects(model, [], [name]), name)
     assert effect.name == "mass at node 6 z"
     (number,) = np.flatnonzero(list_unnamed_places(model)["node 6 z"])
     heavier = effect.apply(model, [0.1]).system.mass - model.system.mass

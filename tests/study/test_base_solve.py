@@ -89,7 +89,7 @@ to = "1000 Hz"
 @pytest.fixture
 def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     # Drawing takes longer than these curves.
-    monkeypatch.setattr("study.solve.run._results", lambda *_: {})
+    monkeypatch.setattr("study.solve.run._list_results", lambda *_: {})
     np.savez(at_home / "chain.npz", M=MASS, C=DAMPING, K=STIFFNESS)
     return at_home
 

@@ -11,7 +11,7 @@ import pytest
 
 from study import console
 from study.beam import case as beam_case
-from study.cli import ExitCode, _guarded
+from study.cli import ExitCode, _run_guarded
 
 TIMEOUT = 60  # s; a hang is an error, a slow machine is none
 
@@ -19,9 +19,9 @@ TIMEOUT = 60  # s; a hang is an error, a slow machine is none
 COMMAND = """
 import os, time
 from pathlib import Path
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, make_command_app
 
-app = command_app("trial", "Ends in many ways.", examples=["stickslip trial fine"])
+app = make_command_app("trial", "Ends in many ways.", examples=["stickslip trial fine"])
 
 def within_callback(kill):
     import ctypes
@@ -297,7 +297,7 @@ def test_an_interruption_inside_compiled_code_is_one(capsys: pytest.CaptureFixtu
             raise SystemError("returned a result with an exception set") from error
 
     with console.standard_output(as_json=False) as output:
-        assert _guarded(interrupted, ["solve"], output) == ExitCode.INTERRUPTED
+        assert _run_guarded(interrupted, ["solve"], output) == ExitCode.INTERRUPTED
     assert "the same command goes on from there" in capsys.readouterr().err
 
 

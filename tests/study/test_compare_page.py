@@ -26,9 +26,9 @@ from study.compare.page import make_page
 from study.compare.report import format_report
 from study.compare.result import Calibrated, ComparisonResult
 from study.compare.run import compare
-from study.compare.section.linearity import linearity_sections
-from study.compare.section.overview import left_out
-from study.compare.section.response import response_sections
+from study.compare.section.linearity import make_linearity_sections
+from study.compare.section.overview import describe_left_out
+from study.compare.section.response import make_response_sections
 from study.compare.section.section import Section
 from study.compare.sentence import describe_resonances, summarise
 from study.page.table import Table
@@ -154,7 +154,7 @@ def test_noise_of_one_repeat_is_no_nonlinearity() -> None:
     sensors = tuple(replace(sensor, noise=(NOISE, 0.0)) for sensor in campaign.sensors)
     result = compare(read_case(BEAM).setup, replace(campaign, measurement=single, sensors=sensors))
     np.testing.assert_allclose(result.train.deviation, NOISE * np.abs(result.train.measured), rtol=1e-9)
-    assert "not linear" not in next(linearity_sections(result, Drawing.of(result))).text
+    assert "not linear" not in next(make_linearity_sections(result, Drawing.of(result))).text
 
 
 def test_readings_without_calibration_are_drawn_in_their_own_unit() -> None:
@@ -222,15 +222,15 @@ def test_the_headline_names_what_was_not_compared() -> None:
 
 def test_states_that_are_not_compared_are_named_with_the_reason() -> None:
     result = compared()
-    assert not any("Not compared" in sentence for sentence in left_out(result))
+    assert not any("Not compared" in sentence for sentence in describe_left_out(result))
     table = result.campaign.measurement
     jumps = (table.level == 3) & (table.frequency == FREQUENCY[4]) & (table.repeat <= N_REPEAT / 2)
     apart = replace(result.campaign, measurement=replace(table, value=np.where(jumps, -0.3 * table.value, table.value)))
-    (sentence,) = (item for item in left_out(replace(result, campaign=apart)) if "Not compared" in item)
+    (sentence,) = (item for item in describe_left_out(replace(result, campaign=apart)) if "Not compared" in item)
     assert "3 N at 472 Hz; there repeats" in sentence
     # Of a level that is held out, and that no held-out repeat has.
     trained = result.train.where(np.asarray(result.train.points.level == 1))
-    (sentence,) = (item for item in left_out(replace(result, train=trained)) if "Not compared" in item)
+    (sentence,) = (item for item in describe_left_out(replace(result, train=trained)) if "Not compared" in item)
     assert "3 N at 462.56 Hz, 3 N at 467.28 Hz, 3 N at 469.64 Hz and 6 more; their level is held out" in sentence
 
 
@@ -245,7 +245,7 @@ def test_states_that_were_read_only_before_contacts_settled_are_named_with_that_
         tests=(Test(name="stepped", settling=True),),
         measurement=replace(table, value=table.value * runs_in).where(once),
     )
-    (sentence,) = (item for item in left_out(replace(result, campaign=settling)) if "Not compared" in item)
+    (sentence,) = (item for item in describe_left_out(replace(result, campaign=settling)) if "Not compared" in item)
     assert "3 N at 472 Hz; all of their readings are of repeats before the contacts settled" in sentence
 
 
@@ -389,7 +389,7 @@ def test_a_resonance_without_a_known_deviation_is_not_called_an_error() -> None:
 
 def test_the_page_begins_where_the_model_fails_and_else_with_the_sensor_that_moves_most() -> None:
     def first(gain: float) -> str:
-        (section,) = response_sections(compared(gain), drawing(gain))
+        (section,) = make_response_sections(compared(gain), drawing(gain))
         return str(section.data["panels"][section.data["first"]]["label"])
 
     assert first(1.1) == "mid, fundamental"

@@ -15,7 +15,7 @@ from geometry.errors import InputError
 from study.bench.repeat import open_bench
 from study.cli import main
 from study.diagnose import data_run
-from study.diagnose.history import case_key, history_of
+from study.diagnose.history import hash_case, history_of
 from study.diagnose.run import diagnose_file
 
 CASE = """schema = 2
@@ -108,7 +108,7 @@ def test_a_diagnosis_is_of_the_case_as_it_was_when_it_began(
 
     monkeypatch.setattr(data_run, "diagnose_features", diagnose_and_edit)
     run(folder, "modal", capfdbinary)
-    assert history_of(case).steps[-1].case_key == case_key(CASE)
+    assert history_of(case).steps[-1].case_key == hash_case(CASE)
 
 
 def test_auto_adds_what_is_missing(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:

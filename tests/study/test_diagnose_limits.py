@@ -13,14 +13,14 @@ from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
-from study.case.added import case_catalogue
+from study.case.added import list_case_effects
 from study.case.setup import read_case
 from study.diagnose import round as diagnose_round
 from study.diagnose import thresholds as diagnose_limits
 from study.diagnose.null_campaign import null_campaign
 from study.diagnose.round import diagnose_case, simulate_thresholds
 from study.diagnose.ship_thresholds import write_shipped_thresholds
-from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
+from study.diagnose.thresholds import are_simulated, find_shipped_thresholds, hash_layout, layout
 from study.shipped_cases import BEAM
 from tests.slow import slow
 
@@ -32,9 +32,9 @@ def test_the_shipped_thresholds_are_those_of_the_shipped_beam() -> None:
     # A renamed effect or calibration parameter would lose them without a word.
     setup = read_case(BEAM).setup
     ((key, entry),) = json.loads(diagnose_limits.SHIPPED.read_text(encoding="utf-8")).items()
-    assert layout_key(entry["layout"]) == key
+    assert hash_layout(entry["layout"]) == key
     assert entry["layout"]["candidates"] == sorted(
-        case_catalogue(setup.model, setup.effect_files, without=setup.without).names
+        list_case_effects(setup.model, setup.effect_files, without=setup.without).names
     )
     assert entry["layout"]["accepted"] == [item.name for item in setup.calibration_parameters]
 
@@ -69,7 +69,7 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
         patched.setattr(diagnose_limits, "SHIPPED", shipped)
         campaign = read_campaign(folder)
         setup = read_case(case, campaign).setup
-        assert shipped_thresholds(setup, campaign, setup.without) == first
+        assert find_shipped_thresholds(setup, campaign, setup.without) == first
     # Another campaign of the same layout.
     two_masses({"mass at base": 0.006}, case=text)
     assert diagnosed() == first
@@ -99,7 +99,7 @@ def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, mo
     setup, campaign = read_case(two_masses({})).setup, read_campaign(Path("campaign"))
     setup, asked = replace(setup, effect_files=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
-    monkeypatch.setattr(diagnose_round, "simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
+    monkeypatch.setattr(diagnose_round, "find_simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
     simulate_thresholds(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
     known, expected = asked["catalogue_of"](finer), replace(setup, model=finer).candidates(campaign)
@@ -113,9 +113,9 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
 ) -> None:
     setup, campaign = read_case(two_masses({})).setup, read_campaign(Path("campaign"))
     known = setup.candidates(campaign)
-    key = layout_key(layout(setup, campaign, known))
+    key = hash_layout(layout(setup, campaign, known))
     louder = replace(campaign, measurement=replace(campaign.measurement, value=1.1 * campaign.measurement.value))
-    assert layout_key(layout(setup, louder, known)) == key
+    assert hash_layout(layout(setup, louder, known)) == key
     others = [
         layout(setup, replace(campaign, held_out=HeldOut(repeats=(5,))), known),
         layout(setup, replace(campaign, measurement=campaign.measurement.where(campaign.measurement.level < 5)), known),
@@ -123,15 +123,15 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
         layout(replace(setup, budget=replace(setup.budget, shares=0.123)), campaign, known),
         layout(setup, campaign, setup.candidates(campaign, ["cubic"])),
     ]
-    assert len({key, *map(layout_key, others)}) == 6
+    assert len({key, *map(hash_layout, others)}) == 6
 
-    assert shipped_thresholds(setup, campaign, ()) is None
+    assert find_shipped_thresholds(setup, campaign, ()) is None
     shipped = tmp_path / "thresholds.json"
     shipped.write_text(
         json.dumps({key: {"thresholds": {"gain": 15.5, "misfit": 20.0, "n_trial": 300}}}), encoding="utf-8"
     )
     monkeypatch.setattr(diagnose_limits, "SHIPPED", shipped)
     result = Thresholds(gain=15.5, misfit=20.0, n_trial=300)
-    assert shipped_thresholds(setup, campaign, ()) == result
+    assert find_shipped_thresholds(setup, campaign, ()) == result
     # Those of all candidates hold for fewer, too.
-    assert shipped_thresholds(setup, campaign, ("cubic",)) == result
+    assert find_shipped_thresholds(setup, campaign, ("cubic",)) == result

@@ -18,7 +18,7 @@ from study.beam.case import write_beam_case
 from study.case.setup import read_case
 from study.compare.run import compare
 from study.diagnose.add import add, find_case, undo
-from study.diagnose.history import case_key, history_of, read_text
+from study.diagnose.history import hash_case, history_of, read_text
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file, record_diagnosis
 from study.run_context import silent_run
@@ -151,8 +151,8 @@ def test_a_given_value_needs_no_diagnosis(two_masses: TwoMasses, capsys: pytest.
 
 def test_comments_do_not_make_a_diagnosis_stale_but_values_do(two_masses: TwoMasses) -> None:
     text = read_text(two_masses({}))
-    assert case_key(text) == case_key(f"# a note\n{text}")
-    assert case_key(text) != case_key(text.replace("highest = 3", "highest = 5"))
+    assert hash_case(text) == hash_case(f"# a note\n{text}")
+    assert hash_case(text) != hash_case(text.replace("highest = 3", "highest = 5"))
 
 
 REFUSALS = [

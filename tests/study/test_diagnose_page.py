@@ -30,7 +30,7 @@ from study.diagnose.page import make_files
 from study.diagnose.report import LAW_FILE
 from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.diagnose.stages import make_waterfall
-from study.page.html import content_policy, typeset_text
+from study.page.html import make_content_policy, typeset_text
 from study.run_context import silent_run
 from tests.diagnosis.missing_law.chain import SECOND, arranged, play
 
@@ -183,7 +183,7 @@ def browse(found: DiagnosisResult, page: Path, width: int = 1200) -> str:
     text = make_files(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     # Whatever goes wrong in the page is shown in it.
     catch = "addEventListener('error', (e) => document.body.append('FAILED ' + e.message));"
-    (allowed,) = re.findall(r"'sha256-[^']*'", content_policy([catch]))
+    (allowed,) = re.findall(r"'sha256-[^']*'", make_content_policy([catch]))
     text = text.replace(html.escape("script-src "), html.escape(f"script-src {allowed} "), 1)
     page.write_text(text.replace("<main>", f"<script>{catch}</script><main>"), encoding="utf-8")
     # The browser's sockets stand in its folder of temporary files, and the path of a socket must be short.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.effect import EffectParameter
-from study.case.added import text_of, value_of
+from study.case.added import format_parameter, read_parameter
 from study.diagnose.report import list_by_kind
 from study.diagnose.table import Row, share_units
 
@@ -37,9 +37,9 @@ def test_effects_of_one_kind_are_written_in_the_unit_of_the_first() -> None:
 
 @pytest.mark.parametrize(("value", "text"), [(1.4e-5, "14 us"), (-2e-3, "-2 ms"), (1.5, "1.5 s")])
 def test_a_short_time_is_written_in_a_handy_unit_and_read_again(value: float, text: str) -> None:
-    assert text_of(value, TIME) == text
+    assert format_parameter(value, TIME) == text
     if abs(value) < TIME.upper:
-        assert value_of(text, TIME) == pytest.approx(value, rel=1e-12)  # round-off
+        assert read_parameter(text, TIME) == pytest.approx(value, rel=1e-12)  # round-off
 
 
 def test_smallest_strengths_are_listed_by_kind() -> None:

@@ -17,7 +17,7 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.fit.finalist import Finalist
 from pipeline.store import Store
 from study.case.setup import read_case
-from study.compare.report import side_by_side
+from study.compare.report import join_titles
 from study.diagnose.add import add
 from study.diagnose.advice import choose_advice, choose_tag
 from study.diagnose.document import make_document
@@ -238,6 +238,6 @@ def test_a_value_has_as_many_digits_as_its_interval_tells(value: float, deviatio
 
 
 def test_titles_that_are_alike_are_told_once() -> None:
-    assert side_by_side("Beam", "Beam") == "Beam"
-    assert side_by_side("Beam", "Tests of May") == "Beam beside Tests of May"
-    assert side_by_side("Beam", "") == "Beam"
+    assert join_titles("Beam", "Beam") == "Beam"
+    assert join_titles("Beam", "Tests of May") == "Beam beside Tests of May"
+    assert join_titles("Beam", "") == "Beam"

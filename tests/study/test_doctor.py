@@ -44,19 +44,19 @@ def test_what_is_missing_is_told_and_prescribed(without_a_library: None, tmp_pat
 
 def test_a_crash_while_drawing_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "TEST_PICTURE", "import os; os.kill(os.getpid(), 11)")
-    finding = doctor._picture()
+    finding = doctor._check_picture()
     assert (finding.verdict, finding.detail) == ("missing", "drawing crashed with signal 11")
 
 
 def test_a_driver_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "TEST_PICTURE", "import time; time.sleep(60)")
     monkeypatch.setattr(doctor, "PICTURE_TIMEOUT", 0.1)
-    assert doctor._picture().detail == "no picture within 0 s"
+    assert doctor._check_picture().detail == "no picture within 0 s"
 
 
 def test_a_cache_that_cannot_be_written_is_told_but_stops_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    finding = doctor._cache(tmp_path / "file" / "cache")
+    finding = doctor._check_cache(tmp_path / "file" / "cache")
     assert (finding.verdict, finding.is_needed) == ("missing", False)
     assert "set STICKSLIP_CACHE" in finding.detail
 
@@ -64,7 +64,7 @@ def test_a_cache_that_cannot_be_written_is_told_but_stops_nothing(tmp_path: Path
 @pytest.mark.parametrize("found", [None, "libNowhere.so.7"], ids=["not there", "does not load"])
 def test_without_cholmod_all_that_is_needed_is_there(found: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor.ctypes.util, "find_library", lambda _name: found)
-    finding = doctor._cholmod()
+    finding = doctor._check_cholmod()
     assert (finding.verdict, finding.is_needed, finding.apt) == ("missing", False, ())
     assert "apt-get install libcholmod5, or libcholmod3 on Debian 12" in finding.detail
 

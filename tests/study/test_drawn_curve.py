@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.prediction import Points
-from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel, frf_overlay_figure
+from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel, draw_frf_overlay
 from study.compare.curve import blank_gaps, compute_phase, refine_points
 
 BANDS = np.concatenate([np.linspace(26.5, 32.5, 13), np.linspace(60.0, 76.0, 12)])
@@ -51,7 +51,7 @@ def test_a_broken_line_is_drawn_on_both_sides() -> None:
         line_frequency=fine, line=line,
     )  # fmt: skip
     panel = OverlayPanel(label="tip", unit="um/N", curves=[curve])
-    figure = frf_overlay_figure(
+    figure = draw_frf_overlay(
         FrfOverlay(panels=[panel], levels=["1 N"], title="T", subtitle="S", columns=1, with_phase=True)
     )
     for axes in (figure.axes[0], figure.axes[2]):

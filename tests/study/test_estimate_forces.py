@@ -8,7 +8,7 @@ import pytest
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.model import Model, Sensor
 from reduction.jointed_system import FrictionContact, JointedSystem
-from study.estimate.contact_force import count_harmonics, estimate_from_forces, largest_certain_ratio
+from study.estimate.contact_force import compute_largest_certain_ratio, count_harmonics, estimate_from_forces
 
 
 def model() -> Model:
@@ -72,7 +72,7 @@ def test_a_few_harmonics_of_gross_slip_claim_no_more_friction_than_there_is(n: i
         {k: complex(np.mean(force * np.exp(-1j * k * phase)) * (1 if k == 0 else 2)) for k in range(n + 1)}
         for force in forces
     )
-    certain = largest_certain_ratio(tangential, normal, n)
+    certain = compute_largest_certain_ratio(tangential, normal, n)
     assert 0.4 * mu < certain <= mu
     raw = next(iter(estimate_from_forces(model(), campaign(tangential, normal, (1.0,)))))
     assert raw.value > mu

@@ -12,14 +12,14 @@ from study.kind.blade.model import make_blade_model, reduce_blade
 from study.kind.registry import open_case
 from study.kind.rig.model import RigModel
 from study.kind.rig.reduction import list_reduction_tasks
-from study.reduce.comparison import compared_reduction
+from study.reduce.comparison import compare_reduction
 from study.shipped_cases import BLADE
 
 
 @pytest.fixture(autouse=True)
 def little(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nearly no memory, and nothing that would take any."""
-    monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e3)
+    monkeypatch.setattr("reduction.memory_estimate.read_available_memory", lambda: 1e3)
     monkeypatch.setattr("study.kind.blade.model.modes", None)
     monkeypatch.setattr("study.reduce.comparison.craig_bampton", None)
 
@@ -41,4 +41,4 @@ def test_matrices_are_refused() -> None:
     unit = sp.csr_array(sp.eye_array(30))
     system = LinearSystem(mass=unit, damping=0 * unit, stiffness=unit, free=np.arange(30), n_node=10)
     with pytest.raises(RomError, match=r"reducing 30 degrees of freedom to 3 and 5 modes takes about .* GB are free"):
-        compared_reduction(system, {"kept": np.arange(3)}, 5, None, {})
+        compare_reduction(system, {"kept": np.arange(3)}, 5, None, {})

@@ -17,7 +17,7 @@ from reduction.jointed_system import JointedSystem
 from study.compare.data import compare_data
 from study.compare.data_view import make_captions, show_data
 from study.compare.modal_view import view_modes
-from study.compare.section.modal import modal_sections
+from study.compare.section.modal import make_modal_sections
 
 #: Two equal masses on three equal springs: sqrt(1) and sqrt(3) times this [Hz].
 HERTZ = 200 / (2 * np.pi)
@@ -54,7 +54,7 @@ def test_shapes_decide_which_mode_is_which() -> None:
     expected = {"together": 2.02**2 / (2 * (1 + 1.02**2)), "apart": 1.98**2 / (2 * (1 + 0.98**2))}
     assert assurance == pytest.approx(expected)
     assert own.coordinate == pytest.approx(1, abs=1e-3)
-    section, sensors = modal_sections(view, {"mac": b""})
+    section, sensors = make_modal_sections(view, {"mac": b""})
     assert section.table is not None
     assert len(section.table.rows) == 2
     half = {row[1].split(" \u00b1 ")[1] for row in section.table.rows}
@@ -70,7 +70,7 @@ def test_shapes_decide_which_mode_is_which() -> None:
 def test_modes_without_a_partner_are_named_on_either_side() -> None:
     modes = [mode("together", HERTZ, 1, 1), mode("stranger", 1.01 * HERTZ, 1, 0.98)]
     view = view_modes(model(), modes, compare_data(model(), modes), "Chain")
-    section, *_ = modal_sections(view, {})
+    section, *_ = make_modal_sections(view, {})
     assert section.table is not None
     assert [row[2] for row in section.table.rows if row[1].startswith("32.149")] == ["none"]
 

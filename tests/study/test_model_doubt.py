@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from geometry.errors import InputWarning
 from reduction.jointed_system import JenkinsElement, JointedSystem
-from study.case.model_doubt import frequency_doubt, natural_frequencies, sweep_doubt, warn_of_size
+from study.case.model_doubt import compute_natural_frequencies, doubt_frequency, doubt_sweep, warn_of_size
 from study.case.setup import read_case
 from study.shipped_cases import BEAM, LIMITS, SOLVE
 
@@ -54,11 +54,11 @@ def test_no_plausible_structure_is_doubted() -> None:
     rng = np.random.default_rng(11)
     for _ in range(N_RANDOM):
         mass, stiffness, length = plausible(rng)
-        natural = natural_frequencies(system_of(mass, stiffness))
-        assert not frequency_doubt(natural[0]), (natural[0], length)
+        natural = compute_natural_frequencies(system_of(mass, stiffness))
+        assert not doubt_frequency(natural[0]), (natural[0], length)
         # Somebody sweeps about one of the modes, from a tenth below it.
         about = natural[rng.integers(min(3, len(natural)))]
-        assert not sweep_doubt(natural, 0.9 * about, 1.1 * about)
+        assert not doubt_sweep(natural, 0.9 * about, 1.1 * about)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warn_of_size(length, 1e-3)
@@ -66,7 +66,7 @@ def test_no_plausible_structure_is_doubted() -> None:
 
 def test_rigid_motions_are_not_the_first_mode() -> None:
     mass, stiffness = beam(0.3, 0.01, 210e9, 7800.0)
-    free = natural_frequencies(system_of(mass, stiffness))
+    free = compute_natural_frequencies(system_of(mass, stiffness))
     # Free beam: (4.7300 / L)^2 sqrt(E t^2 / (12 rho)) / 2 pi; eight elements err by less than 1e-4.
     exact = (4.7300 / 0.3) ** 2 * (210e9 * 0.01**2 / (12 * 7800)) ** 0.5 / (2 * np.pi)
     assert free[0] == pytest.approx(exact, rel=1e-4)
@@ -74,7 +74,7 @@ def test_rigid_motions_are_not_the_first_mode() -> None:
 
 def test_contacts_count_as_they_hold() -> None:
     rub = JenkinsElement(name="rub", direction=np.ones(1), tangential_stiffness=1e6, limit_force=1.0)
-    held = natural_frequencies(system_of(np.eye(1), np.zeros((1, 1)), joints=[rub]))
+    held = compute_natural_frequencies(system_of(np.eye(1), np.zeros((1, 1)), joints=[rub]))
     assert held[0] == pytest.approx(1e3 / (2 * np.pi))
 
 
@@ -88,8 +88,8 @@ def test_contacts_count_as_they_hold() -> None:
 )
 def test_a_slip_of_the_density_is_asked_for(factor: float, word: str) -> None:
     mass, stiffness = beam(0.25, 0.01, 210e9, factor * 7800.0)
-    natural = natural_frequencies(system_of(mass[2:, 2:], stiffness[2:, 2:]))
-    doubt = frequency_doubt(float(natural[0]))
+    natural = compute_natural_frequencies(system_of(mass[2:, 2:], stiffness[2:, 2:]))
+    doubt = doubt_frequency(float(natural[0]))
     assert f"{natural[0]:.2g} Hz" in doubt
     assert f"{word}" in doubt
     assert doubt.endswith("?")
@@ -104,8 +104,8 @@ def test_a_mesh_in_another_unit_is_asked_for(longest: float, unit: float, meant:
 
 @pytest.mark.parametrize(("first", "last"), [(0.01, 0.02), (0.02, 0.01), (1.0, 1.19)])
 def test_a_sweep_far_below_all_modes_is_doubted_with_the_nearest(first: float, last: float) -> None:
-    assert "120 Hz" in sweep_doubt(np.array([120.0, 800.0]), first, last)
-    assert not sweep_doubt(np.array([120.0, 800.0]), first, 1.21)
+    assert "120 Hz" in doubt_sweep(np.array([120.0, 800.0]), first, last)
+    assert not doubt_sweep(np.array([120.0, 800.0]), first, 1.21)
 
 
 @pytest.mark.parametrize("case", [BEAM, LIMITS, SOLVE], ids=lambda path: path.stem)

@@ -17,7 +17,7 @@ from fe.dense_modes import compute_dense_modes
 from pipeline.store import Store
 from reduction.stuck import stuck_stiffness
 from study import cli
-from study.case.added import case_catalogue
+from study.case.added import list_case_effects
 from study.case.setup import read_case
 from study.run_context import silent_run
 
@@ -105,7 +105,7 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers alone: each command has tests of its pictures, which take longer than all that is tested here."""
     monkeypatch.setattr("study.run_context.RunContext.draw", lambda *_: [])
     monkeypatch.setattr("study.compare.run.draw_pictures", lambda *_: {})
-    monkeypatch.setattr("study.kind.rig.reduce._drawn", lambda *_: [])
+    monkeypatch.setattr("study.kind.rig.reduce._draw_pictures", lambda *_: [])
     monkeypatch.setattr("study.kind.rig.solve.draw_film", lambda *_: [])
 
 
@@ -135,7 +135,7 @@ def test_one_case_goes_through_every_command(
         encoding="utf-8",
     )
     before = case.read_bytes()
-    hidden = case_catalogue(drawn, (), level=max(LEVELS), configurations=["jointed"]).effect("mass at tip")
+    hidden = list_case_effects(drawn, (), level=max(LEVELS), configurations=["jointed"]).effect("mass at tip")
     heavy = hidden.apply(drawn, [HIDDEN])
     write_campaign(measured(heavy, bending(heavy)), at_home / "campaign")
 

@@ -26,7 +26,7 @@ from reduction.file.rom_hdf5 import load_rom
 from reduction.stuck import stuck_stiffness
 from study.case.setup import read_case
 from study.cli import main
-from study.kind.part.reduce import _drawn as drawn
+from study.kind.part.reduce import _draw_pictures as drawn
 
 needs_tetwild = pytest.mark.skipif(
     importlib.util.find_spec("pytetwild") is None, reason="pytetwild is not installed: pip install stickslip[tets]"
@@ -116,7 +116,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the case and its mesh; no pictures, which take longer than all the rest."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("study.kind.part.reduce._drawn", lambda *_: [])
+    monkeypatch.setattr("study.kind.part.reduce._draw_pictures", lambda *_: [])
     write_mesh(bar(), tmp_path / "bar.inp")
     (tmp_path / "bar.toml").write_text(MESH_CASE)
     return tmp_path
@@ -325,7 +325,7 @@ def test_sets_of_faces_and_of_nodes_are_drawn(home: Path, monkeypatch: pytest.Mo
         seen.update(faces=list(faces), stations=len(stations), **nodes)
         path.write_bytes(b"")
 
-    monkeypatch.setattr("study.kind.part.reduce._drawn", drawn)
+    monkeypatch.setattr("study.kind.part.reduce._draw_pictures", drawn)
     monkeypatch.setattr("study.kind.part.reduce.picture_modes", lambda *_: [])
     monkeypatch.setattr("study.kind.part.stages.named_faces_picture", draw)
     # Held too, by a set of nodes.
@@ -368,7 +368,7 @@ def test_what_supports_leave_free_the_kept_points_may_hold(home: Path, capfd: py
 def test_more_than_the_memory_is_refused_before_it_is_taken(
     home: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e6)
+    monkeypatch.setattr("reduction.memory_estimate.read_available_memory", lambda: 1e6)
     monkeypatch.setattr("study.kind.part.stages.assemble_compact", None)
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     said = capfd.readouterr().err

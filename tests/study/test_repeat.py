@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from study import cli
-from study.provenance import words_of_result
-from study.repeat.source import RUN, only_results, read_result
+from study.provenance import list_result_words
+from study.repeat.source import RUN, keep_results, read_result
 from tests.slow import slow
 from tests.study.test_runs import CASE
 
@@ -23,7 +23,7 @@ TwoMasses = Callable[..., Path]
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """No pictures, which take longer than these results."""
     monkeypatch.setattr("study.run_context.RunContext.draw", lambda *_: [])
-    monkeypatch.setattr("study.solve.run._results", lambda *_: {})
+    monkeypatch.setattr("study.solve.run._list_results", lambda *_: {})
 
 
 @pytest.fixture
@@ -111,7 +111,7 @@ def test_a_page_is_repeated_without_a_record_and_leaves_the_history_alone(
 
 
 def test_what_a_result_took_and_when_is_no_part_of_it(tmp_path: Path) -> None:
-    assert only_results({"rows": [{"seconds": 1.0, "peak": 2.0}], "files": ["a"]}) == {"rows": [{"peak": 2.0}]}
+    assert keep_results({"rows": [{"seconds": 1.0, "peak": 2.0}], "files": ["a"]}) == {"rows": [{"peak": 2.0}]}
     made_by = {"command": ["table1"], "folder": ".", "inputs": {}, "versions": {}}
     for name, took, when in (("a.html", "1.0", "2026-11-27 17:45"), ("b.html", "2.0", "2026-11-27 17:46")):
         text = f'<table><tr><td>125.1</td><td class="cost">{took}</td><td>{when}</td></tr></table>'
@@ -160,4 +160,4 @@ def test_the_folder_of_the_result_is_not_written_again(solved: Path) -> None:
 
 def test_where_a_result_goes_is_no_part_of_what_it_is() -> None:
     words = ["sweep", "a.toml", "mu=1", "--out", "b", "--json", "--cache=c", "--scheduler", "tcp://x:1", "--limits"]
-    assert words_of_result(words) == ["sweep", "a.toml", "mu=1", "--limits"]
+    assert list_result_words(words) == ["sweep", "a.toml", "mu=1", "--limits"]

@@ -13,7 +13,7 @@ from correlation.prediction import Points, Predictor
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
-from reduction.load_cell import decoupler_contact
+from reduction.load_cell import compute_decoupler_contact
 from study.case.setup import ReadCase
 from study.kind.rig.forces import RigForces, compute_rig_forces
 from study.kind.rig.structure import LOAD_CELLS, PreloadedRig
@@ -92,7 +92,7 @@ def test_equations_1_and_2_hold_to_a_few_percent(rig: Read) -> None:
     rig_, error = rig.preloaded.model.rig, {}
     theta, alpha = rig_.damper.cone_half_angle, rig_.decoupler.arm_angle
     for side, upper, lower in (("left", 0, 1), ("right", 2, 3)):
-        told = decoupler_contact(readings[:, upper], readings[:, lower], theta, alpha)
+        told = compute_decoupler_contact(readings[:, upper], readings[:, lower], theta, alpha)
         true = forces.lines[f"{side}_decoupler"].force
         size = max(np.abs(item).max() for item in true)
         for name, own, other in (("T", told.tangential, true.tangential), ("N", told.normal, true.normal)):

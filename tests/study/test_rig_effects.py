@@ -16,7 +16,7 @@ from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.tangent import differentiate
 from fe.dense_modes import compute_dense_modes
 from reduction.static_contact import StaticState
-from study.case.added import text_of, value_of
+from study.case.added import format_parameter, read_parameter
 from study.case.setup import ReadCase
 from study.kind.registry import open_case
 from study.sweep.parameter import find_parameter, vary
@@ -181,7 +181,7 @@ def test_effects_are_added_to_a_case_with_their_units(read_rig: ReadRig, plain: 
     for item, (_, text, value) in zip(said.setup.added, added.values(), strict=True):
         assert item.values == pytest.approx([value])
         (parameter,) = item.effect.parameters
-        assert value_of(text_of(value, parameter), parameter) == pytest.approx(value, rel=1e-5), text
+        assert read_parameter(format_parameter(value, parameter), parameter) == pytest.approx(value, rel=1e-5), text
     wire = said.model.dead_weights["left dead weight"].wire
     assert wire is not None
     assert (wire.shift, wire.inclination) == pytest.approx((-2.4e-3, np.deg2rad(-3)))

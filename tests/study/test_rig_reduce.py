@@ -29,7 +29,7 @@ from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
 from study.case.setup import read_case
 from study.kind.registry import open_case
-from study.kind.rig.contact import dead_weights, make_line_pairs
+from study.kind.rig.contact import list_dead_weights, make_line_pairs
 from study.kind.rig.model import BODIES, RigModel
 from study.kind.rig.reduce import reduce_rig_case
 from study.kind.rig.reduction import (
@@ -37,7 +37,7 @@ from study.kind.rig.reduction import (
     RigReduction,
     checks,
     list_reduction_tasks,
-    mirrored,
+    mirror_model,
     reduced_body,
     together,
 )
@@ -268,7 +268,7 @@ def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
 
 def test_a_mirror_image_is_what_its_own_reduction_gives(by_body: dict[str, ReducedBody]) -> None:
     for kind in ("damper", "decoupler"):
-        own, image = by_body[f"{kind}_left"].rom, mirrored(by_body[f"{kind}_right"].rom, f"{kind}_left")
+        own, image = by_body[f"{kind}_left"].rom, mirror_model(by_body[f"{kind}_right"].rom, f"{kind}_left")
         n = own.n_boundary
         for name in ("mass", "stiffness"):
             a, b = getattr(own, name)[:n, :n], getattr(image, name)[:n, :n]
@@ -327,7 +327,7 @@ def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
     assert (full.element, full.size, full.n_mode) == ("hex20", 2.5e-3, 150)
     short = open_case(folder / "my.toml").case
     assert shipped.structure.contact.model_copy(update={"crowning": 0.0}) == short.structure.contact
-    assert dead_weights(shipped) == dead_weights(short)
+    assert list_dead_weights(shipped) == list_dead_weights(short)
     assert shipped.structure.damping == short.structure.damping
 
 
@@ -345,7 +345,7 @@ def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path, short_rig: st
     )
     (tmp_path / "a.toml").write_text(short_rig + more, encoding="utf-8")
     case = open_case(tmp_path / "a.toml").case
-    pairs, weights = {pair.name: pair for pair in make_line_pairs(case, Rig())}, dead_weights(case)
+    pairs, weights = {pair.name: pair for pair in make_line_pairs(case, Rig())}, list_dead_weights(case)
     assert tuple(pairs) == tuple(mating_pairs(Rig()))
     own = pairs["right_decoupler"]
     assert (own.stiffness.normal, own.stiffness.tangential, own.friction_coefficient) == (8.5e6, 2e6, 0.5)
@@ -443,7 +443,7 @@ def test_a_mistake_is_one_sentence_with_file_line_key_value_and_remedy(
 def read_all(file: Path) -> None:
     case = open_case(file).case
     make_line_pairs(case, make_rig_model(case).rig)
-    dead_weights(case)
+    list_dead_weights(case)
 
 
 @slow

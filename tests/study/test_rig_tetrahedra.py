@@ -16,7 +16,7 @@ from geometry.rig import Rig, mating_pairs, named_points
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from study.kind.blade.table import MeshTable
-from study.kind.rig.model import LINES, RigModel, body_tetrahedra, in_tetrahedra, mirrored_tetrahedra
+from study.kind.rig.model import LINES, RigModel, body_tetrahedra, mesh_in_tetrahedra, mirror_tetrahedra
 from study.kind.rig.reduction import reduced_body
 from study.kind.rig.table import RigMeshTable
 from tests.fe.surface import area_vectors
@@ -42,7 +42,7 @@ def cut(model: RigModel) -> StationCoordinates:
 
 def test_a_mirror_image_has_the_reflected_faces_around_the_same_volume(model: RigModel) -> None:
     place = cut(model)
-    image = mirrored_tetrahedra(place)
+    image = mirror_tetrahedra(place)
     np.testing.assert_array_equal(image.mesh.points, place.mesh.points * [1, -1, 1])
     assert measure_cell_quality(image.mesh).determinant_ratio.min() == pytest.approx(
         measure_cell_quality(place.mesh).determinant_ratio.min(), rel=1e-9
@@ -58,9 +58,9 @@ def test_a_mirror_image_has_the_reflected_faces_around_the_same_volume(model: Ri
 
 def test_bricks_and_meshes_that_are_there_stay_as_they_are(model: RigModel) -> None:
     store, progress = Store(None), SilentProgress()
-    assert in_tetrahedra(model, store, progress) is model
+    assert mesh_in_tetrahedra(model, store, progress) is model
     made = replace(model, element="tet10", tetrahedra={BODY: cut(model)})
-    assert in_tetrahedra(made, store, progress) is made
+    assert mesh_in_tetrahedra(made, store, progress) is made
 
 
 def test_without_pytetwild_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

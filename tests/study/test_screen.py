@@ -16,7 +16,7 @@ from study.case.setup import read_case
 from study.diagnose import run as diagnose_run
 from study.diagnose.add import add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file, write_calibration
-from study.diagnose.history import case_key, history_of, read_text
+from study.diagnose.history import hash_case, history_of, read_text
 from study.diagnose.round import Round, diagnose_case, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.screen import screen_case
@@ -110,6 +110,6 @@ def test_a_verdict_is_of_the_case_as_it_was_diagnosed(two_masses: TwoMasses, mon
 
     monkeypatch.setattr(diagnose_run, "diagnose_case", edit_and_diagnose)
     diagnose_file(case, read_campaign(FOLDER), FOLDER, without=["spring", "dashpot", "cubic"])
-    assert history_of(case).steps[-1].case_key == case_key(text)
+    assert history_of(case).steps[-1].case_key == hash_case(text)
     with pytest.raises(InputError, match="edited"):
         add(case, "mass at tip")

@@ -54,7 +54,7 @@ levels = [1]
 @pytest.fixture
 def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     # Drawing takes longer than these curves.
-    monkeypatch.setattr("study.solve.run._results", lambda *_: {})
+    monkeypatch.setattr("study.solve.run._list_results", lambda *_: {})
     np.savez(at_home / "chain.npz", M=np.eye(2), C=5 * np.eye(2), K=np.diag([1e5, 1e6]))
     (at_home / "my.toml").write_text(CASE)
     return at_home

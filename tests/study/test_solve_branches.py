@@ -50,7 +50,7 @@ isolas = false
 
 @pytest.fixture
 def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr("study.solve.run._results", lambda *_: {})  # drawing takes longer than these curves
+    monkeypatch.setattr("study.solve.run._list_results", lambda *_: {})  # drawing takes longer than these curves
     np.savez(at_home / "twins.npz", M=np.eye(2), C=0.03 * np.eye(2), K=np.eye(2) + 0.05 * np.array([[1, -1], [-1, 1]]))
     return at_home
 

@@ -171,7 +171,7 @@ def test_the_other_published_isolas_are_found_without_a_word(
     lowest: float,
     highest: float,
 ) -> None:
-    monkeypatch.setattr("study.solve.run._results", lambda *_: {})  # drawing takes longer than these curves
+    monkeypatch.setattr("study.solve.run._list_results", lambda *_: {})  # drawing takes longer than these curves
     np.savez(at_home / "masses.npz", **matrices)
     (at_home / "polynomial_damper.py").write_text(DAMPER.read_text())
     (at_home / "my.toml").write_text(SHARED + tables)
@@ -191,7 +191,7 @@ def test_the_other_published_isolas_are_found_without_a_word(
 def test_isolas_are_left_out_on_request_and_have_stability_if_it_is_asked_for(
     home: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("study.solve.run._results", lambda *_: {})  # drawing takes longer than these curves
+    monkeypatch.setattr("study.solve.run._list_results", lambda *_: {})  # drawing takes longer than these curves
     (home / "my.toml").write_text(CASE + "isolas = false\n")
     assert [item["label"] for item in solved(capfd)["curves"]] == ["level 0.11", "level 0.15"]
     (home / "my.toml").write_text(CASE.replace("[0.11, 0.15]", "[0.15]") + "stability = true\n")

@@ -64,7 +64,7 @@ def home(at_home: Path) -> Path:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing takes longer than these curves."""
-    monkeypatch.setattr("study.solve.run._results", lambda *_: {})
+    monkeypatch.setattr("study.solve.run._list_results", lambda *_: {})
 
 
 def solve(out: str, *words: str, case: str = "my.toml") -> int:

@@ -14,7 +14,7 @@ from hbsolve.steady_state import steady_state
 from study import cli
 from study.kind.registry import open_case
 from study.run_context import silent_run
-from study.spread.band import upper_envelope
+from study.spread.band import compute_upper_envelope
 from study.spread.spread import spread
 from study.spread.uncertain import read_uncertain
 from study.sweep.samples import point_model
@@ -240,5 +240,5 @@ def test_what_cannot_be_drawn_is_refused_in_one_sentence(
 
 def test_an_envelope_takes_the_highest_of_a_fold_and_is_unknown_beyond_its_ends() -> None:
     along, amplitude = np.array([0.0, 2.0, 1.0, 3.0]), np.array([0.0, 4.0, 1.0, 3.0])
-    result = upper_envelope(along, amplitude, np.array([-1.0, 0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0]))
+    result = compute_upper_envelope(along, amplitude, np.array([-1.0, 0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0]))
     np.testing.assert_array_equal(result, [np.nan, 0.0, 2.0, 3.0, 4.0, 2.5, 3.0, np.nan])

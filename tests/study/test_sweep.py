@@ -47,7 +47,7 @@ def home(at_home: Path) -> Path:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing takes longer than these curves."""
-    for name in ("study.solve.run._results", "study.sweep.run.draw_sweep"):
+    for name in ("study.solve.run._list_results", "study.sweep.run.draw_sweep"):
         monkeypatch.setattr(name, lambda *_: {})
 
 

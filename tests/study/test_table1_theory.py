@@ -16,7 +16,13 @@ from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 from study.kind.blade.model import BladeModel, compute_first_frequency
 from study.table1 import theory
-from study.table1.theory import bending_energy, compute_locking_factor, find_chord_stations, find_span_stations, section
+from study.table1.theory import (
+    compute_bending_energy,
+    compute_locking_factor,
+    find_chord_stations,
+    find_span_stations,
+    section,
+)
 from tests.fe.cell_matrices import element_matrices
 
 
@@ -163,7 +169,7 @@ def test_shares_of_bending_energy_are_those_of_the_closed_form() -> None:
         return (3 * f[2] * f[1] + x * f[2] ** 2 - 2 * x * f[1] * f[3] - f[0] * f[3] + x * f[0] ** 2) / (4 * b)
 
     stations = np.array([0.0, 0.1, 0.15, 0.4, 0.7, 1.0])
-    share = bending_energy(stations)
+    share = compute_bending_energy(stations)
     values = np.array([integral(s) for s in stations])
     expected = np.diff(values) / (values[-1] - values[0])
     # Nine digits of beta L.
@@ -172,7 +178,7 @@ def test_shares_of_bending_energy_are_those_of_the_closed_form() -> None:
 
 
 def test_bending_energy_falls_from_root_to_tip() -> None:
-    share = bending_energy(np.linspace(0, 1, 31))
+    share = compute_bending_energy(np.linspace(0, 1, 31))
     assert (np.diff(share) < 0).all()
     assert share.min() > 0
 

@@ -17,9 +17,9 @@ from reduction.jointed_system import (
 )
 from transient.equilibrium import equilibrium
 from transient.integrate import integrate
-from transient.joint_arrays import joint_table
+from transient.joint_arrays import make_joint_table
 from transient.state import TransientState
-from transient.state_transition import ModalStructure, decompose, modal_structure
+from transient.state_transition import ModalStructure, decompose, make_modal_structure
 from transient.virtual_bench.beam import Beam, BeamParameters, contacts, jointed_beam, reduced_beam
 from transient.virtual_bench.campaign import random_parameters
 
@@ -28,7 +28,7 @@ Vector = NDArray[np.float64]
 
 def in_modes(system: JointedSystem, share: float) -> ModalStructure:
     """The structure in the modes with a share of its joints' stiffnesses."""
-    table = joint_table(system)
+    table = make_joint_table(system)
     return replace(decompose(system, table, share * table.stuck_stiffness), diagonal=False)
 
 
@@ -230,7 +230,7 @@ def test_every_random_system_comes_to_a_rest_that_obeys_the_laws() -> None:
 def test_the_rest_is_where_an_integration_stays() -> None:
     for seed in range(10):
         system = mixed(np.random.default_rng(seed))
-        state = equilibrium(modal_structure(system))
+        state = equilibrium(make_modal_structure(system))
         final = integrate(system, 1.0, 1, 512, state).final
         # Kinks of a contact that just touches or slips amplify the 1e-10 of the positions.
         np.testing.assert_allclose(final.displacement, state.displacement, atol=1e-7 * abs(state.displacement).max())

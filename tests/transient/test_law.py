@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
-from transient.joint_arrays import joint_table
+from transient.joint_arrays import make_joint_table
 from transient.joint_forces import joint_forces
 from transient.joint_law.straight_path import closed_part, slide, slide_coupled
 
@@ -101,7 +101,7 @@ def test_a_contact_that_closes_within_the_step_sticks_where_it_touched_down(fric
         friction=friction,
     )
     zero = np.zeros((3, 3))
-    packed = joint_table(JointedSystem(mass=np.eye(3), damping=zero, stiffness=zero, joints=[contact])).packed
+    packed = make_joint_table(JointedSystem(mass=np.eye(3), damping=zero, stiffness=zero, joints=[contact])).packed
     before, after = np.array([1.0, -1.0, -1.0]), np.array([5.0, 1.0, 3.0])
     mean, end, slider = np.zeros(3), np.zeros(3), np.zeros(2)
     joint_forces(packed, before, after, before[:2].copy(), 1.0, mean, end, slider)

@@ -104,11 +104,11 @@ def full_beam(stations: tuple[float, ...] = STATIONS) -> Beam:
         at = slice(2 * element, 2 * element + 4)
         mass[at, at] += element_mass
         stiffness[at, at] += element_stiffness
-    rows = [_hermite_rows(x) for x in stations]
+    rows = [_make_hermite_rows(x) for x in stations]
     return Beam(
         mass=mass[2:, 2:],
         stiffness=stiffness[2:, 2:],
-        places={name: _hermite_rows(x)[0, 2:] for name, x in PLACES.items()},
+        places={name: _make_hermite_rows(x)[0, 2:] for name, x in PLACES.items()},
         station=np.array(stations),
         deflection=np.array([item[0, 2:] for item in rows]),
         slope=np.array([item[1, 2:] for item in rows]),
@@ -131,8 +131,8 @@ def reduced_beam(stations: tuple[float, ...] = STATIONS) -> Beam:
     basis = np.linalg.solve(factor, left[:, singular > 1e-9 * singular[0]])
     basis = basis @ eigh(basis.T @ full.stiffness @ basis, basis.T @ full.mass @ basis)[1]
     return Beam(
-        mass=_symmetric(basis.T @ full.mass @ basis),
-        stiffness=_symmetric(basis.T @ full.stiffness @ basis),
+        mass=_symmetrise(basis.T @ full.mass @ basis),
+        stiffness=_symmetrise(basis.T @ full.stiffness @ basis),
         places={name: row @ basis for name, row in full.places.items()},
         station=full.station,
         deflection=full.deflection @ basis,
@@ -142,7 +142,7 @@ def reduced_beam(stations: tuple[float, ...] = STATIONS) -> Beam:
 
 def contacts(beam: Beam, parameters: BeamParameters) -> tuple[FrictionContact, ...]:
     """Stations of the left line, then of the right one; a station has its share of the line's numbers."""
-    shares = station_shares(beam.station)
+    shares = compute_station_shares(beam.station)
     first, last = LINE_ENDS
     along = (beam.station - first) / (last - first)
     sine, cosine = np.sin(FLANK_ANGLE), np.cos(FLANK_ANGLE)
@@ -167,7 +167,7 @@ def contacts(beam: Beam, parameters: BeamParameters) -> tuple[FrictionContact, .
     return tuple(joints)
 
 
-def station_shares(station: Vector) -> Vector:
+def compute_station_shares(station: Vector) -> Vector:
     """Share of each station in a line, which gives a uniform line its moments (Simpson's rule where drawn), shape (n,).
 
     With the trapezoid rule models of 3 and 5 stations differ by 0.5 % in their stuck frequencies, with this by 1e-5.
@@ -190,14 +190,14 @@ def random_stations(random: np.random.Generator) -> tuple[float, ...]:
 
 
 @lru_cache(maxsize=16)
-def _rayleigh(beam: Beam) -> tuple[float, float]:
+def _compute_rayleigh(beam: Beam) -> tuple[float, float]:
     """Alpha and beta of alpha M + beta K for a damping ratio of 1 in the first two modes with sticking contacts."""
-    first = stuck_angular_frequencies(beam, BeamParameters())
+    first = compute_stuck_angular_frequencies(beam, BeamParameters())
     w1, w2 = float(first[0]), float(first[1])
     return 2 * w1 * w2 / (w1 + w2), 2 / (w1 + w2)
 
 
-def stuck_angular_frequencies(beam: Beam, parameters: BeamParameters) -> Vector:
+def compute_stuck_angular_frequencies(beam: Beam, parameters: BeamParameters) -> Vector:
     """With all contacts closed and sticking, ascending, shape (r,) [rad/s]."""
     from scipy.linalg import eigvalsh
 
@@ -212,18 +212,18 @@ def jointed_beam(beam: Beam, parameters: BeamParameters) -> JointedSystem:
     """The beam between its contact lines, preloads in balance at rest, 1 N at the excitation point."""
     joints = contacts(beam, parameters)
     static = np.sum([joint.preload * joint.normal for joint in joints], axis=0)
-    return _system(beam, parameters, joints, static)
+    return _make_system(beam, parameters, joints, static)
 
 
 def free_beam(beam: Beam, parameters: BeamParameters) -> JointedSystem:
     """The beam without its contact lines."""
-    return _system(beam, parameters, (), np.zeros(len(beam.mass)))
+    return _make_system(beam, parameters, (), np.zeros(len(beam.mass)))
 
 
-def _system(
+def _make_system(
     beam: Beam, parameters: BeamParameters, joints: tuple[FrictionContact, ...], static: Vector
 ) -> JointedSystem:
-    alpha, beta = _rayleigh(beam)
+    alpha, beta = _compute_rayleigh(beam)
     # Damping belongs to the structure as drawn: a deviation of its modulus does not change it.
     damping = parameters.damping_ratio * (alpha * beam.mass + beta * beam.stiffness)
     return JointedSystem(
@@ -236,7 +236,7 @@ def _system(
     )
 
 
-def _hermite_rows(x: float) -> Matrix:
+def _make_hermite_rows(x: float) -> Matrix:
     """Rows of w and w' at x over all nodes, shape (2, 2 (N_ELEMENT + 1))."""
     s = LENGTH / N_ELEMENT
     element = min(int(x / s + 1e-9), N_ELEMENT - 1)
@@ -257,5 +257,5 @@ def _hermite_rows(x: float) -> Matrix:
     return rows
 
 
-def _symmetric(matrix: Matrix) -> Matrix:
+def _symmetrise(matrix: Matrix) -> Matrix:
     return np.asarray((matrix + matrix.T) / 2)

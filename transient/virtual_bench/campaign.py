@@ -179,9 +179,9 @@ def with_noise(readings: SweepReadings, random: np.random.Generator) -> SweepRea
     """Readings with noise."""
     return replace(
         readings,
-        motion=readings.motion * (1 + NOISE * _complex_normal(random, readings.motion.shape))
-        + MOTION_FLOOR * _complex_normal(random, readings.motion.shape),
-        force=_noisy_force(readings.force, random),
+        motion=readings.motion * (1 + NOISE * _sample_complex_normal(random, readings.motion.shape))
+        + MOTION_FLOOR * _sample_complex_normal(random, readings.motion.shape),
+        force=_add_noise_to_force(readings.force, random),
     )
 
 
@@ -205,7 +205,7 @@ def write_campaign(
                 head = f"{name},{order},{sweep.repeat},{direction},{sweep.level:g},{frequency:.10g}"
                 lines += _point_lines(head, sweep.readings, number, layout)
         (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    (folder / "campaign.toml").write_text(_manifest(points, layout, tests), encoding="utf-8")
+    (folder / "campaign.toml").write_text(_format_manifest(points, layout, tests), encoding="utf-8")
 
 
 def _point_lines(head: str, readings: SweepReadings, number: int, layout: CampaignLayout) -> Iterator[str]:
@@ -219,7 +219,7 @@ def _point_lines(head: str, readings: SweepReadings, number: int, layout: Campai
                 yield f"{head},{sensor},{harmonic},{value.real:.9e},{value.imag:.9e},{unit}"
 
 
-def _manifest(points: CampaignPoints, layout: CampaignLayout, tests: Mapping[str, str]) -> str:
+def _format_manifest(points: CampaignPoints, layout: CampaignLayout, tests: Mapping[str, str]) -> str:
     sensors = [
         f'[[sensor]]\nname = "{name}"\nquantity = "displacement"\ndirection = "{layout.direction}"\nplace = "{name}"\n'
         for name in layout.sensors
@@ -246,15 +246,15 @@ def _manifest(points: CampaignPoints, layout: CampaignLayout, tests: Mapping[str
     )
 
 
-def _noisy_force(force: Array, random: np.random.Generator) -> Array:
-    relative = NOISE * _complex_normal(random, force.shape)
-    floor = FORCE_FLOOR * _complex_normal(random, force.shape)
+def _add_noise_to_force(force: Array, random: np.random.Generator) -> Array:
+    relative = NOISE * _sample_complex_normal(random, force.shape)
+    floor = FORCE_FLOOR * _sample_complex_normal(random, force.shape)
     relative[..., 0] = 0.0
     # A real reading has its noise in the real part alone.
     floor[..., 0] = np.sqrt(2) * floor[..., 0].real
     return np.asarray(force * (1 + relative) + floor)
 
 
-def _complex_normal(random: np.random.Generator, shape: tuple[int, ...]) -> Array:
+def _sample_complex_normal(random: np.random.Generator, shape: tuple[int, ...]) -> Array:
     parts: Float[Real, ...] = random.standard_normal((*shape, 2)) / np.sqrt(2)
     return np.asarray(parts[..., 0] + 1j * parts[..., 1])

@@ -74,7 +74,7 @@ def insert_effect(beam: Beam, parameters: BeamParameters, effect: HiddenEffect) 
 
     The stop belongs to the rig of the contacts and is taken away with it.
     """
-    parameters = _line_parameters(parameters, effect)
+    parameters = _change_line_parameters(parameters, effect)
     jointed, free = jointed_beam(beam, parameters), free_beam(beam, parameters)
     if effect.kind not in ("mass", "spring", "cubic", "air_damping", "stop"):
         return jointed, free
@@ -84,10 +84,10 @@ def insert_effect(beam: Beam, parameters: BeamParameters, effect: HiddenEffect) 
             return jointed, free
         stop = ElasticStop(name="hidden stop", direction=row, stiffness=strength, gap=STOP_GAP)
         return replace(jointed, joints=[*jointed.joints, stop]), free
-    return _on_structure(jointed, effect, row), _on_structure(free, effect, row)
+    return _add_to_structure(jointed, effect, row), _add_to_structure(free, effect, row)
 
 
-def _on_structure(system: JointedSystem, effect: HiddenEffect, row: Row) -> JointedSystem:
+def _add_to_structure(system: JointedSystem, effect: HiddenEffect, row: Row) -> JointedSystem:
     square = effect.strength * np.outer(row, row)
     match effect.kind:
         case "mass":
@@ -102,7 +102,7 @@ def _on_structure(system: JointedSystem, effect: HiddenEffect, row: Row) -> Join
             return replace(system, joints=[*system.joints, damper])
 
 
-def _line_parameters(parameters: BeamParameters, effect: HiddenEffect) -> BeamParameters:
+def _change_line_parameters(parameters: BeamParameters, effect: HiddenEffect) -> BeamParameters:
     def changed(line: tuple[float, float]) -> tuple[float, float]:
         added = (effect.strength, 0.0) if effect.place == "left" else (0.0, effect.strength)
         return line[0] + added[0], line[1] + added[1]

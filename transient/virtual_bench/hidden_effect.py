@@ -49,7 +49,7 @@ class HiddenEffectRecord:
         Path(path).write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
 
 
-def unit_strengths() -> dict[str, dict[str, float]]:
+def read_unit_strengths() -> dict[str, dict[str, float]]:
     """Unit strength by kind and place, in SI units, as `benchmarks.unit_strengths` finds them."""
     import tomllib
 
@@ -70,7 +70,7 @@ def random_effect(
         raise TransientError(f'the effect "{kind}" is none of {", ".join([*KINDS, NOTHING])}')
     place = KINDS[kind][int(where * len(KINDS[kind]))] if place is None else place
     if strength is None:
-        strength = unit_strengths()[kind][place] * float(STRONGEST**size)
+        strength = read_unit_strengths()[kind][place] * float(STRONGEST**size)
         if kind in SIGNED and sign < 0.5:
             strength = -strength
     return HiddenEffect(kind=kind, place=place, strength=float(strength))
@@ -119,7 +119,7 @@ def make_campaign(
         seed=seed,
         effect=effect,
         unit=UNITS[effect.kind],
-        unit_strength=0.0 if effect.kind == NOTHING else unit_strengths()[effect.kind][effect.place],
+        unit_strength=0.0 if effect.kind == NOTHING else read_unit_strengths()[effect.kind][effect.place],
         parameters=parameters,
         stations=stations,
         n_point=len(periodic),

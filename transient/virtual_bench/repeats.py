@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Vector
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.jointed_system import JointedSystem
-from transient.equilibrium import quasi_static
+from transient.equilibrium import find_quasi_static_state
 from transient.state import TransientState
 from transient.virtual_bench.campaign import Sweep
 from transient.virtual_bench.sweep import SweepReadings, VirtualSweepTest
@@ -125,13 +125,13 @@ def repeated_test(
     TransientError
         No equilibrium on the way of the preload.
     """
-    line = [item.name.split()[0] for item in friction_contacts(bench.system.joints)]
+    line = [item.name.split()[0] for item in list_friction_contacts(bench.system.joints)]
     # The hand that puts a body in its place leaves each line a share of its limit.
     shares = {name: random.uniform(-PLACED, PLACED) for name in dict.fromkeys(line)}
     slider = bench.random_start(np.array([shares[name] for name in line])).slider
     for number, level in enumerate(levels):
         history = random_history(random, first=number == 0)
-        state = quasi_static(bench.structure, history.loads or (1.0,), slider)
+        state = find_quasi_static_state(bench.structure, history.loads or (1.0,), slider)
         if history.overshoot > 1:
             state = settle(frequencies[:1], history.overshoot * level, state).final
         readings = settle([*frequencies, *reversed(frequencies)], level, state)

@@ -29,11 +29,11 @@ from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from reduction.array_type import Array, Matrix, Vector, Whole
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
-from transient.joint_arrays import joint_table
+from transient.joint_arrays import make_joint_table
 from transient.joint_forces import move_sliders
 from transient.rank_one_update import UpdatedFactor
 from transient.state import TransientState
@@ -123,7 +123,7 @@ class VirtualSweepTest:
     ) -> None:
         self.system = system
         self.steps_per_period = steps_per_period
-        self._contacts = friction_contacts(system.joints)
+        self._contacts = list_friction_contacts(system.joints)
         for joint in system.joints:
             if joint.n_slider > 1:
                 raise TransientError(
@@ -362,7 +362,7 @@ def _intermediate_points(last: _InitialGuess, frequency: float, level: float, n_
 
 def _stuck_structure(system: JointedSystem) -> ModalStructure:
     """Modes with sticking joints, full damping: such joints then move exactly, whatever the step."""
-    table = joint_table(system)
+    table = make_joint_table(system)
     sticks = [joint.n_slider > 0 for joint in system.joints for _ in joint.directions]
     offset = np.where(sticks, table.stuck_stiffness, 0.0)
     return replace(decompose(system, table, offset), diagonal=False)
@@ -370,7 +370,7 @@ def _stuck_structure(system: JointedSystem) -> ModalStructure:
 
 def _line_sums(system: JointedSystem) -> Matrix:
     """Tangential and normal sums over each line, over the directions of all joints, shape (4 or 0, d) [-]."""
-    names = [joint.name.split()[0] for joint in friction_contacts(system.joints)]
+    names = [joint.name.split()[0] for joint in list_friction_contacts(system.joints)]
     sums = np.zeros((2 * len(set(names)), sum(len(joint.directions) for joint in system.joints)))
     for row, line in enumerate(dict.fromkeys(names)):
         for contact, name in enumerate(names):

@@ -20,12 +20,12 @@ from correlation.campaign.measurement import (
     Measurement,
     Suspicion,
     advise_held_out,
-    same_level,
+    match_level,
 )
-from correlation.campaign.measurement_unit import base_unit
+from correlation.campaign.measurement_unit import find_base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
-from correlation.campaign.stepped_sine import find_same, read_csv, sorting
-from correlation.campaign.time_record import TIME, TimeRecord, record_of_columns
+from correlation.campaign.stepped_sine import find_same, find_sorting, read_csv
+from correlation.campaign.time_record import TIME, TimeRecord, make_record_of_columns
 from correlation.campaign.toml_table import TomlTable
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.registry import DATA_TYPES, Analyse, DataContext, DataType, Datum, analyse_uncached
@@ -76,10 +76,10 @@ def _read(
     )
     data = [mistakes.attempt(partial(reader(kind), table, context), None) for kind, table in manifest.data]
     measurement, suspicions = mistakes.attempt(
-        partial(_tables, folder, manifest, files, [item for item in data if item is not None]), (join_rows([]), ())
+        partial(_read_tables, folder, manifest, files, [item for item in data if item is not None]), (join_rows([]), ())
     )
     mistakes.refuse()
-    records = [mistakes.attempt(partial(_record, files, entry), None) for entry in manifest.records]
+    records = [mistakes.attempt(partial(_read_record, files, entry), None) for entry in manifest.records]
     suspicions += tuple(
         Suspicion(where=f'record "{item.name}"', sentence=text, remark=True)
         for item in records if item is not None for text in item.remarks
@@ -97,7 +97,7 @@ def _read(
         folder=folder,
         sensors=sensors,
         tests=tuple(replace(test, control="response") if test.name in controlled else test for test in manifest.tests),
-        measurement=measurement.where(sorting(measurement)),
+        measurement=measurement.where(find_sorting(measurement)),
         held_out=manifest.held_out,
         records=tuple(item for item in records if item is not None),
         drive=manifest.drive,
@@ -107,16 +107,16 @@ def _read(
     )
 
 
-def _record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
+def _read_record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
     file = without_padding(files.read(entry.file), [name for name in entry.units if name != TIME])
-    record = record_of_columns(
+    record = make_record_of_columns(
         file, name=entry.name, units=entry.units, signs=entry.signs, force=entry.force,
         held_out=entry.held_out, rate=entry.rate,
     )  # fmt: skip
     return record.between(entry.start, entry.end)
 
 
-def _tables(
+def _read_tables(
     folder: Path, manifest: Manifest, files: MeasuredFiles, data: Sequence[Datum]
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
     """Rows of all tidy tables, runs and data that count as steady states, unsorted, and what looks wrong in them."""
@@ -174,7 +174,7 @@ def _check_runs(manifest: Manifest, measurement: Measurement, run_of_row: Int[ND
     """
     if not manifest.runs:
         return
-    order = sorting(measurement)
+    order = find_sorting(measurement)
     table, same = measurement.where(order), find_same(measurement, order)
     if same.any():
         row = int(np.argmax(same))
@@ -221,7 +221,7 @@ def _check_constant(manifest: Manifest, measurement: Measurement, test: int, sen
 
 def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
     for level in manifest.held_out.levels:
-        if not same_level(measurement.level, level).any():
+        if not match_level(measurement.level, level).any():
             measured = ", ".join(f"{item / manifest.units.level_factor:g}" for item in np.unique(measurement.level))
             raise CampaignError(
                 f"{MANIFEST}: held_out.levels = {level / manifest.units.level_factor:g} was not measured; "
@@ -250,7 +250,7 @@ def _check_records(manifest: Manifest, records: Sequence[TimeRecord]) -> None:
                     f'add the sensor, or force = "{channel}" if it is what drives'
                 )
             # A voltage is a channel that has not been calibrated: it is compared up to its scale.
-            wanted = {"V", base_unit(sensor.unit)[1] if sensor else "N"}
+            wanted = {"V", find_base_unit(sensor.unit)[1] if sensor else "N"}
             if unit not in wanted:
                 raise CampaignError(
                     f'{MANIFEST}: record "{record.name}": channel "{channel}" is in {unit}, '

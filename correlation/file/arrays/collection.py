@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.file.column import Column, unique_names
-from correlation.file.unit_label import split_label, unit_text
+from correlation.file.column import Column, make_unique_names
+from correlation.file.unit_label import read_unit, split_label
 
 #: An array with more short axes' elements than these is a picture or a matrix of a model, not a set of channels.
 MOST_COLUMNS = 4096
@@ -25,7 +25,7 @@ class Collection:
     @property
     def columns(self) -> tuple[Column, ...]:
         """Columns with unique names."""
-        names = unique_names([column.name for column in self._columns])
+        names = make_unique_names([column.name for column in self._columns])
         return tuple(
             Column(**{**vars(column), "name": name}) for name, column in zip(names, self._columns, strict=True)
         )
@@ -54,7 +54,7 @@ class Collection:
             self.facts[name] = f"not read: {_shape(values)} are too many columns"
             return
         kind = np.complex128 if np.iscomplexobj(values) else np.float64
-        text = unit_text(unit, name=name) or split_label(name)[1]
+        text = read_unit(unit, name=name) or split_label(name)[1]
         for suffix, part in split_array(values, index):
             self._columns.append(
                 Column(
@@ -84,7 +84,7 @@ def split_array(values: NDArray[Any], index: Index) -> Iterator[tuple[str, NDArr
         yield index(whole), values[tuple(slice(None) if one is None else one for one in whole)]
 
 
-def listed_units(texts: Mapping[str, str], fields: Sequence[str]) -> dict[str, str]:
+def split_listed_units(texts: Mapping[str, str], fields: Sequence[str]) -> dict[str, str]:
     """Units of the fields of a structure whose field "units" lists them all: "Hz, N, m/s^2, rad"."""
     units = [part.strip() for part in unit_label(texts).split(",")]
     return dict(zip(fields, units, strict=True)) if len(units) == len(fields) else {}

@@ -32,7 +32,7 @@ def pair_first_columns(file: MeasuredFile) -> MeasuredFile:
     """
     arrays: dict[tuple[str, int], list[Column]] = {}
     for column in file.columns if file.format in OF_ARRAYS else ():
-        if (place := _array(column.name)) and not column.words and len(column.values) >= FEWEST:
+        if (place := _name_array(column.name)) and not column.words and len(column.values) >= FEWEST:
             arrays.setdefault((place, len(column.values)), []).append(column)
     shared: dict[bytes, Column] = {}
     changed: dict[str, Column | None] = {}
@@ -67,7 +67,7 @@ def rises_evenly(column: Column) -> bool:
     return step > 0 and bool(np.abs(values.real - even).max() <= ROUNDING * step)
 
 
-def _array(name: str) -> str:
+def _name_array(name: str) -> str:
     """Array, or row of cells, of a column; empty for a column of neither."""
     if match := IN_ROW.match(name):
         return match[1]

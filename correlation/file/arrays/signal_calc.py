@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 
 from correlation.file.column import Column, MeasuredFile
-from correlation.file.unit_label import unit_text
+from correlation.file.unit_label import read_unit
 
 INFO = "DP_Info"
 SIGNAL = re.compile(r"Signal (\w+)")
@@ -33,11 +33,11 @@ def read_signal_units(file: MeasuredFile) -> MeasuredFile:
     for text, below in itertools.pairwise(texts):
         signal, kind = SIGNAL.fullmatch(text), KIND.fullmatch(below)
         if signal and kind:
-            labels[signal[1] + VALUES] = _ratio(kind[1]) if signal[1].startswith("H") else kind[1]
+            labels[signal[1] + VALUES] = _format_ratio(kind[1]) if signal[1].startswith("H") else kind[1]
 
     def labelled(column: Column) -> Column:
         label = "" if column.unit else labels.get(column.name, "")
-        return replace(column, unit=unit_text(label), unit_label=label) if label else column
+        return replace(column, unit=read_unit(label), unit_label=label) if label else column
 
     again = {f"W{name[1:]}" for name in labels if name.startswith("X")}
     again |= {name.replace(VALUES, FIRST) for name in again}
@@ -46,6 +46,6 @@ def read_signal_units(file: MeasuredFile) -> MeasuredFile:
     return replace(file, columns=columns, facts={**file.facts, **left_out})
 
 
-def _ratio(label: str) -> str:
+def _format_ratio(label: str) -> str:
     match = PAIR.fullmatch(label)
     return f"{match[1]}/{match[2]}" if match else label

@@ -52,16 +52,16 @@ def _add_dataset(collection: Collection, tree: Hdf5Tree, node: Any, name: str, f
         for field in values.dtype.names:
             part = values[field]
             if part.dtype.kind in "biufc":
-                collection.add(f"{name}/{field}", part, hdf5_index, facts, unit=unit)
+                collection.add(f"{name}/{field}", part, format_hdf5_index, facts, unit=unit)
             else:
                 collection.facts[f"{name}/{field}"] = f"not read: values of type {part.dtype}"
     elif values.dtype.kind in "biufc":
-        collection.add(name, values, hdf5_index, facts, unit=unit)
+        collection.add(name, values, format_hdf5_index, facts, unit=unit)
     else:
         collection.facts[name] = f"not read: values of type {values.dtype}"
 
 
-def hdf5_index(place: tuple[int | None, ...]) -> str:
+def format_hdf5_index(place: tuple[int | None, ...]) -> str:
     """Index of a vector: [0] of a table of vectors, [0,2] of a table of tables."""
     return f"[{','.join(str(one) for one in place if one is not None)}]"
 

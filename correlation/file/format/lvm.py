@@ -9,12 +9,12 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.file.column import Column, MeasuredFile, unique_names
+from correlation.file.column import Column, MeasuredFile, make_unique_names
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
 from correlation.file.number import read_number
 from correlation.file.text_table.open_text import clean, open_text
 from correlation.file.text_table.read_table import read_table
-from correlation.file.unit_label import split_label, unit_text
+from correlation.file.unit_label import read_unit, split_label
 
 FIRST_LINE, END, X = "LabVIEW Measurement", "***End_of_Header***", "X_Value"
 SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
@@ -51,10 +51,12 @@ def read(path: Path) -> MeasuredFile:
         texts = [clean(text.rstrip("\r\n")) for text in stream]
     if not texts or not texts[0].startswith(FIRST_LINE):  # a plain table of this suffix
         return read_table(path, format_name="lvm")
-    facts = {text.split(None, 1)[0]: text.split(None, 1)[1].strip() for text in _header(texts) if len(text.split()) > 1}
+    facts = {
+        text.split(None, 1)[0]: text.split(None, 1)[1].strip() for text in _find_header(texts) if len(text.split()) > 1
+    }
     separator = SEPARATORS.get(facts.get("Separator", "tab").lower(), "\t")
     lines = [(number, text.split(separator)) for number, text in enumerate(texts, start=1)]
-    segments = list(_segments(path.name, lines, comma=facts.get("Decimal_Separator") == ","))
+    segments = list(_split_segments(path.name, lines, comma=facts.get("Decimal_Separator") == ","))
     if not segments:
         raise CampaignError(f'{path.name}: has no rows below a second "{END}"; export it again')
     if all(segment.names == segments[0].names for segment in segments):
@@ -63,15 +65,15 @@ def read(path: Path) -> MeasuredFile:
             segments = [replace(segments[0], table=table)]
     if len(segments) > 1:
         facts[SEGMENTS] = str(len(segments))
-    return MeasuredFile(path=path, format="lvm", columns=tuple(_columns(segments)), facts=facts)
+    return MeasuredFile(path=path, format="lvm", columns=tuple(_list_columns(segments)), facts=facts)
 
 
-def _header(texts: Sequence[str]) -> Sequence[str]:
+def _find_header(texts: Sequence[str]) -> Sequence[str]:
     """Lines of the header of the file."""
     return texts[1 : next((row for row, text in enumerate(texts) if text.startswith(END)), len(texts))]
 
 
-def _segments(file: str, lines: Sequence[Line], *, comma: bool) -> Iterator[_Segment]:
+def _split_segments(file: str, lines: Sequence[Line], *, comma: bool) -> Iterator[_Segment]:
     ends = [row for row, (_, fields) in enumerate(lines) if fields[0] == END]
     for before, end, after in zip(ends, ends[1:], [*ends[2:], len(lines)], strict=False):
         header = {fields[0]: fields[1:] for _, fields in lines[before + 1 : end] if fields[0].isidentifier()}
@@ -82,11 +84,11 @@ def _segments(file: str, lines: Sequence[Line], *, comma: bool) -> Iterator[_Seg
             raise CampaignError(f"{file}, line {lines[end][0]}: has no rows below this header; export it again")
         names = tuple(field.strip() for field in written[0][1])
         names = names[: names.index("Comment")] if "Comment" in names else names
-        table = np.array([_row(file, line, len(names), comma=comma) for line in written[1:stop]])
+        table = np.array([_read_row(file, line, len(names), comma=comma) for line in written[1:stop]])
         yield _Segment(names=names, header=header, table=_with_x(names, header, table, comma=comma))
 
 
-def _row(file: str, line: Line, width: int, *, comma: bool) -> list[float]:
+def _read_row(file: str, line: Line, width: int, *, comma: bool) -> list[float]:
     number, fields = line
     if len(fields) < width:
         raise CampaignError(f"{file}, line {number}: has {len(fields)} fields, other rows have {width}: is it cut?")
@@ -118,7 +120,7 @@ def _with_x(
     return table
 
 
-def _columns(segments: Sequence[_Segment]) -> Iterator[Column]:
+def _list_columns(segments: Sequence[_Segment]) -> Iterator[Column]:
     """Columns with their units; each channel has the abscissa before it in its segment."""
     for number, segment in enumerate(segments, start=1):
         group = f"segment {number}/" if len(segments) > 1 else ""
@@ -130,14 +132,14 @@ def _columns(segments: Sequence[_Segment]) -> Iterator[Column]:
         pairs = zip(dimensions, segment.names, strict=True)
         called = [dimension if name == X else name or "channel" for dimension, name in pairs]
         abscissa: str | None = None
-        for place, (name, values) in enumerate(zip(unique_names(called), segment.table.T, strict=True)):
+        for place, (name, values) in enumerate(zip(make_unique_names(called), segment.table.T, strict=True)):
             if segment.names[place] == X:
                 abscissa, dimension = f"{group}{name}", dimensions[place]
-                unit = unit_text(read_entry("X_Unit_Label", place + 1)) or SI_OF_X.get(dimension, "")
+                unit = read_unit(read_entry("X_Unit_Label", place + 1)) or SI_OF_X.get(dimension, "")
                 yield Column(name=abscissa, values=values, unit=unit, function=dimension)
             else:
                 label = read_entry("Y_Unit_Label", place)
-                unit = unit_text(label, name=name) or split_label(name)[1]
+                unit = read_unit(label, name=name) or split_label(name)[1]
                 yield Column(name=f"{group}{name}", values=values, unit=unit, unit_label=label, abscissa=abscissa)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.errors import CampaignError
-from correlation.file.arrays.collection import Collection, listed_units
+from correlation.file.arrays.collection import Collection, split_listed_units
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
 from reduction.file.matlab_elements import MatlabFileError, MatlabValue, read_variables
@@ -36,14 +36,14 @@ def read(path: Path) -> MeasuredFile:
 def _add(collection: Collection, name: str, value: MatlabValue, facts: dict[str, str], unit: str) -> None:
     """Columns of a value and of what it contains; facts and unit are those of the structure that it is a field of."""
     if value.numbers is not None:
-        collection.add(name, value.numbers, matlab_index, facts, unit=unit)
+        collection.add(name, value.numbers, format_matlab_index, facts, unit=unit)
     elif value.texts is not None:
         collection.add_words(name, value.texts, facts)
     elif value.elements is not None:
-        for index, element in zip(element_indices(value.shape), value.elements, strict=True):
+        for index, element in zip(list_element_indices(value.shape), value.elements, strict=True):
             _add(collection, f"{name}{{{index}}}", element, facts, unit)
     elif value.records is not None:
-        for index, record in zip(element_indices(value.shape), value.records, strict=False):
+        for index, record in zip(list_element_indices(value.shape), value.records, strict=False):
             _add_fields(collection, name if len(value.records) == 1 else f"{name}({index})", record)
     else:
         collection.facts[name] = f"not read: {value.other or 'a sparse matrix'}"
@@ -52,12 +52,12 @@ def _add(collection: Collection, name: str, value: MatlabValue, facts: dict[str,
 def _add_fields(collection: Collection, name: str, record: dict[str, MatlabValue]) -> None:
     """Fields of one structure; its texts are facts of its columns."""
     texts = {field: value.texts[0] for field, value in record.items() if value.texts and len(value.texts) == 1}
-    units = listed_units(texts, [field for field in record if field not in texts])
+    units = split_listed_units(texts, [field for field in record if field not in texts])
     for field, value in record.items():
         _add(collection, f"{name}.{field}", value, texts, units.get(field, ""))
 
 
-def element_indices(shape: tuple[int, ...]) -> list[str]:
+def list_element_indices(shape: tuple[int, ...]) -> list[str]:
     """Indices of elements in MATLAB's order: one number for vectors, all for other arrays."""
     count = int(np.prod(shape))
     if count == max(shape, default=1):
@@ -65,7 +65,7 @@ def element_indices(shape: tuple[int, ...]) -> list[str]:
     return [",".join(str(one + 1) for one in place[::-1]) for place in np.ndindex(*shape[::-1])]
 
 
-def matlab_index(place: tuple[int | None, ...]) -> str:
+def format_matlab_index(place: tuple[int | None, ...]) -> str:
     """Index of a vector in MATLAB: (:,2)."""
     return f"({','.join(':' if one is None else str(one + 1) for one in place)})"
 

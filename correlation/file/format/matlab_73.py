@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from correlation.file.arrays.collection import Collection, listed_units
+from correlation.file.arrays.collection import Collection, split_listed_units
 from correlation.file.arrays.hdf5_tree import Hdf5Tree
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
-from correlation.file.format.matlab_5 import element_indices, matlab_index
+from correlation.file.format.matlab_5 import format_matlab_index, list_element_indices
 
 #: Groups in which MATLAB stores what cells refer to.
 HIDDEN = ("#refs#", "#subsystem#")
@@ -51,11 +51,11 @@ def _add(
         brackets = "{}" if kind == "cell" else "()"
         _add_references(collection, tree, node, name, brackets, "", depth)
     elif kind == "char":
-        collection.add_words(name, _texts(node), facts)
+        collection.add_words(name, _read_texts(node), facts)
     else:
         values = tree.values(node, name)
         if isinstance(values, np.ndarray) and values.dtype.kind in "biufc":
-            collection.add(name, values.T, matlab_index, facts, unit=unit)
+            collection.add(name, values.T, format_matlab_index, facts, unit=unit)
         else:
             collection.facts[name] = values if isinstance(values, str) else f"not read: values of class {kind}"
 
@@ -69,9 +69,9 @@ def _add_fields(collection: Collection, tree: Hdf5Tree, group: Any, name: str, d
         key: text
         for key, field in fields
         if not tree.is_group(field) and field.attrs.get("MATLAB_class") == b"char" and "MATLAB_empty" not in field.attrs
-        for text in _texts(field)[:1]
+        for text in _read_texts(field)[:1]
     }
-    units = listed_units(texts, [key for key, _ in fields if key not in texts])
+    units = split_listed_units(texts, [key for key, _ in fields if key not in texts])
     for key, field in fields:
         is_array = not tree.is_group(field) and "MATLAB_class" not in field.attrs
         if is_array and h5py.check_ref_dtype(field.dtype) is not None:
@@ -85,7 +85,7 @@ def _add_references(
 ) -> None:
     """Add the targets of an array of references."""
     references = np.asarray(node[()]).T
-    for index, reference in zip(element_indices(references.shape), references.reshape(-1, order="F"), strict=True):
+    for index, reference in zip(list_element_indices(references.shape), references.reshape(-1, order="F"), strict=True):
         whole = f"{name}{brackets[0]}{index}{brackets[1]}{suffix}"
         try:
             target = tree.root[reference] if reference else None
@@ -97,7 +97,7 @@ def _add_references(
             _add(collection, tree, target, whole, {}, "", depth + 1)
 
 
-def _texts(node: Any) -> list[str]:
+def _read_texts(node: Any) -> list[str]:
     """Rows of a matrix of characters."""
     codes = np.asarray(node[()])
     if codes.dtype.kind not in "ui":

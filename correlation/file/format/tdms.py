@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.file.column import Column, MeasuredFile, unique_names
+from correlation.file.column import Column, MeasuredFile, make_unique_names
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
-from correlation.file.unit_label import split_label, unit_text
+from correlation.file.unit_label import read_unit, split_label
 from geometry.trial_process import read_in_trial_process
 
 #: What is read of a file in a second on any machine [byte/s], and memory for each of its bytes [-]: its numbers are
@@ -29,7 +29,7 @@ def read(path: Path) -> MeasuredFile:
     from nptdms import TdmsFile
 
     if defect := read_in_trial_process(lambda: TdmsFile.read(path), path, speed=SPEED, memory=MEMORY):
-        raise _damaged(path, f"it {defect}")
+        raise _make_damage_error(path, f"it {defect}")
     warned = _Warnings(logging.WARNING)
     loggers = [logging.getLogger(f"nptdms.{module}") for module in ("reader", "tdms_segment", "types", "tdms")]
     handlers = [logger.handlers for logger in loggers]
@@ -38,17 +38,19 @@ def read(path: Path) -> MeasuredFile:
             logger.handlers = [warned]
         content = TdmsFile.read(path)
         _check_complete(path, content)
-        columns = _columns([(channel, group.properties) for group in content.groups() for channel in group.channels()])
+        columns = _list_columns(
+            [(channel, group.properties) for group in content.groups() for channel in group.channels()]
+        )
         facts = {key: str(value) for key, value in content.properties.items()}
     except CampaignError:
         raise
     except Exception as error:  # The library fails on damaged files in many ways.
-        raise _damaged(path, f"{type(error).__name__}: {error}") from None
+        raise _make_damage_error(path, f"{type(error).__name__}: {error}") from None
     finally:
         for logger, before in zip(loggers, handlers, strict=True):
             logger.handlers = before
     if warned.messages:  # it goes on after a warning, with what it could make of the bytes
-        raise _damaged(path, warned.messages[0])
+        raise _make_damage_error(path, warned.messages[0])
     return MeasuredFile(
         path=path, format="tdms", title=facts.get("title", facts.get("name", "")), columns=columns, facts=facts
     )
@@ -66,7 +68,7 @@ class _Warnings(logging.Handler):
         self.messages.append(record.getMessage())
 
 
-def _damaged(path: Path, reason: str) -> CampaignError:
+def _make_damage_error(path: Path, reason: str) -> CampaignError:
     shown = " ".join(reason.split())[:200]
     return CampaignError(f"{path.name}: is a damaged TDMS file ({shown}); copy it again")
 
@@ -82,7 +84,7 @@ def _check_complete(path: Path, content: Any) -> None:
         raise CampaignError(f"{path.name}: is cut: {'; '.join(lost[:3]) or 'its last segment'}; copy it again")
 
 
-def _columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column, ...]:
+def _list_columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column, ...]:
     """Columns of channels, each with the properties of its group, which are facts of the channel too."""
     columns: list[Column] = []
     times: dict[tuple[float, float, int], str] = {}
@@ -90,7 +92,7 @@ def _columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column, ...
         properties = {key: str(value) for key, value in channel.properties.items()}
         shared = {key: str(value) for key, value in of_group.items()}
         name = f"{channel.group_name}/{channel.name}"
-        values, words = _values(channel[:])
+        values, words = _read_values(channel[:])
         if values is None:
             continue
         label = properties.get("unit_string") or properties.get("NI_UnitDescription") or ""
@@ -106,16 +108,16 @@ def _columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column, ...
             abscissa = times[key]
         columns.append(
             Column(
-                name=name, values=values, unit=unit_text(label, name=name) or split_label(name)[1], unit_label=label,
+                name=name, values=values, unit=read_unit(label, name=name) or split_label(name)[1], unit_label=label,
                 abscissa=abscissa, function="time" if abscissa else "", facts={**shared, **properties}, where=name,
                 words=words,
             )
         )  # fmt: skip
-    names = unique_names([column.name for column in columns])
+    names = make_unique_names([column.name for column in columns])
     return tuple(Column(**{**vars(column), "name": name}) for name, column in zip(names, columns, strict=True))
 
 
-def _values(values: NDArray[Any]) -> tuple[NDArray[Any] | None, tuple[str, ...]]:
+def _read_values(values: NDArray[Any]) -> tuple[NDArray[Any] | None, tuple[str, ...]]:
     """Numbers of a channel, or its words; instants become seconds after the first."""
     values = np.asarray(values)
     if values.dtype.kind == "M":

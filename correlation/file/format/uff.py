@@ -33,7 +33,7 @@ def read(path: Path) -> MeasuredFile:
         raise CampaignError(f"{path.name}: has no dataset; export it again")
     # Units hold for the whole file, wherever they stand.
     units = next((read_units(dataset) for dataset in datasets if dataset.kind == 164), FileUnits())
-    title, facts = _title(datasets)
+    title, facts = _read_title(datasets)
     records: list[Record58] = []
     nodes: dict[int, Node] = {}
     shapes: list[MeasuredShape] = []
@@ -62,7 +62,7 @@ def read(path: Path) -> MeasuredFile:
     )  # fmt: skip
 
 
-def _title(datasets: list[Dataset]) -> tuple[str, dict[str, str]]:
+def _read_title(datasets: list[Dataset]) -> tuple[str, dict[str, str]]:
     """Title and facts of dataset 151."""
     for dataset in datasets:
         if dataset.kind == 151:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from correlation.errors import CampaignError
 from correlation.file.number import MISSING, has_decimal_comma, is_written_number, read_number
 from correlation.file.text_table.open_text import clean
-from correlation.file.unit_label import unit_text
+from correlation.file.unit_label import read_unit
 
 #: Lines from which the dialect is judged.
 SAMPLE = 200
@@ -90,7 +90,7 @@ def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
     CampaignError
         No rows of numbers, or a header that does not fit them.
     """
-    separator, comma = _separator(sample)
+    separator, comma = _find_separator(sample)
     rows = _split(file, sample, separator)
     later = rows[len(rows) // 2 :]
     width = Counter(len(fields) for _, fields in later).most_common(1)[0][0]
@@ -117,7 +117,7 @@ def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
     if first == len(cut):
         raise CampaignError(f"{file}: has no rows of numbers below its header")
     paired = _is_paired(cut, first, width, separator, numeric)
-    header = _header(file, cut[:first], width // 2 if paired else width, separator)
+    header = _find_header(file, cut[:first], width // 2 if paired else width, separator)
     numeric = numeric[::2] if paired else numeric
     return Dialect(separator=separator, decimal_comma=comma, paired=paired, closed=closed, numeric=numeric), header
 
@@ -134,7 +134,7 @@ def _split(file: str, sample: Sequence[Line], separator: str) -> list[Row]:
     return rows
 
 
-def _separator(sample: Sequence[Line]) -> tuple[str, bool]:
+def _find_separator(sample: Sequence[Line]) -> tuple[str, bool]:
     """Separator, and whether decimals are commas: those that make most fields numbers, of rows of one length."""
     best: tuple[float, str, bool] = (-1.0, "", False)
     texts = [text for _, text in sample][len(sample) // 3 :]
@@ -174,11 +174,11 @@ def _is_paired(rows: Sequence[Row], first: int, width: int, separator: str, nume
     )
 
 
-def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list[Row]:
+def _find_header(file: str, above: Sequence[Row], width: int, separator: str) -> list[Row]:
     """Rows of names and units directly above the numbers; lines of another width before them are a preamble."""
     header: list[Row] = []
     if width == 1 and not separator:
-        above = _single_names(above)
+        above = _find_single_names(above)
     for number, fields in reversed(above):
         written = "".join(fields).strip()
         if UNITS_BELOW.fullmatch(written) if header else not written:
@@ -199,17 +199,17 @@ def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list
     return header
 
 
-def _single_names(above: Sequence[Row]) -> list[Row]:
+def _find_single_names(above: Sequence[Row]) -> list[Row]:
     """Name and unit of the one column of a table without separators, whose blanks separate no fields."""
     lines = [(number, [" ".join(fields)]) for number, fields in above]
     names = [line for line in lines if not re.search(r"\w\s*[:=]\s", line[1][0])]
-    return names[-2:] if names and unit_text(names[-1][1][0]) else names[-1:]
+    return names[-2:] if names and read_unit(names[-1][1][0]) else names[-1:]
 
 
 def _without_marks(field: str) -> str:
     """A field of a header; empty where it has neither letter nor digit, nor is a unit."""
-    return field if re.search(r"\w", field) or unit_text(field) or field in MISSING else ""
+    return field if re.search(r"\w", field) or read_unit(field) or field in MISSING else ""
 
 
 def _may_be_label(field: str) -> bool:
-    return field.lower() in MISSING or field[:1].isalpha() or field[:1] in "[(°%µ" or bool(unit_text(field))
+    return field.lower() in MISSING or field[:1].isalpha() or field[:1] in "[(°%µ" or bool(read_unit(field))

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.file.column import Column, MeasuredFile, unique_names
+from correlation.file.column import Column, MeasuredFile, make_unique_names
 from correlation.file.number import is_written_number, may_part_thousands, read_number
 from correlation.file.quantity import OF_UNIT
 from correlation.file.text_table.date_time import read_date_times
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.footer import skip_footer
 from correlation.file.text_table.open_text import clean, open_text
-from correlation.file.unit_label import split_label, split_unit_cell, unit_text
+from correlation.file.unit_label import read_unit, split_label, split_unit_cell
 
 #: Rows that are converted together: the text of no more is in memory.
 BLOCK = 20_000
@@ -48,11 +48,11 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
     """
     with open_text(path) as stream:
         comments: list[str] = []
-        lines = _lines(path.name, stream, comments)
+        lines = _read_lines(path.name, stream, comments)
         sample = list(itertools.islice(lines, SAMPLE))
-        if len(sample) > 2 and all(_unquoted(text) is not None for _, text in sample):
-            lines = ((number, _unquoted(text) or text) for number, text in lines)
-            sample = [(number, _unquoted(text) or text) for number, text in sample]
+        if len(sample) > 2 and all(_unquote_line(text) is not None for _, text in sample):
+            lines = ((number, _unquote_line(text) or text) for number, text in lines)
+            sample = [(number, _unquote_line(text) or text) for number, text in sample]
         if not sample:
             raise CampaignError(f"{path.name}: has no rows; give a table with numbers below a line of names")
         remarks = list(comments)
@@ -60,8 +60,8 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         first = header[-1][0] if header else 0
         preamble = [text for number, text in sample if number < (header[0][0] if header else 0)]
         if not header:
-            header = _commented_header(remarks, dialect)
-            preamble = _preamble_without_header(sample, dialect)
+            header = _find_commented_header(remarks, dialect)
+            preamble = _find_preamble_without_header(sample, dialect)
             first = sample[len(preamble) - 1][0] if preamble else 0
         body: Iterator[Line] = itertools.chain((line for line in sample if line[0] > first), lines)
         below: dict[str, str] = {}
@@ -69,7 +69,7 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         blocks = _Blocks(path.name, dialect)
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)
-    names, units, labels, cells = _names_and_units(header, len(dialect.numeric))
+    names, units, labels, cells = _split_names_and_units(header, len(dialect.numeric))
     columns = tuple(
         read_date_times(
             Column(
@@ -81,7 +81,7 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
             zip(names, units, labels, cells, blocks.columns(), strict=True)
         )
     )  # fmt: skip
-    facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)]), **below}
+    facts = {"separator": WORDS[dialect.separator], **_find_facts([*remarks, *map(clean, preamble)]), **below}
     columns = _with_axis_unit(columns, facts)
     if dialect.decimal_comma or dialect.paired:
         facts["decimal sign"] = "comma"
@@ -94,12 +94,12 @@ def _with_axis_unit(columns: tuple[Column, ...], facts: Mapping[str, str]) -> tu
     """Columns whose first one, without a name, has the unit of the axis that a line above says: "AxisUnit;Hz"."""
     label = next((text for key, text in facts.items() if AXIS_UNIT.fullmatch(key)), "")
     first = columns[0]
-    if not unit_text(label) or first.unit or first.name != "column 1" or len(columns) < 2:
+    if not read_unit(label) or first.unit or first.name != "column 1" or len(columns) < 2:
         return columns
-    return replace(first, unit=unit_text(label), unit_label=label), *columns[1:]
+    return replace(first, unit=read_unit(label), unit_label=label), *columns[1:]
 
 
-def _unquoted(text: str) -> str | None:
+def _unquote_line(text: str) -> str | None:
     """The fields of a line that a spreadsheet took for one and put into quotation marks; None for another line."""
     line = text.strip()
     if len(line) < 2 or line[0] != '"' or line[-1] != '"':
@@ -109,7 +109,7 @@ def _unquoted(text: str) -> str | None:
     return line[1:-1].replace('""', '"') if has_several else None
 
 
-def _lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Line]:
+def _read_lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Line]:
     """Lines with their numbers; comments are put aside, blank ones left out."""
     number = 0
     while text := stream.readline(LONGEST):
@@ -216,7 +216,7 @@ def _doubt_decimals(sample: Sequence[Line], first: int, dialect: Dialect) -> str
     )
 
 
-def _preamble_without_header(sample: Sequence[Line], dialect: Dialect) -> list[str]:
+def _find_preamble_without_header(sample: Sequence[Line], dialect: Dialect) -> list[str]:
     """Lines before the first row of numbers, where no names stand above them."""
     preamble = []
     for _, text in sample:
@@ -227,7 +227,7 @@ def _preamble_without_header(sample: Sequence[Line], dialect: Dialect) -> list[s
     return preamble
 
 
-def _commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
+def _find_commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
     """Names in the last comment above the numbers, if there are as many as columns."""
     for comment in reversed(comments):
         text = re.sub(r"^[#%/!\s]+", "", comment)
@@ -241,7 +241,7 @@ def _commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
     return []
 
 
-def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], list[str]]:
+def _split_names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], list[str]]:
     """Names of columns, made unique; their units, in their names or in a row; both together; cells of the row."""
     rows = [fields for _, fields in header]
     of_units = [row for row in rows if _is_unit_row(row)]
@@ -262,7 +262,7 @@ def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list
         units.append(unit or split_label(name)[1] or (alone if alone in OF_UNIT or "/" in alone else ""))
         labels.append(" ".join([name, *(row[column] for row in of_units)]))
         cells.append(cell)
-    return unique_names(names), units, labels, cells
+    return make_unique_names(names), units, labels, cells
 
 
 def _without_merged_cells(rows: Sequence[Sequence[str]]) -> list[list[str]]:
@@ -286,7 +286,7 @@ def _is_unit_row(row: Sequence[str]) -> bool:
     return bool(written) and 2 * sum(bool(split_unit_cell(field)[1]) for field in written) >= len(written)
 
 
-def _facts(texts: Sequence[str]) -> dict[str, str]:
+def _find_facts(texts: Sequence[str]) -> dict[str, str]:
     """Facts that comments and preamble state as "key: value"."""
     facts: dict[str, str] = {}
     for text in texts:

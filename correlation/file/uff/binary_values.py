@@ -78,7 +78,7 @@ def read_binary_values(
     kind, count, even = (int(field) for field in (fields[0], fields[1], fields[2]))
     if kind not in SINGLE | {4, 6} or even not in {0, 1} or count < 0:
         raise error(6, f'"{record.strip()[:60]}": type of values must be 2, 4, 5 or 6, spacing 0 or 1')
-    layouts = _layouts(kind, even == 1, ORDERS[order])
+    layouts = _list_layouts(kind, even == 1, ORDERS[order])
     for number, layout in enumerate(sorted(layouts, key=lambda layout: layout.itemsize * count != n_byte)):
         end = start + layout.itemsize * count
         # At the end of the file, a cut one could pass for one with a shorter layout.
@@ -96,7 +96,7 @@ def read_binary_values(
     )
 
 
-def _layouts(kind: int, even: bool, order: str) -> list[np.dtype[Any]]:
+def _list_layouts(kind: int, even: bool, order: str) -> list[np.dtype[Any]]:
     """Possible storage formats of a value, the most usual first."""
     parts = 2 if kind in COMPLEX else 1
     single, double = f"{order}f4", f"{order}f8"
@@ -134,10 +134,10 @@ def _decode(
 
 def _is_swapped(values: NDArray[Any]) -> bool:
     """Whether values are absurd as they are and ordinary with their bytes in the opposite order."""
-    return _absurd(values) > 0.2 and _absurd(values.byteswap()) < 0.01
+    return _compute_absurd_share(values) > 0.2 and _compute_absurd_share(values.byteswap()) < 0.01
 
 
-def _absurd(values: NDArray[Any]) -> float:
+def _compute_absurd_share(values: NDArray[Any]) -> float:
     """Share of values that no instrument gives."""
     size = np.abs(values[values != 0].astype(np.float64))
     return float(np.mean(~((size > 1e-18) & (size < 1e18)))) if len(size) else 0.0

@@ -42,8 +42,8 @@ def read_shape(dataset: Dataset, units: FileUnits) -> MeasuredShape:
         if numbers is None or not len(numbers):
             raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" are no real parameters')
         real, row = np.concatenate([real, numbers]), row + 1
-    frequency, damping = _frequency_and_damping(analysis, real)
-    nodes, values = _values(dataset, row, width, kind == COMPLEX)
+    frequency, damping = _read_frequency_and_damping(analysis, real)
+    nodes, values = _read_values(dataset, row, width, kind == COMPLEX)
     facts = {f"line {line + 1}": dataset.text(line).strip() for line in range(5)}
     if analysis in {2, 3, 7} and len(whole) > 1:
         facts["mode"] = str(whole[1])
@@ -59,7 +59,7 @@ def read_shape(dataset: Dataset, units: FileUnits) -> MeasuredShape:
     )
 
 
-def _frequency_and_damping(analysis: int, real: np.ndarray) -> tuple[float, float]:
+def _read_frequency_and_damping(analysis: int, real: np.ndarray) -> tuple[float, float]:
     given = [*real.tolist(), *[math.nan] * 4]
     if analysis in {3, 7}:
         size = math.hypot(given[0], given[1])
@@ -70,7 +70,7 @@ def _frequency_and_damping(analysis: int, real: np.ndarray) -> tuple[float, floa
     return (given[0] if analysis == 5 else math.nan), math.nan
 
 
-def _values(dataset: Dataset, start: int, width: int, has_phase: bool) -> tuple[np.ndarray, np.ndarray]:
+def _read_values(dataset: Dataset, start: int, width: int, has_phase: bool) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the nodes and their values, the first six of each."""
     needed = width * (2 if has_phase else 1)
     rows = [row for row in range(start, len(dataset.lines)) if dataset.lines[row].strip()]

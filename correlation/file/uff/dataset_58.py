@@ -15,7 +15,7 @@ from correlation.file.uff.binary_values import COMPLEX, SINGLE
 from correlation.file.uff.dataset import Dataset
 from correlation.file.uff.record import read_fields
 from correlation.file.uff.units import FileUnits
-from correlation.file.unit_label import names_no_unit, unit_text
+from correlation.file.unit_label import names_no_unit, read_unit
 
 FUNCTIONS = (
     "", "time", "auto spectrum", "cross spectrum", "frequency response", "transmissibility", "coherence",
@@ -63,21 +63,21 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
     CampaignError
         A header that cannot be read, or another number of values than it says.
     """
-    function, response, reference = _points(dataset)
+    function, response, reference = _read_points(dataset)
     kind, count, spacing, first, step, z = read_fields(dataset, 6, (10, 10, 10, 13, 13, 13), "iiieee")
     if kind not in SINGLE | {4, 6} or spacing not in {0, 1}:
         raise dataset.error(6, f"type of values {kind} must be 2, 4, 5 or 6, spacing {spacing} must be 0 or 1")
     if dataset.values is not None:
         abscissa, ordinate = dataset.values.abscissa, dataset.values.ordinate
     else:
-        abscissa, ordinate = _text_values(dataset, int(kind), int(count), even=spacing == 1)
+        abscissa, ordinate = _read_text_values(dataset, int(kind), int(count), even=spacing == 1)
     if abscissa is None and len(ordinate) > 1 and not step:
         raise dataset.error(6, "the step of its abscissa is 0; export the file again")
     begin, by = float(first), float(step)
     if abscissa is None and not (isfinite(begin) and isfinite(by)):
         raise dataset.error(6, f"its abscissa begins at {begin:g} with steps of {by:g}; export the file again")
     x = begin + by * np.arange(len(ordinate), dtype=np.float64) if abscissa is None else abscissa
-    axis, number, per = (_axis(dataset, row) for row in (7, 8, 9))
+    axis, number, per = (_read_axis(dataset, row) for row in (7, 8, 9))
     facts = {f"line {row + 1}": dataset.text(row).strip() for row in range(5)}
     facts = {key: text for key, text in facts.items() if text and text.upper() != "NONE"}
     facts |= {"quantity": DATA_TYPES.get(number[0], ""), "per": DATA_TYPES.get(per[0], "")}
@@ -86,7 +86,7 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
     column = Column(
         name=name.rstrip(),
         values=ordinate,
-        unit=_unit(function, number, per, units),
+        unit=_find_unit(function, number, per, units),
         unit_label=next((label for *_, label in (number, per) if not names_no_unit(label)), ""),
         function=function,
         response=response,
@@ -97,13 +97,13 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
     # What the type says is surer than a label that users write.
     label = axis[1] if axis[1].upper() != "NONE" else ""
     named = {17: "time", 18: "frequency", 19: "rotational speed", 20: "order"}.get(axis[0]) or label or "abscissa"
-    unit = _axis_unit(axis, units)
+    unit = _find_axis_unit(axis, units)
     if axis[0] == 0 and unit in {"Hz", "s"}:
         named = {"Hz": "frequency", "s": "time"}[unit]
     return Record58(column=column, abscissa=x, abscissa_name=named, abscissa_unit=unit, abscissa_label=axis[2])
 
 
-def _points(dataset: Dataset) -> tuple[str, Point, Point | None]:
+def _read_points(dataset: Dataset) -> tuple[str, Point, Point | None]:
     """Function and its degrees of freedom."""
     text = dataset.text(5)
     widths = (5, 10, 5, 10, 1, 10, 10, 4, 1, 10, 10, 4)
@@ -140,7 +140,7 @@ def _label(point: Point | None) -> str:
     return f"{where}{point.direction[1:].upper()}{point.direction[:1]}"
 
 
-def _axis(dataset: Dataset, row: int) -> tuple[int, str, str]:
+def _read_axis(dataset: Dataset, row: int) -> tuple[int, str, str]:
     """Data type, label and unit label of an axis."""
     text = dataset.text(row)
     if not text.strip():
@@ -149,12 +149,12 @@ def _axis(dataset: Dataset, row: int) -> tuple[int, str, str]:
     return int(fields[0]), str(fields[5]), str(fields[7])
 
 
-def _unit(function: str, number: tuple[int, str, str], per: tuple[int, str, str], units: FileUnits) -> str:
+def _find_unit(function: str, number: tuple[int, str, str], per: tuple[int, str, str], units: FileUnits) -> str:
     """Unit of the ordinate: that of its label, or of its data type."""
-    label = unit_text(number[2], name=number[1])
-    above = _axis_unit(number, units)
+    label = read_unit(number[2], name=number[1])
+    above = _find_axis_unit(number, units)
     if function in RATIO and above:
-        below = _axis_unit(per, units)
+        below = _find_axis_unit(per, units)
         whole = "/" in label and bool(below) and label.replace(" ", "").endswith((f"/{below}", f"/({below})"))
         if not below:
             return label if "/" in label or per[0] == 0 else ""
@@ -162,13 +162,13 @@ def _unit(function: str, number: tuple[int, str, str], per: tuple[int, str, str]
     return above if function in PLAIN or label else ""
 
 
-def _axis_unit(axis: tuple[int, str, str], units: FileUnits) -> str:
+def _find_axis_unit(axis: tuple[int, str, str], units: FileUnits) -> str:
     """Unit of an axis: that of its label; of its data type only where the label says nothing."""
     data_type, name, label = axis
-    return unit_text(label, name=name) or (units.of_type(data_type) if names_no_unit(label) else "")
+    return read_unit(label, name=name) or (units.of_type(data_type) if names_no_unit(label) else "")
 
 
-def _text_values(
+def _read_text_values(
     dataset: Dataset, kind: int, count: int, *, even: bool
 ) -> tuple[NDArray[np.float64] | None, NDArray[Any]]:
     """Abscissa, unless even, and ordinate of values that are text."""
@@ -176,7 +176,7 @@ def _text_values(
     needed = count * (parts + (not even))
     numbers = read_numbers(b"\n".join(dataset.lines[11:]))
     if numbers is None or len(numbers) < needed:
-        numbers = _by_width(dataset, kind, even=even)
+        numbers = _read_by_width(dataset, kind, even=even)
     surplus = len(numbers) - needed
     # Some programs fill the last line with zeros.
     if surplus < 0 or surplus >= 6 or (surplus and numbers[needed:].any()):
@@ -190,7 +190,7 @@ def _text_values(
     return None if even else table[:, 0], values
 
 
-def _by_width(dataset: Dataset, kind: int, *, even: bool) -> NDArray[np.float64]:
+def _read_by_width(dataset: Dataset, kind: int, *, even: bool) -> NDArray[np.float64]:
     """Numbers line by line, in fields of fixed width where no blanks separate them."""
     parts = 2 if kind in COMPLEX else 1
     if kind in SINGLE:

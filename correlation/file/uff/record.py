@@ -31,13 +31,15 @@ def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -
         A field that is no number; absent ones are 0 or empty.
     """
     text = dataset.text(row)
-    fixed = _parse(_slices(text, widths), kinds)
+    fixed = _parse(_slice_fields(text, widths), kinds)
     if fixed is not None:
         return fixed
     apart = text.split()
     parsed = _parse([*apart, *[""] * (len(kinds) - len(apart))], kinds) if len(apart) <= len(kinds) else None
     if parsed is None or "t" in kinds[: len(apart)]:
-        raise dataset.error(row, f'"{text.strip()[:60]}" is no record of {_described(kinds)}; export the file again')
+        raise dataset.error(
+            row, f'"{text.strip()[:60]}" is no record of {_describe_kinds(kinds)}; export the file again'
+        )
     return parsed
 
 
@@ -58,11 +60,11 @@ def read_reals(dataset: Dataset, row: int) -> NDArray[np.float64] | None:
     numbers = read_numbers(text.encode())
     if numbers is not None:
         return numbers
-    fields = _slices(text, (REAL,) * -(-len(text.rstrip()) // REAL))
+    fields = _slice_fields(text, (REAL,) * -(-len(text.rstrip()) // REAL))
     return read_numbers(" ".join(fields).encode())
 
 
-def _slices(text: str, widths: Sequence[int]) -> list[str]:
+def _slice_fields(text: str, widths: Sequence[int]) -> list[str]:
     fields, start = [], 0
     for width in widths:
         fields.append(text[start : start + width].strip())
@@ -87,5 +89,5 @@ def _parse(fields: Sequence[str], kinds: str) -> list[int | float | str] | None:
     return values
 
 
-def _described(kinds: str) -> str:
+def _describe_kinds(kinds: str) -> str:
     return f"{len(kinds)} numbers" if "t" not in kinds else f"{len(kinds)} fields"

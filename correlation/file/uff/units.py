@@ -71,14 +71,14 @@ def read_units(dataset: Dataset) -> FileUnits:
     # Factors count more than the code: programs write code 5 (mm, mN) for mm and N.
     named = CODES.get(int(code), ("", ""))
     return FileUnits(
-        length=_closest(LENGTHS, length, named[0]),
-        force=_closest(FORCES, force, named[1]),
+        length=_find_closest(LENGTHS, length, named[0]),
+        force=_find_closest(FORCES, force, named[1]),
         metre=1.0 / length,
         described=f"{str(description).strip()} (code {code}: 1 m is {length:.10g}, 1 N is {force:.10g} units)".strip(),
     )
 
 
-def _closest(factors: dict[str, float], factor: float, named: str) -> str:
+def _find_closest(factors: dict[str, float], factor: float, named: str) -> str:
     """Unit of a factor; among equal ones the one that the code names."""
     names = [name for name, value in factors.items() if abs(value / factor - 1) < 1e-4]
     return named if named in names else next(iter(names), "")

@@ -33,47 +33,47 @@ def write_uff(measured: MeasuredFile, path: Path, *, binary: bool = False) -> No
     CampaignError
         A column whose abscissa is not among the columns, or has another length.
     """
-    blocks = [_title(measured.title or measured.path.stem), _units()]
+    blocks = [_format_title(measured.title or measured.path.stem), _format_units()]
     if measured.nodes:
-        blocks.append(_nodes(measured))
+        blocks.append(_format_nodes(measured))
     blocks.extend(
-        _function(column, measured.column(column.abscissa), measured.path.name, binary)
+        _format_function(column, measured.column(column.abscissa), measured.path.name, binary)
         for column in measured.columns
         if column.abscissa is not None
     )
     path.write_bytes(b"".join(blocks))
 
 
-def _dataset(identifier: str, lines: list[str], values: bytes = b"") -> bytes:
+def _format_dataset(identifier: str, lines: list[str], values: bytes = b"") -> bytes:
     head = "".join(f"{line}\n" for line in ("    -1", identifier, *lines))
     return head.encode("utf-8") + values + b"    -1\n"
 
 
-def _title(title: str) -> bytes:
+def _format_title(title: str) -> bytes:
     text = [title[:LENGTH_OF_ID], "NONE", "stickslip", "", "", "stickslip", ""]
-    return _dataset("   151", text)
+    return _format_dataset("   151", text)
 
 
-def _units() -> bytes:
+def _format_units() -> bytes:
     factor = f"{1.0:25.16E}".replace("E", "D")
-    return _dataset("   164", [f"{1:10d}{'SI':<20s}{2:10d}", factor * 3, f"{0.0:25.16E}".replace("E", "D")])
+    return _format_dataset("   164", [f"{1:10d}{'SI':<20s}{2:10d}", factor * 3, f"{0.0:25.16E}".replace("E", "D")])
 
 
-def _nodes(measured: MeasuredFile) -> bytes:
+def _format_nodes(measured: MeasuredFile) -> bytes:
     lines = [
         f"{number:10d}{0:10d}{0:10d}{0:10d}" + "".join(f"{value:13.5E}" for value in place)
         for number, place in sorted(measured.nodes.items())
     ]
-    return _dataset("    15", lines)
+    return _format_dataset("    15", lines)
 
 
-def _function(column: Column, abscissa: Column, file: str, binary: bool) -> bytes:
+def _format_function(column: Column, abscissa: Column, file: str, binary: bool) -> bytes:
     values, x = column.values, abscissa.values
     if len(values) != len(x) or not len(values):
         raise CampaignError(
             f'{file}: "{column.name}" has {len(values)} values, its abscissa "{abscissa.name}" has {len(x)}'
         )
-    step = _even_step(x)
+    step = _find_even_step(x)
     parts = [values.real, values.imag] if np.iscomplexobj(values) else [values]
     table = np.stack([*([] if step is not None else [x]), *parts], axis=1)
     facts = [column.facts.get(f"line {number}", "NONE")[:LENGTH_OF_ID] for number in range(1, 6)]
@@ -83,19 +83,19 @@ def _function(column: Column, abscissa: Column, file: str, binary: bool) -> byte
         f"{kind:5d}{0:10d}{0:5d}{0:10d} {_point(column.response)} {_point(column.reference)}",
         f"{6 if len(parts) == 2 else 4:10d}{len(values):10d}{step is not None:10d}"
         f"{0.0 if step is None else x[0]:13.5E}{step or 0.0:13.5E}{0.0:13.5E}",
-        _axis(DATA_TYPES.get(abscissa.name.partition(" (")[0], 0), abscissa.name, abscissa.unit),
-        _axis(0, column.facts.get("label", "NONE"), column.unit),
-        _axis(0, "NONE", "NONE"),
-        _axis(0, "NONE", "NONE"),
+        _format_axis(DATA_TYPES.get(abscissa.name.partition(" (")[0], 0), abscissa.name, abscissa.unit),
+        _format_axis(0, column.facts.get("label", "NONE"), column.unit),
+        _format_axis(0, "NONE", "NONE"),
+        _format_axis(0, "NONE", "NONE"),
     ]
     if binary:
         payload = table.astype("<f8").tobytes()
         identifier = f"    58b{1:6d}{2:6d}{11:12d}{len(payload):12d}{0:6d}{0:6d}{0:12d}{0:12d}"
-        return _dataset(identifier, lines, payload)
-    return _dataset("    58", lines, "".join(_text(table, step is not None)).encode("ascii"))
+        return _format_dataset(identifier, lines, payload)
+    return _format_dataset("    58", lines, "".join(_format_values(table, step is not None)).encode("ascii"))
 
 
-def _even_step(x: Float[NDArray[np.float64], " n"]) -> float | None:
+def _find_even_step(x: Float[NDArray[np.float64], " n"]) -> float | None:
     """Step of an abscissa that six digits give exactly; None if it has to be written point by point."""
     if len(x) < 2:
         return None
@@ -103,7 +103,7 @@ def _even_step(x: Float[NDArray[np.float64], " n"]) -> float | None:
     return step if step > 0 and np.array_equal(first + step * np.arange(len(x)), x) else None
 
 
-def _text(table: Float[NDArray[np.float64], "n k"], even: bool) -> Iterator[str]:
+def _format_values(table: Float[NDArray[np.float64], "n k"], even: bool) -> Iterator[str]:
     """Lines of values: four per line if the abscissa is even, else abscissas of six digits before the values."""
     if even:
         numbers = table.reshape(-1)
@@ -124,5 +124,5 @@ def _point(point: Point | None) -> str:
     return f"{(point.name or 'NONE')[:LENGTH_OF_NAME]:<10s}{point.node or 0:10d}{sign * axis:4d}"
 
 
-def _axis(kind: int, label: str, unit: str) -> str:
+def _format_axis(kind: int, label: str, unit: str) -> str:
     return f"{kind:10d}{0:5d}{0:5d}{0:5d} {label[:20]:<20s} {(unit or 'NONE')[:20]:<20s}"

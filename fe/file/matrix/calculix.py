@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from fe.errors import MatrixFileError
 from fe.file.dof_table import LARGEST_LABEL
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, refuse_size, refuse_truncated_number
+from fe.file.matrix_content import FileMatrix, fill_both_triangles, refuse_size, refuse_truncated_number
 from fe.file.registry import FileFormat
 
 
@@ -39,7 +39,7 @@ def read_calculix(path: Path) -> Mapping[str, FileMatrix]:
     size = int(max(rows.max(), columns.max())) + 1
     refuse_size(path, size)
     matrix = sp.csr_array(sp.coo_array((table[:, 2], (rows, columns)), shape=(size, size)))
-    return {"": FileMatrix(matrix=both_triangles(matrix))}
+    return {"": FileMatrix(matrix=fill_both_triangles(matrix))}
 
 
 MATRIX_FORMATS.register(

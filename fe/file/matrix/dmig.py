@@ -25,7 +25,7 @@ import scipy.sparse as sp
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DofLabels
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, fortran_real
+from fe.file.matrix_content import FileMatrix, read_fortran_real
 from fe.file.registry import FileFormat
 
 _SYMMETRIC, _REAL = 6, {1, 2}
@@ -52,7 +52,7 @@ def read_dmig(path: Path) -> Mapping[str, FileMatrix]:
         A file without such cards, a complex or rectangular matrix, or a card that cannot be read.
     """
     result: dict[str, _Cards] = {}
-    for number, fields in _cards(path):
+    for number, fields in _read_cards(path):
         try:
             _take(path, result, fields)
         except (ValueError, LookupError) as error:
@@ -65,7 +65,7 @@ def read_dmig(path: Path) -> Mapping[str, FileMatrix]:
     if not result:
         raise MatrixFileError(f'"{path}" holds no DMIG card: write it with EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH')
     try:
-        return {name: _matrix(cards) for name, cards in result.items()}
+        return {name: _make_matrix(cards) for name, cards in result.items()}
     except MatrixFileError as error:
         raise MatrixFileError(f'"{path}": {error}') from None
 
@@ -82,22 +82,22 @@ def _take(path: Path, cards: dict[str, _Cards], fields: list[str]) -> None:
             raise MatrixFileError(f'"{path}": {name} is of form {form}, which is not square: give form 1 or 6')
         cards[name] = _Cards(form=form)
         return
-    column = _dof(fields[1], fields[2])
+    column = _read_dof(fields[1], fields[2])
     # Field 5 is unused; entries follow in groups of grid, component, real and imaginary part.
     for start in range(4, len(fields), 4):
         group = fields[start : start + 4]
         if any(group):
-            cards[name].entries[_dof(group[0], group[1]), column] = fortran_real(group[2])
+            cards[name].entries[_read_dof(group[0], group[1]), column] = read_fortran_real(group[2])
 
 
-def _dof(grid: str, component: str) -> Dof:
+def _read_dof(grid: str, component: str) -> Dof:
     direction = int(component or 0)
     if not 0 <= direction <= 6:
         raise ValueError(component)
     return int(grid), max(direction - 1, 0)
 
 
-def _matrix(cards: _Cards) -> FileMatrix:
+def _make_matrix(cards: _Cards) -> FileMatrix:
     dofs = sorted({dof for place in cards.entries for dof in place})
     place = {dof: number for number, dof in enumerate(dofs)}
     entries = cards.entries
@@ -112,7 +112,7 @@ def _matrix(cards: _Cards) -> FileMatrix:
     return FileMatrix(matrix=matrix, dofs=table)
 
 
-def _cards(path: Path) -> Iterator[tuple[int, list[str]]]:
+def _read_cards(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Line and fields of each DMIG card, continuations included, without the word DMIG."""
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
@@ -127,9 +127,9 @@ def _cards(path: Path) -> Iterator[tuple[int, list[str]]]:
         if text.upper().startswith("DMIG") and text[4:5] in {"", " ", "*", ","}:
             if card:
                 yield first, card
-            card, first = _fields(text), number
+            card, first = _split_fields(text), number
         elif card and text[0] in "*+ ,":
-            card += _fields(text)
+            card += _split_fields(text)
         elif card and not text[0].isalpha():
             raise MatrixFileError(
                 f'"{path}", line {number}: "{text[:_SHOWN]}" is neither a card nor the continuation of one: start '
@@ -143,7 +143,7 @@ def _cards(path: Path) -> Iterator[tuple[int, list[str]]]:
         yield first, card
 
 
-def _fields(text: str) -> list[str]:
+def _split_fields(text: str) -> list[str]:
     """Data fields of one line: eight of the usual width, four of the double one."""
     if "," in text:
         wide = "*" in text.partition(",")[0]

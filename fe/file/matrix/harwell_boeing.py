@@ -18,7 +18,14 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals, refuse_size, refuse_truncated_number
+from fe.file.matrix_content import (
+    FileMatrix,
+    columns,
+    fill_both_triangles,
+    read_reals,
+    refuse_size,
+    refuse_truncated_number,
+)
 from fe.file.registry import FileFormat
 
 _FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*\d*\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
@@ -51,12 +58,13 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
     try:
         starts, rows = (
             np.array(
-                [int(item) for item in _entries(lines[blocks[k] : blocks[k + 1]], widths[k], count)], dtype=np.int64
+                [int(item) for item in _split_entries(lines[blocks[k] : blocks[k + 1]], widths[k], count)],
+                dtype=np.int64,
             )
             - 1
             for k, count in ((0, n_column + 1), (1, n_entry))
         )
-        values = reals(_entries(lines[blocks[2] : blocks[3]], widths[2], n_entry))
+        values = read_reals(_split_entries(lines[blocks[2] : blocks[3]], widths[2], n_entry))
     except OverflowError:
         raise MatrixFileError(f'"{path}" holds a column start or a row beyond 64 bits: write it again') from None
     except (ValueError, LookupError) as error:
@@ -72,10 +80,10 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
     if not inside or (n_entry and not 0 <= rows.min() <= rows.max() < n_row):
         raise MatrixFileError(f'"{path}" has column starts or rows outside its {n_row} x {n_column} matrix')
     matrix = sp.csr_array(sp.csc_array((values, rows, starts), shape=(n_row, n_column)))
-    return {"": FileMatrix(matrix=both_triangles(matrix) if kind[1] == "S" else matrix)}
+    return {"": FileMatrix(matrix=fill_both_triangles(matrix) if kind[1] == "S" else matrix)}
 
 
-def _entries(lines: list[str], width: int, count: int) -> list[str]:
+def _split_entries(lines: list[str], width: int, count: int) -> list[str]:
     """Entries of a block: what blanks part, since SciPy writes other widths than it announces, else by width."""
     parted = " ".join(lines).split()
     return parted if len(parted) == count else columns(lines, width)

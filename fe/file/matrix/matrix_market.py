@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, refuse_size, refuse_truncated_number
+from fe.file.matrix_content import FileMatrix, fill_both_triangles, refuse_size, refuse_truncated_number
 from fe.file.registry import FileFormat
 
 _BANNER = b"%%matrixmarket"
@@ -49,21 +49,21 @@ def read_matrix_market(path: Path) -> Mapping[str, FileMatrix]:
     try:
         refuse_truncated_number(path)
         with path.open("rb") as stream:
-            layout, symmetry = _heading(path, stream)
-            sizes = _sizes(path, stream, 3 if layout == "coordinate" else 2)
+            layout, symmetry = _read_heading(path, stream)
+            sizes = _read_sizes(path, stream, 3 if layout == "coordinate" else 2)
             for rows in sizes[:2]:
                 refuse_size(path, rows)
-            table = _numbers(path, stream, columns=3 if layout == "coordinate" else 1)
+            table = _read_numbers(path, stream, columns=3 if layout == "coordinate" else 1)
     except OSError as error:
         raise MatrixFileError(f'"{path}" cannot be read ({error.strerror}): check its permissions') from None
     if layout == "coordinate":
-        matrix = _of_entries(path, table, sizes)
+        matrix = _make_from_entries(path, table, sizes)
     else:
-        matrix = _of_columns(path, table[:, 0], (sizes[0], sizes[1]), symmetry)
-    return {"": FileMatrix(matrix=both_triangles(matrix) if symmetry == "symmetric" else matrix)}
+        matrix = _make_from_columns(path, table[:, 0], (sizes[0], sizes[1]), symmetry)
+    return {"": FileMatrix(matrix=fill_both_triangles(matrix) if symmetry == "symmetric" else matrix)}
 
 
-def _heading(path: Path, stream: BinaryIO) -> tuple[str, str]:
+def _read_heading(path: Path, stream: BinaryIO) -> tuple[str, str]:
     words = stream.readline(_HEADING).decode("latin-1").lower().split()
     if len(words) != 5 or words[0].encode() != _BANNER or words[1] != "matrix":
         raise MatrixFileError(f'"{path}" is no MatrixMarket file, or damaged: its first line must say what follows')
@@ -79,51 +79,53 @@ def _heading(path: Path, stream: BinaryIO) -> tuple[str, str]:
     return layout, symmetry
 
 
-def _sizes(path: Path, stream: BinaryIO, count: int) -> list[int]:
+def _read_sizes(path: Path, stream: BinaryIO, count: int) -> list[int]:
     for line in stream:
         text = line.partition(b"%")[0].split()
         if text:
             if len(text) == count and all(len(word) < 20 and word.isdigit() for word in text):
                 return [int(word) for word in text]
             break
-    raise _damaged(path, f"its line of sizes must hold {count} whole numbers")
+    raise _make_damage_error(path, f"its line of sizes must hold {count} whole numbers")
 
 
-def _numbers(path: Path, stream: BinaryIO, columns: int) -> Float[NDArray[np.float64], "line column"]:
+def _read_numbers(path: Path, stream: BinaryIO, columns: int) -> Float[NDArray[np.float64], "line column"]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of NumPy, where no line is left
             table = np.loadtxt(stream, dtype=np.float64, comments="%", ndmin=2)
     except ValueError as error:
-        raise _damaged(path, " ".join(str(error).split())) from None
+        raise _make_damage_error(path, " ".join(str(error).split())) from None
     if len(table) and table.shape[1] != columns:
-        raise _damaged(path, f"its lines hold {table.shape[1]} numbers instead of {columns}")
+        raise _make_damage_error(path, f"its lines hold {table.shape[1]} numbers instead of {columns}")
     return table.reshape(-1, columns)
 
 
-def _of_entries(path: Path, table: Float[NDArray[np.float64], "entry 3"], sizes: list[int]) -> sp.csr_array:
+def _make_from_entries(path: Path, table: Float[NDArray[np.float64], "entry 3"], sizes: list[int]) -> sp.csr_array:
     n_row, n_column, n_entry = sizes
     if len(table) != n_entry:
-        raise _damaged(path, f"it announces {n_entry} entries and holds {len(table)}")
+        raise _make_damage_error(path, f"it announces {n_entry} entries and holds {len(table)}")
     place = table[:, :2]
     if not ((place % 1 == 0) & (place >= 1) & (place <= (n_row, n_column))).all():
-        raise _damaged(path, f"it has entries outside its {n_row} x {n_column} matrix")
+        raise _make_damage_error(path, f"it has entries outside its {n_row} x {n_column} matrix")
     rows, columns = place.T.astype(np.int64) - 1
     matrix = sp.csr_array(sp.coo_array((table[:, 2], (rows, columns)), shape=(n_row, n_column)))
     if matrix.nnz != n_entry:
-        raise _damaged(path, "it gives an entry twice")
+        raise _make_damage_error(path, "it gives an entry twice")
     return matrix
 
 
-def _of_columns(
+def _make_from_columns(
     path: Path, values: Float[NDArray[np.float64], " value"], shape: tuple[int, int], symmetry: str
 ) -> sp.csr_array:
     n_row, n_column = shape
     if symmetry == "symmetric" and n_row != n_column:
-        raise _damaged(path, f"its {n_row} x {n_column} matrix cannot be symmetric")
+        raise _make_damage_error(path, f"its {n_row} x {n_column} matrix cannot be symmetric")
     count = n_row * (n_row + 1) // 2 if symmetry == "symmetric" else n_row * n_column
     if len(values) != count:
-        raise _damaged(path, f"its {n_row} x {n_column} matrix needs {count} values and it holds {len(values)}")
+        raise _make_damage_error(
+            path, f"its {n_row} x {n_column} matrix needs {count} values and it holds {len(values)}"
+        )
     if symmetry == "general":
         return sp.csr_array(values.reshape(n_column, n_row).T)
     matrix = np.zeros(shape)
@@ -131,7 +133,7 @@ def _of_columns(
     return sp.csr_array(matrix)
 
 
-def _damaged(path: Path, reason: str) -> MatrixFileError:
+def _make_damage_error(path: Path, reason: str) -> MatrixFileError:
     return MatrixFileError(f'"{path}" is no MatrixMarket file, or damaged ({reason}): write it again')
 
 

@@ -20,7 +20,7 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals, refuse_size
+from fe.file.matrix_content import FileMatrix, columns, fill_both_triangles, read_reals, refuse_size
 from fe.file.registry import FileFormat
 
 _PACKED = 65536
@@ -44,7 +44,7 @@ def read_output4(path: Path) -> Mapping[str, FileMatrix]:
     """
     raw = path.read_bytes()
     try:
-        result = _binary(path, raw) if _is_binary(raw) else _text(path, raw.decode("ascii").splitlines())
+        result = _read_binary(path, raw) if _is_binary(raw) else _read_text(path, raw.decode("ascii").splitlines())
         return {name: FileMatrix(matrix=matrix) for name, matrix in result}
     except MatrixFileError:
         raise
@@ -59,7 +59,7 @@ def _is_binary(head: bytes) -> bool:
     return head[:4] in (struct.pack("<i", _HEADING), struct.pack(">i", _HEADING))
 
 
-def _assembled(path: Path, name: str, heading: tuple[int, int, int, int], strings: list[String]) -> sp.csr_array:
+def _assemble(path: Path, name: str, heading: tuple[int, int, int, int], strings: list[String]) -> sp.csr_array:
     n_column, n_row, form, kind = heading
     if kind not in _REAL:
         raise MatrixFileError(f'"{path}": {name} is complex (type {kind}): give losses as a damping matrix')
@@ -71,10 +71,10 @@ def _assembled(path: Path, name: str, heading: tuple[int, int, int, int], string
     place = (np.concatenate([[], *rows]).astype(np.int64), np.concatenate([[], *cols]).astype(np.int64))
     matrix = sp.csr_array(sp.coo_array((np.concatenate([[], *data]), place), shape=(abs(n_row), n_column)))
     matrix.eliminate_zeros()
-    return both_triangles(matrix) if form == _SYMMETRIC else matrix
+    return fill_both_triangles(matrix) if form == _SYMMETRIC else matrix
 
 
-def _text(path: Path, lines: list[str]) -> Iterator[tuple[str, sp.csr_array]]:
+def _read_text(path: Path, lines: list[str]) -> Iterator[tuple[str, sp.csr_array]]:
     at = 0
     while at < len(lines):
         if not lines[at].strip():
@@ -103,13 +103,13 @@ def _text(path: Path, lines: list[str]) -> Iterator[tuple[str, sp.csr_array]]:
             while at < len(lines) and "." in lines[at]:
                 at += 1
             if at > begin:
-                strings.append((row, column, reals(columns(lines[begin:at], width))))
-        yield name, _assembled(path, name, (heading[0], heading[1], heading[2], heading[3]), strings)
+                strings.append((row, column, read_reals(columns(lines[begin:at], width))))
+        yield name, _assemble(path, name, (heading[0], heading[1], heading[2], heading[3]), strings)
 
 
-def _binary(path: Path, raw: bytes) -> Iterator[tuple[str, sp.csr_array]]:
+def _read_binary(path: Path, raw: bytes) -> Iterator[tuple[str, sp.csr_array]]:
     order = "<" if struct.unpack("<i", raw[:4])[0] == _HEADING else ">"
-    records = _records(raw, order)
+    records = _split_records(raw, order)
     for record in records:
         heading = struct.unpack(f"{order}4i", record[:16])
         name = record[16:24].decode("ascii").strip()
@@ -137,10 +137,10 @@ def _binary(path: Path, raw: bytes) -> Iterator[tuple[str, sp.csr_array]]:
                 result = np.frombuffer(data[: 4 * words], dtype=value).astype(np.float64)
                 strings.append((row - 1, column - 1, result))
                 data = data[4 * words :]
-        yield name, _assembled(path, name, heading, strings)
+        yield name, _assemble(path, name, heading, strings)
 
 
-def _records(raw: bytes, order: str) -> Iterator[bytes]:
+def _split_records(raw: bytes, order: str) -> Iterator[bytes]:
     """Contents of Fortran's records, whose length stands before and behind them."""
     at = 0
     while at < len(raw):

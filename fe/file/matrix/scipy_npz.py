@@ -8,8 +8,8 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, real_matrix
-from fe.file.npz_archive import npz_headings, read_npz
+from fe.file.matrix_content import FileMatrix, check_real_matrix
+from fe.file.npz_archive import read_npz, read_npz_headings
 from fe.file.registry import FileFormat
 
 #: A matrix has at least one stored number for so many of its rows.
@@ -25,7 +25,7 @@ def read_scipy_npz(path: Path) -> Mapping[str, FileMatrix]:
         A complex matrix, or a file that is damaged or of another kind.
     """
     try:
-        held = sum(prod(shape) for shape, _ in npz_headings(path).values())
+        held = sum(prod(shape) for shape, _ in read_npz_headings(path).values())
         rows = [int(length) for length in read_npz(path, {"shape"})["shape"]]
         if max(rows) > _ROWS_PER_NUMBER * held:
             raise MatrixFileError(f'"{path}" announces {max(rows)} rows or columns, but holds {held} numbers')
@@ -36,7 +36,7 @@ def read_scipy_npz(path: Path) -> Mapping[str, FileMatrix]:
         raise
     except Exception:  # a dozen kinds, depending on which byte is damaged
         raise MatrixFileError(f'"{path}" is no sparse matrix: write it with scipy.sparse.save_npz') from None
-    return {"": real_matrix(path, matrix)}
+    return {"": check_real_matrix(path, matrix)}
 
 
 MATRIX_FORMATS.register(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS
 from fe.errors import MeshError
-from fe.file.calculix_deck import mesh_text
+from fe.file.calculix_deck import format_mesh
 from fe.file.dof_table import LARGEST_LABEL
 from fe.file.keyword_deck import KeywordBlock, read_keyword_blocks
 from fe.file.mesh import MESH_FORMATS
@@ -115,8 +115,8 @@ def read_inp(path: Path) -> FileMesh:
     """
     deck = _Deck(path=path)
     readers = {
-        "NODE": _nodes, "ELEMENT": _elements, "NSET": _set, "ELSET": _set, "SURFACE": _surface,
-        "ASSEMBLY": _begin_assembly, "END ASSEMBLY": _end_assembly, "INSTANCE": _instance,
+        "NODE": _read_nodes, "ELEMENT": _read_elements, "NSET": _set, "ELSET": _set, "SURFACE": _read_surface,
+        "ASSEMBLY": _begin_assembly, "END ASSEMBLY": _end_assembly, "INSTANCE": _begin_instance,
         "END INSTANCE": _end_instance,
     }  # fmt: skip
     for block in read_keyword_blocks(path):
@@ -134,11 +134,11 @@ def read_inp(path: Path) -> FileMesh:
                 raise deck.damaged(f"a line of *{block.keyword} is cut short or no number ({error})") from error
     if not deck.points or not deck.blocks:
         raise deck.damaged(f"it has no {'*ELEMENT' if deck.points else '*NODE'} lines, so export the mesh with it")
-    return _file_mesh(deck)
+    return _make_file_mesh(deck)
 
 
 def write_inp(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.float64], "node ..."]]) -> None:
-    """Write nodes, elements and sets, as `fe.file.calculix_deck.mesh_text` does; a deck carries no fields.
+    """Write nodes, elements and sets, as `fe.file.calculix_deck.format_mesh` does; a deck carries no fields.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def write_inp(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
             f'an .inp file carries no fields, so "{next(iter(point_data))}" would be lost: write {path.stem}.vtu'
         )
     # The text is complete before the file is touched: a set name that is refused leaves nothing behind.
-    text = "".join(mesh_text(mesh))
+    text = "".join(format_mesh(mesh))
     path.write_text(text, encoding="ascii")
 
 
@@ -198,7 +198,7 @@ def _end_assembly(deck: _Deck, _: KeywordBlock) -> None:
     deck.is_in_assembly = False
 
 
-def _instance(deck: _Deck, block: KeywordBlock) -> None:
+def _begin_instance(deck: _Deck, block: KeywordBlock) -> None:
     if deck.instance is not None:
         raise deck.damaged(f"it holds several part instances, so {FLATTEN}")
     deck.instance, deck.is_in_instance = block.parameters.get("NAME", ""), True
@@ -211,7 +211,7 @@ def _end_instance(deck: _Deck, _: KeywordBlock) -> None:
     deck.is_in_instance = False
 
 
-def _nodes(deck: _Deck, block: KeywordBlock) -> None:
+def _read_nodes(deck: _Deck, block: KeywordBlock) -> None:
     if deck.is_above_parts or not block.lines:
         return  # reference points, which belong to no element
     rows = [line.rstrip(",").split(",") for line in block.lines]
@@ -223,10 +223,10 @@ def _nodes(deck: _Deck, block: KeywordBlock) -> None:
     deck.points.append(table[:, 1:])
     deck.node_labels.append(labels)
     if "NSET" in block.parameters:
-        _members(deck, "nodes", block.parameters["NSET"], block.keyword).append(labels)
+        _get_members(deck, "nodes", block.parameters["NSET"], block.keyword).append(labels)
 
 
-def _elements(deck: _Deck, block: KeywordBlock) -> None:
+def _read_elements(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("TYPE", "").upper()
     # Letters behind the number (R, H, I, T) change how those programs integrate the element, not its nodes.
     own = ((f"{element.abaqus}[A-Z]*", element.cell_type, element.n_node) for element in ELEMENTS.values())
@@ -242,12 +242,12 @@ def _elements(deck: _Deck, block: KeywordBlock) -> None:
     deck.blocks.append((cell_type, table[:, 1:]))
     deck.cell_labels.append(table[:, 0])
     if "ELSET" in block.parameters:
-        _members(deck, "cells", block.parameters["ELSET"], block.keyword).append(table[:, 0])
+        _get_members(deck, "cells", block.parameters["ELSET"], block.keyword).append(table[:, 0])
 
 
 def _set(deck: _Deck, block: KeywordBlock) -> None:
     kind = "nodes" if block.keyword == "NSET" else "cells"
-    members = _members(deck, kind, block.parameters.get(block.keyword, ""), block.keyword)
+    members = _get_members(deck, kind, block.parameters.get(block.keyword, ""), block.keyword)
     if deck.is_above_parts and "INSTANCE" not in block.parameters and any(e.isdigit() for e in block.entries()):
         return  # of reference points
     if "GENERATE" in block.parameters:
@@ -261,85 +261,87 @@ def _set(deck: _Deck, block: KeywordBlock) -> None:
             members.append(np.arange(first, last + 1, step))
         return
     if kind == "nodes" and "ELSET" in block.parameters:
-        members.extend(_nodes_of(deck, block.parameters["ELSET"]))
+        members.extend(_list_nodes(deck, block.parameters["ELSET"]))
     entries = block.entries()
     numbers = [int(entry) for entry in entries if entry.isdigit()]
     members.append(np.array(numbers, dtype=np.int64))
     for other in (entry for entry in entries if not entry.isdigit()):
-        members.extend(_known_set(deck, kind, other))
+        members.extend(_find_known_set(deck, kind, other))
 
 
-def _nodes_of(deck: _Deck, name: str) -> Iterator[NDArray[np.int64]]:
+def _list_nodes(deck: _Deck, name: str) -> Iterator[NDArray[np.int64]]:
     """Nodes of the elements of a set."""
-    wanted = np.concatenate([np.zeros(0, dtype=np.int64), *_known_set(deck, "cells", name)])
+    wanted = np.concatenate([np.zeros(0, dtype=np.int64), *_find_known_set(deck, "cells", name)])
     for labels, (_, nodes) in zip(deck.cell_labels, deck.blocks, strict=True):
         yield np.unique(nodes[np.isin(labels, wanted)])
 
 
-def _surface(deck: _Deck, block: KeywordBlock) -> None:
+def _read_surface(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("NAME", "")
     if block.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-        members = _members(deck, "nodes", name, block.keyword)
+        members = _get_members(deck, "nodes", name, block.keyword)
         for entry in (line.split(",")[0].strip() for line in block.lines):
-            members.extend([np.array([int(entry)])] if entry.isdigit() else _known_set(deck, "nodes", entry))
+            members.extend([np.array([int(entry)])] if entry.isdigit() else _find_known_set(deck, "nodes", entry))
         return
-    faces = _members(deck, "faces", name, block.keyword)
+    faces = _get_members(deck, "faces", name, block.keyword)
     if faces:
         raise deck.damaged(f'the surface "{name}" is defined twice, so rename one')
     for line in block.lines:
         entry, label = ([*map(str.strip, line.split(",")), ""])[:2]
         if label.upper() not in LABELS:
             raise deck.damaged(f'surface "{name}" names the face "{label}", which is none of S1 to S6')
-        cells = [np.array([int(entry)])] if entry.isdigit() else _known_set(deck, "cells", entry)
+        cells = [np.array([int(entry)])] if entry.isdigit() else _find_known_set(deck, "cells", entry)
         # Which face that is depends on the type of the cell, so it is found when all cells are known.
         faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)
 
 
-def _members(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[np.int64]]:
+def _get_members(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[np.int64]]:
     """Of a set by its name; a second one of the same name adds to the first, as in those programs."""
     if not name:
         parameter = {"SURFACE": "NAME", "NODE": "NSET", "ELEMENT": "ELSET"}.get(keyword, keyword)
         raise deck.damaged(f"a set of *{keyword} has no name, so give it one: *{keyword}, {parameter}=NAME")
     sets = deck.sets.select_kind(kind)
-    return sets.setdefault(_spelt(sets, name) or name, [])
+    return sets.setdefault(_find_spelling(sets, name) or name, [])
 
 
-def _known_set(deck: _Deck, kind: str, name: str) -> list[NDArray[np.int64]]:
+def _find_known_set(deck: _Deck, kind: str, name: str) -> list[NDArray[np.int64]]:
     """Members of a set of the part or the assembly that is read, or of the part that the assembly holds."""
     of_part = name.upper().removeprefix(f"{deck.instance}.".upper())
     for sets, wanted in ((deck.sets.select_kind(kind), name), (deck.part.select_kind(kind), of_part)):
-        if (spelt := _spelt(sets, wanted)) is not None:
+        if (spelt := _find_spelling(sets, wanted)) is not None:
             return list(sets[spelt])
     raise deck.damaged(f'a set or surface refers to the set "{name}", which is not defined before it')
 
 
-def _spelt(sets: SetParts, name: str) -> str | None:
+def _find_spelling(sets: SetParts, name: str) -> str | None:
     return next((known for known in sets if known.upper() == name.upper()), None)
 
 
-def _all_sets(deck: _Deck, kind: str) -> SetParts:
+def _join_sets(deck: _Deck, kind: str) -> SetParts:
     """Sets of the part and of its assembly, whose names may be the same by chance, as Abaqus/CAE gives them."""
     above = deck.assembly.select_kind(kind)
     part = deck.part.select_kind(kind)
-    return {name if _spelt(above, name) is None else f"{deck.instance}.{name}": part[name] for name in part} | above
+    return {
+        name if _find_spelling(above, name) is None else f"{deck.instance}.{name}": part[name] for name in part
+    } | above
 
 
-def _file_mesh(deck: _Deck) -> FileMesh:
+def _make_file_mesh(deck: _Deck) -> FileMesh:
     """Replace the labels of the deck by counts from 0."""
     nodes = _Numbering(deck, "node", np.concatenate(deck.node_labels))
     cells = _Numbering(deck, "element", np.concatenate(deck.cell_labels))
     face_sets = {}
-    for name, parts in _all_sets(deck, "faces").items():
+    for name, parts in _join_sets(deck, "faces").items():
         faces = np.concatenate([*parts, np.empty((0, 2), dtype=np.int64)])
-        face_sets[name] = _labelled_faces(deck, name, cells.find_places(faces[:, 0]), faces[:, 1])
+        face_sets[name] = _find_labelled_faces(deck, name, cells.find_places(faces[:, 0]), faces[:, 1])
     return FileMesh(
-        points=_placed(np.concatenate(deck.points), deck.placement),
+        points=_place_points(np.concatenate(deck.points), deck.placement),
         blocks=tuple((cell_type, nodes.find_places(table)) for cell_type, table in deck.blocks),
         node_sets={
-            name: nodes.find_places(np.concatenate(parts)) for name, parts in _all_sets(deck, "nodes").items() if parts
+            name: nodes.find_places(np.concatenate(parts)) for name, parts in _join_sets(deck, "nodes").items() if parts
         },
         cell_sets={
-            name: cells.find_places(np.concatenate(parts)) for name, parts in _all_sets(deck, "cells").items() if parts
+            name: cells.find_places(np.concatenate(parts)) for name, parts in _join_sets(deck, "cells").items() if parts
         },
         face_sets=face_sets,
         labels=np.concatenate(deck.cell_labels),
@@ -347,7 +349,7 @@ def _file_mesh(deck: _Deck) -> FileMesh:
     )
 
 
-def _placed(
+def _place_points(
     points: Float[NDArray[np.float64], "point 3"], placement: list[list[float]]
 ) -> Float[NDArray[np.float64], "point 3"]:
     """Points of a part where its instance is: moved, then turned about an axis through two points by degrees."""
@@ -362,7 +364,7 @@ def _placed(
     return points
 
 
-def _labelled_faces(
+def _find_labelled_faces(
     deck: _Deck, name: str, cells: Int[NDArray[np.int64], " k"], labels: Int[NDArray[np.int64], " k"]
 ) -> Int[NDArray[np.int64], "k 2"]:
     """Cell and local face of each cell and place of a label in `LABELS`; other cells keep the place of the label."""

@@ -95,7 +95,7 @@ def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
     quoted = [name for name in tags if '"' in name]
     if quoted:
         raise MeshError(f"the set {quoted[0]} has a quote in its name, which an .msh file cannot carry: rename it")
-    volumes = list(_volumes(mesh, sets[3]))
+    volumes = list(_group_volumes(mesh, sets[3]))
     with path.open("w", encoding="utf-8") as file:
         file.write("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
         if names:
@@ -116,7 +116,7 @@ def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
         file.write("%.16g %.16g %.16g\n" * n % tuple(mesh.points.ravel().tolist()))
         file.write("$EndNodes\n")
         blocks = [(3, k, kind.gmsh, kind.gmsh_order, cells) for k, (_, kind, cells) in enumerate(volumes, 1)]
-        blocks += list(_surfaces(mesh, sets[2]))
+        blocks += list(_group_surfaces(mesh, sets[2]))
         blocks += [(0, k, GMSH_POINT, (0,), nodes[:, None]) for k, nodes in enumerate(sets[0].values(), 1)]
         total = sum(len(cells) for *_, cells in blocks)
         file.write(f"$Elements\n{len(blocks)} {total} 1 {total}\n")
@@ -128,7 +128,7 @@ def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
             first += len(cells)
         file.write("$EndElements\n")
         for name, values in point_data.items():
-            file.writelines(_node_data(name, np.asarray(values).reshape(n, -1)))
+            file.writelines(_format_node_data(name, np.asarray(values).reshape(n, -1)))
 
 
 @contextlib.contextmanager
@@ -211,7 +211,7 @@ def _without_repeats(mesh: Mesh) -> dict[str, Int[NDArray[np.int64], " _"]]:
     return {name: nodes for name, nodes in mesh.node_sets.items() if not repeats(name)}
 
 
-def _volumes(
+def _group_volumes(
     mesh: Mesh, cell_sets: Mapping[str, Int[NDArray[np.int64], " _"]]
 ) -> Iterator[tuple[list[str], Element, Int[NDArray[np.int64], "cell node"]]]:
     """Cells of one type that belong to the same sets, with the names of these sets."""
@@ -225,7 +225,7 @@ def _volumes(
             yield groups, element, cells[which.ravel() == k]
 
 
-def _surfaces(
+def _group_surfaces(
     mesh: Mesh, face_sets: Mapping[str, Int[NDArray[np.int64], "_ 2"]]
 ) -> Iterator[tuple[int, int, int, tuple[int, ...], Int[NDArray[np.int64], "face node"]]]:
     for entity, faces in enumerate(face_sets.values(), 1):
@@ -244,7 +244,7 @@ def _surfaces(
                 )
 
 
-def _node_data(name: str, values: Float[NDArray[np.float64], "node component"]) -> Iterator[str]:
+def _format_node_data(name: str, values: Float[NDArray[np.float64], "node component"]) -> Iterator[str]:
     n, n_component = values.shape
     yield f'$NodeData\n1\n"{name}"\n1\n0.0\n3\n0\n{n_component}\n{n}\n'
     table = np.column_stack([np.arange(1, n + 1), values])

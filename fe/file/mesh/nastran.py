@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fe.errors import MeshError
 from fe.file.bulk_data import BulkCard, read_bulk_cards
-from fe.file.matrix_content import fortran_real
+from fe.file.matrix_content import read_fortran_real
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.registry import FileFormat, FileMaterial
@@ -94,7 +94,7 @@ def read_bdf(path: Path) -> FileMesh:
             ) from None
     label = np.array(list(model.points), dtype=np.int64)
     property_ = np.array([number for cells in model.cells.values() for number in cells.property_], dtype=np.int64)
-    called = dict(_names(path.read_text(encoding="latin-1").splitlines()))
+    called = dict(_read_names(path.read_text(encoding="latin-1").splitlines()))
     names = {int(number): called.get(int(number), f"property_{number}") for number in np.unique(property_)}
     if len(set(names.values())) < len(names):
         twice = next(name for name in names.values() if list(names.values()).count(name) > 1)
@@ -105,8 +105,10 @@ def read_bdf(path: Path) -> FileMesh:
         raise MeshError(f"mesh file {path} has two elements {values[count > 1][0]}: number them anew")
     return FileMesh(
         points=np.array(list(model.points.values()), dtype=np.float64).reshape(-1, 3),
-        blocks=tuple((cell_type, _numbered(path, label, cell_type, cells)) for cell_type, cells in model.cells.items()),
-        node_sets=_node_sets(path, model.sets, label),
+        blocks=tuple(
+            (cell_type, _number_nodes(path, label, cell_type, cells)) for cell_type, cells in model.cells.items()
+        ),
+        node_sets=_read_node_sets(path, model.sets, label),
         cell_sets={name: np.flatnonzero(property_ == number) for number, name in names.items()},
         labels=labels,
         left_out=tuple(dict.fromkeys(model.left_out)),
@@ -152,7 +154,7 @@ def _add_cell(model: _Model, card: BulkCard) -> None:
     cells.nodes.append([int(node or nodes[0]) for node in nodes])
 
 
-def _numbered(path: Path, label: Indices, cell_type: str, cells: _Cells) -> Int[NDArray[np.int64], "_ _"]:
+def _number_nodes(path: Path, label: Indices, cell_type: str, cells: _Cells) -> Int[NDArray[np.int64], "_ _"]:
     """Places of the nodes of cells among the grid points, in VTK's order."""
     nodes = np.array(cells.nodes, dtype=np.int64)
     place = _place(label, nodes)
@@ -174,7 +176,7 @@ def _place(label: Indices, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(label[place] == wanted, place, -1)
 
 
-def _names(lines: list[str]) -> Iterator[tuple[int, str]]:
+def _read_names(lines: list[str]) -> Iterator[tuple[int, str]]:
     for line in lines:
         match = NAMES.match(line)
         if match:
@@ -182,7 +184,7 @@ def _names(lines: list[str]) -> Iterator[tuple[int, str]]:
             yield int(number), name
 
 
-def _node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, Indices]:
+def _read_node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, Indices]:
     """Members of SET1, SPC and SPC1 cards that are grid points; of a SET1 of elements there are none."""
     members: dict[str, list[int]] = {}
     for card in cards:
@@ -191,7 +193,7 @@ def _node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, I
                 name, card_numbers = f"spc_{int(card.field(0))}", [int(card.field(k)) for k in (1, 4) if card.field(k)]
             else:
                 first, kind = SET_CARDS[card.name]
-                name, card_numbers = f"{kind}_{int(card.field(0))}", _listed(card.fields[first:], label)
+                name, card_numbers = f"{kind}_{int(card.field(0))}", _list_numbers(card.fields[first:], label)
         except (ValueError, LookupError, OverflowError) as error:
             raise MeshError(
                 f"mesh file {path} has a {card.name} card that cannot be read ({error}): correct it"
@@ -201,7 +203,7 @@ def _node_sets(path: Path, cards: list[BulkCard], label: Indices) -> dict[str, I
     return {name: place[place >= 0] for name, place in places.items() if (place >= 0).any()}
 
 
-def _listed(fields: list[str], label: Indices) -> list[int]:
+def _list_numbers(fields: list[str], label: Indices) -> list[int]:
     """Numbers, and those of "3 THRU 9" that are labels of grid points."""
     result: list[int] = []
     filled = [field for field in fields if field]
@@ -233,9 +235,9 @@ def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
                 obstacle = f"is given by {card.name}, which is not isotropic"
                 result[card.field(0)] = FileMaterial(name=card.field(0), obstacle=obstacle)
             elif card.name == "MAT1":
-                result[card.field(0)] = _material(card)
+                result[card.field(0)] = _read_material(card)
             elif card.name == "PARAM" and card.field(0).upper() == "WTMASS":
-                unit_of_mass = fortran_real(card.field(1))
+                unit_of_mass = read_fortran_real(card.field(1))
         except ValueError as error:
             raise MeshError(
                 f"mesh file {path}: {card.name} {card.field(0)} cannot be read ({error}): correct the card"
@@ -247,7 +249,7 @@ def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
     )
 
 
-def _material(card: BulkCard) -> FileMaterial:
+def _read_material(card: BulkCard) -> FileMaterial:
     young, shear, poisson, density = (_number(card.field(k)) for k in range(1, 5))
     if poisson is None and young is not None and shear:
         poisson = young / (2 * shear) - 1
@@ -258,7 +260,7 @@ def _material(card: BulkCard) -> FileMaterial:
 
 def _number(text: str) -> float | None:
     """Number of a field; None if it is blank."""
-    return fortran_real(text) if text else None
+    return read_fortran_real(text) if text else None
 
 
 MESH_FORMATS.register(

@@ -47,10 +47,10 @@ def read_vtu(path: Path) -> FileMesh:
     return FileMesh(
         points=np.asarray(result.points, dtype=np.float64),
         blocks=tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in result.cells),
-        node_sets=_marked_points(point_arrays)
-        | {name: _members(values) for name, values in _of_kind(NODE_SET, point_arrays)},
-        cell_sets={name: _members(values) for name, values in _of_kind(CELL_SET, cell_arrays)},
-        face_sets={name: _faces(values) for name, values in _of_kind(FACE_SET, cell_arrays)},
+        node_sets=_find_marked_points(point_arrays)
+        | {name: _list_members(values) for name, values in _select_kind(NODE_SET, point_arrays)},
+        cell_sets={name: _list_members(values) for name, values in _select_kind(CELL_SET, cell_arrays)},
+        face_sets={name: _list_faces(values) for name, values in _select_kind(FACE_SET, cell_arrays)},
     )
 
 
@@ -59,9 +59,9 @@ def write_vtu(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
     meshio = import_meshio()
     arrays: dict[str, NDArray[Any]] = {name: np.asarray(values) for name, values in point_data.items()}
     for name, nodes in mesh.node_sets.items():
-        arrays[NODE_SET + name] = _places(mesh.n_node, nodes)
+        arrays[NODE_SET + name] = _number_members(mesh.n_node, nodes)
     cell_arrays: dict[str, NDArray[Any]] = {
-        CELL_SET + name: _places(mesh.n_cell, members) for name, members in mesh.cell_sets.items()
+        CELL_SET + name: _number_members(mesh.n_cell, members) for name, members in mesh.cell_sets.items()
     }
     for name, faces in mesh.face_sets.items():
         bits = np.zeros(mesh.n_cell, dtype=np.uint8)
@@ -78,11 +78,11 @@ def write_vtu(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
     meshio.vtu.write(str(path), written)
 
 
-def _of_kind(prefix: str, arrays: Mapping[str, NDArray[np.int64]]) -> list[tuple[str, NDArray[np.int64]]]:
+def _select_kind(prefix: str, arrays: Mapping[str, NDArray[np.int64]]) -> list[tuple[str, NDArray[np.int64]]]:
     return [(name.removeprefix(prefix), values) for name, values in arrays.items() if name.startswith(prefix)]
 
 
-def _marked_points(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Int[NDArray[np.int64], " k"]]:
+def _find_marked_points(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Int[NDArray[np.int64], " k"]]:
     """Points at which an array of zeros and ones is one."""
     marks = {name: values for name, values in arrays.items() if not name.startswith(NODE_SET)}
     return {
@@ -92,19 +92,19 @@ def _marked_points(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Int[NDArray[
     }
 
 
-def _places(n: int, members: Int[NDArray[np.int64], " k"]) -> NDArray[np.int32]:
+def _number_members(n: int, members: Int[NDArray[np.int64], " k"]) -> NDArray[np.int32]:
     places = np.zeros(n, dtype=np.int32)
     # Backwards, so that a member named twice keeps its first place.
     places[members[::-1]] = np.arange(len(members), 0, -1)
     return places
 
 
-def _members(places: NDArray[np.int64]) -> Int[NDArray[np.int64], " k"]:
+def _list_members(places: NDArray[np.int64]) -> Int[NDArray[np.int64], " k"]:
     inside = np.flatnonzero(places)
     return inside[np.argsort(places[inside], kind="stable")]
 
 
-def _faces(bits: NDArray[np.int64]) -> Int[NDArray[np.int64], "k 2"]:
+def _list_faces(bits: NDArray[np.int64]) -> Int[NDArray[np.int64], "k 2"]:
     is_inside = (bits.astype(np.int64)[:, None] >> np.arange(N_FACE)) & 1
     return np.argwhere(is_inside)
 

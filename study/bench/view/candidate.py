@@ -7,7 +7,7 @@ import numpy as np
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
-from study.case.added import text_of
+from study.case.added import format_parameter
 from study.diagnose.advice import choose_advice
 from study.diagnose.doubt import list_doubts, list_notes
 from study.diagnose.report import describe_threshold, format_headline
@@ -22,11 +22,11 @@ def show_scores(scores: Sequence[Score]) -> list[dict[str, Any]]:
     """Candidates of a screening, best first: numbers to first order."""
     confused = find_confused(scores)
     return [
-        _candidate(score, confused) | {
+        _show_candidate(score, confused) | {
             "gain": score.gain,
             "is_fitted": False,
-            "strength": _strength(score),
-            "value": _value(score.strength, score.effect.parameters),
+            "strength": _format_strength(score),
+            "value": _list_values(score.strength, score.effect.parameters),
         }
         for score in scores
     ]  # fmt: skip
@@ -47,7 +47,7 @@ def show_diagnosis(result: Round) -> dict[str, Any]:
         "advice": choose_advice(result),
         "threshold": describe_threshold(result),
         "chance": float(result.diagnosis.thresholds.gain),
-        "candidates": [_fitted(row, scores[row.effect.name], confused, chance) for row in list_rows(result)],
+        "candidates": [_show_fitted(row, scores[row.effect.name], confused, chance) for row in list_rows(result)],
         "untestable": [{"name": item.name, "reason": item.reason} for item in result.diagnosis.catalogue.untestable],
     }
 
@@ -67,7 +67,7 @@ def find_confused(scores: Sequence[Score]) -> dict[str, list[list[Any]]]:
     return result
 
 
-def _candidate(score: Score, confused: Mapping[str, list[list[Any]]]) -> dict[str, Any]:
+def _show_candidate(score: Score, confused: Mapping[str, list[list[Any]]]) -> dict[str, Any]:
     effect = score.effect
     return {
         "name": effect.name,
@@ -83,28 +83,28 @@ def _candidate(score: Score, confused: Mapping[str, list[list[Any]]]) -> dict[st
     }
 
 
-def _fitted(
+def _show_fitted(
     row: Row, score: Score, confused: Mapping[str, list[list[Any]]], chance: Mapping[str, float]
 ) -> dict[str, Any]:
     is_fitted = row.gain is not None
-    return _candidate(score, confused) | {
+    return _show_candidate(score, confused) | {
         "gain": row.fall,
         "is_fitted": is_fitted,
         "is_named": row.named,
         "strength": row.in_words,
         "probability": chance.get(row.effect.name),
         "held_out": None if row.errors is None else row.errors.held_out,
-        "value": [] if is_fitted else _value(score.strength, row.effect.parameters),
+        "value": [] if is_fitted else _list_values(score.strength, row.effect.parameters),
     }
 
 
-def _strength(score: Score) -> str:
+def _format_strength(score: Score) -> str:
     parameter = score.effect.parameters[0]
     typical = abs(parameter.typical - parameter.vanishes)
     return format_interval(score.strength, typical / score.size if score.size else np.inf, parameter)
 
 
-def _value(strength: float, parameters: Sequence[EffectParameter]) -> list[str]:
+def _list_values(strength: float, parameters: Sequence[EffectParameter]) -> list[str]:
     """Values with which an effect that was not fitted can be added: its strength to first order, typical others."""
     rest = [parameter.typical for parameter in parameters[1:]]
-    return [text_of(value, parameter) for value, parameter in zip([strength, *rest], parameters, strict=True)]
+    return [format_parameter(value, parameter) for value, parameter in zip([strength, *rest], parameters, strict=True)]

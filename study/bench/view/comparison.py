@@ -12,8 +12,8 @@ from figure.style import choose_family_colours
 from study.bench.line import Lines, at_measured
 from study.compare.curve import Coefficients, Drawing, SensorPanel, find_rows, join_sides
 from study.compare.result import ComparisonResult
-from study.compare.section.misfit import misfit_sections
-from study.compare.section.response import response_sections
+from study.compare.section.misfit import make_misfit_sections
+from study.compare.section.response import make_response_sections
 from study.compare.sentence import Summary, summarise
 from study.page.number import round_list
 
@@ -31,15 +31,15 @@ def show_comparison(compared: ComparisonResult, lines: Mapping[str, Lines]) -> d
     lines
         Its lines that move, by configuration.
     """
-    points = {free: (item.points, item.prediction.value) for free, item in _by_free(lines).items()}
+    points = {free: (item.points, item.prediction.value) for free, item in _split_by_free(lines).items()}
     drawing = Drawing.of(compared, points)
-    (responses,), (misfit,) = response_sections(compared, drawing), misfit_sections(compared, drawing)
+    (responses,), (misfit,) = make_response_sections(compared, drawing), make_misfit_sections(compared, drawing)
     data = {**responses.data, "dark_colours": choose_family_colours(len(responses.data["levels"]), dark=True)}
     panels = [panel for listed in drawing.panels.values() for panel in listed if panel.curves]
     free_of = [free for free, listed in drawing.panels.items() for panel in listed if panel.curves]
     for shown, panel, free in zip(data["panels"], panels, free_of, strict=True):
         shown["sensor"] = panel.key[0]
-        for group, curve in zip(shown["groups"], _lines(panel, _by_free(lines)[free]), strict=True):
+        for group, curve in zip(shown["groups"], _show_lines(panel, _split_by_free(lines)[free]), strict=True):
             group |= curve
     return {
         "verdict": show_summary(compared.title, compared.campaign.title, summarise(compared), compared.suspicions),
@@ -67,7 +67,7 @@ def show_moved(
     """Exact lines at other values of the parameters for the page, in the order of its panels; and the errors there."""
     drawing = Drawing.of(compared, lines)
     panels = [panel for listed in drawing.panels.values() for panel in listed if panel.curves]
-    shown = [[_complex(curve.line) for curve in panel.curves] for panel in panels]
+    shown = [[_split_complex(curve.line) for curve in panel.curves] for panel in panels]
     return {"panels": shown}, list_errors(compared, lines)
 
 
@@ -83,21 +83,23 @@ def list_errors(compared: ComparisonResult, lines: Mapping[bool, tuple[Points, C
     }
 
 
-def _by_free(lines: Mapping[str, Lines]) -> dict[bool, Lines]:
+def _split_by_free(lines: Mapping[str, Lines]) -> dict[bool, Lines]:
     return {name == "free": item for name, item in lines.items()}
 
 
-def _lines(panel: SensorPanel, lines: Lines) -> list[dict[str, Any]]:
+def _show_lines(panel: SensorPanel, lines: Lines) -> list[dict[str, Any]]:
     """Line and slopes of each curve of a panel, in its unit."""
     points, result = lines.points, []
     for curve in panel.curves:
         rows = find_rows(points, *panel.key, curve.level)
         rows = rows[points.sweep[rows] == curve.sweep]
         slopes = panel.factor(points.force[rows])[:, None] * lines.slopes[rows]
-        result.append({"value": _complex(curve.line), "slopes": [_complex(slope, SLOPE_DIGITS) for slope in slopes.T]})
+        result.append(
+            {"value": _split_complex(curve.line), "slopes": [_split_complex(slope, SLOPE_DIGITS) for slope in slopes.T]}
+        )
     return result
 
 
-def _complex(values: Coefficients, digits: int = DIGITS) -> list[list[float | None]]:
+def _split_complex(values: Coefficients, digits: int = DIGITS) -> list[list[float | None]]:
     """Real and imaginary parts."""
     return [round_list(values.real, digits), round_list(values.imag, digits)]

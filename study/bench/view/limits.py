@@ -7,7 +7,7 @@ import numpy as np
 
 from study.compare.curve import SensorPanel
 from study.compare.families import FamilyComparison
-from study.compare.family_report import family_document
+from study.compare.family_report import document_families
 from study.page.number import round_list
 
 
@@ -26,7 +26,7 @@ def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, Senso
     "panels": of each curve of each panel its limits over frequency [Hz], or None; the verdict as "headline" and, in
     full, "sentences".
     """
-    document = family_document(comparison)
+    document = document_families(comparison)
     compared = [item for item in comparison.verdicts if item.n_compared]
     leaving = sum(item.leaves_band for item in compared)
     headline = f"{leaving} of {len(compared)} measured families leave them." if leaving else (

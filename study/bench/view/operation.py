@@ -53,7 +53,7 @@ def list_operations(model: Model, prediction: Prediction, unit: str) -> list[Ope
     highest: dict[tuple[bool, float], tuple[float, SteadyState]] = {}
     for (free, level, frequency), state in prediction.states.items():
         before = highest.get((free, level))
-        if before is None or _size(state) > _size(before[1]):
+        if before is None or _compute_size(state) > _compute_size(before[1]):
             highest[free, level] = frequency, state
     solvers = {free: ModelSolver.from_model(model, free, None) for free in {key[0] for key in highest}}
     return [
@@ -66,7 +66,7 @@ def list_operations(model: Model, prediction: Prediction, unit: str) -> list[Ope
     ]
 
 
-def _size(state: SteadyState) -> float:
+def _compute_size(state: SteadyState) -> float:
     return float(np.linalg.norm(state.coefficients[1]))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.fit_parameter import Unknowns, Values
-from study.case.added import text_of
+from study.case.added import format_parameter
 from study.case.setup import Setup
 from study.diagnose.history import History
 from study.diagnose.table import format_interval, split_unit
@@ -31,12 +31,12 @@ def show_parameters(setup: Setup, unknowns: Unknowns, values: Values, history: H
     history
         History of the case, which knows the intervals.
     """
-    noted = _noted(history)
+    noted = _list_noted(history)
     physics = [item.physics for item in setup.calibration_parameters]
     physics += [item.effect.physics for item in setup.added for _ in item.effect.parameters]
     is_effect = [number >= len(setup.calibration_parameters) for number in range(len(values))]
     rows = [
-        _row(number, name, parameter, float(value), float(prior), noted, of_effect) | {"physics": text}
+        _show_row(number, name, parameter, float(value), float(prior), noted, of_effect) | {"physics": text}
         for number, (name, parameter, value, prior, of_effect, text) in enumerate(
             zip(unknowns.names, unknowns.parameters, values, unknowns.prior, is_effect, physics, strict=True)
         )
@@ -44,13 +44,13 @@ def show_parameters(setup: Setup, unknowns: Unknowns, values: Values, history: H
     return sorted(rows, key=lambda row: not row["at_bound"])
 
 
-def _row(
+def _show_row(
     number: int, name: str, parameter: EffectParameter, value: float, prior: float, noted: Mapping[str, str],
     of_effect: bool,
 ) -> dict[str, Any]:  # fmt: skip
     lower, upper = parameter.lower, parameter.upper
     size, unit = split_unit(value if value else parameter.typical, parameter)
-    first, last = _range(parameter, value, prior)
+    first, last = _choose_range(parameter, value, prior)
     return {
         "number": number,
         "name": name,
@@ -59,7 +59,7 @@ def _row(
         "text": format_interval(value, 0.0, parameter),
         "interval": noted.get(name, ""),
         "prior": f"± {100 * prior:.3g} %" if np.isfinite(prior) else "none",
-        "bounds": [text_of(bound, parameter, 3) if np.isfinite(bound) else "none" for bound in (lower, upper)],
+        "bounds": [format_parameter(bound, parameter, 3) if np.isfinite(bound) else "none" for bound in (lower, upper)],
         "at_bound": is_at_bound(value, parameter),
         "slider": {"first": first, "last": last, "step": (last - first) / 400, "size": size, "unit": unit},
     }
@@ -72,7 +72,7 @@ def is_at_bound(value: float, parameter: EffectParameter) -> bool:
     return any(abs(value - bound) <= AT_BOUND * width for bound in bounds)
 
 
-def _range(parameter: EffectParameter, value: float, prior: float) -> tuple[float, float]:
+def _choose_range(parameter: EffectParameter, value: float, prior: float) -> tuple[float, float]:
     """Range of a slider around a value, within the bounds."""
     if np.isfinite(prior):
         half = max(PULLED * prior, 1.5 * abs(value - 1))
@@ -83,7 +83,7 @@ def _range(parameter: EffectParameter, value: float, prior: float) -> tuple[floa
     return max(first, parameter.lower), min(last, parameter.upper)
 
 
-def _noted(history: History) -> dict[str, str]:
+def _list_noted(history: History) -> dict[str, str]:
     """Half the 95 % interval of each value as the last fit wrote it, by name."""
     result: dict[str, str] = {}
     for step in history.active_steps:

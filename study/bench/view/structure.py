@@ -82,13 +82,13 @@ def show_structure(
         "bodies": [
             {
                 "name": body.name,
-                "points": _columns(body.points),
+                "points": _list_columns(body.points),
                 "triangles": body.triangles.T.tolist(),
                 "is_chain": not len(body.triangles) and _is_chain(body.points),
             }
             for body in bodies
         ],
-        "marks": [{"kind": kind, "name": mark.name, "points": _columns(mark.points)} for kind, mark in marks],
+        "marks": [{"kind": kind, "name": mark.name, "points": _list_columns(mark.points)} for kind, mark in marks],
         "modes": _list_modes(model, moving, size),
         "state_colours": [CONTACT_STATES[name] for name in STATES],
         "operations": [_show_operation(operation, moving, size) for operation in operations],
@@ -151,12 +151,12 @@ def _shape(bodies: Sequence[Body], motion: Complex[NDArray[np.complex128], " r"]
     fields = [body.motion @ motion for body in bodies]
     largest = max(float(np.linalg.norm(np.abs(field), axis=1).max()) for field in fields)
     factor = SHOWN * size / largest if largest else 0.0
-    parts = [[_columns(factor * field.real), _columns(factor * field.imag)] for field in fields]
+    parts = [[_list_columns(factor * field.real), _list_columns(factor * field.imag)] for field in fields]
     is_real = not any(field.imag.any() for field in fields)
     return {"shape": [[real] if is_real else [real, imaginary] for real, imaginary in parts], "enlarged": factor}
 
 
-def _columns(values: Float[NDArray[np.float64], "p 3"]) -> list[list[float | None]]:
+def _list_columns(values: Float[NDArray[np.float64], "p 3"]) -> list[list[float | None]]:
     return [round_list(column, DIGITS) for column in values.T]
 
 

@@ -18,16 +18,16 @@ TEXT = (
 )
 
 
-def contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
+def make_contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """Section on contact forces, if the force of a line was measured."""
     del compared
     rows = [
         [
             name_configuration(free),
             panel.key[0],
-            _harmonic(panel),
+            _format_harmonic(panel),
             f"{curve.level:g} {drawing.unit}",
-            *_numbers(panel, curve),
+            *_format_numbers(panel, curve),
         ]
         for free, panels in drawing.panels.items()
         for panel in panels
@@ -39,11 +39,11 @@ def contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iter
         yield Section(title="Contact forces", text=TEXT, table=Table(head=head, rows=rows, words=4))
 
 
-def _harmonic(panel: SensorPanel) -> str:
+def _format_harmonic(panel: SensorPanel) -> str:
     return "static" if panel.is_static else str(panel.key[1])
 
 
-def _numbers(panel: SensorPanel, curve: ComparedCurve) -> list[str]:
+def _format_numbers(panel: SensorPanel, curve: ComparedCurve) -> list[str]:
     if panel.is_static:
         measured, predicted = (float(np.nanmean(value.real)) for value in (curve.measured, curve.predicted))
         at = ""

@@ -19,12 +19,12 @@ TEXT = (
 )
 
 
-def linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
+def make_linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """Section on linearity, if motions were measured at two levels or more at the same frequencies."""
     del compared
     sentences, rows = [], []
     for free, misfit in drawing.misfit.items():
-        responses = _responses(misfit)
+        responses = _list_responses(misfit)
         if responses is None:
             continue
         result = check_linearity(*responses, drawing.unit)
@@ -44,7 +44,7 @@ def linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator
         )
 
 
-def _responses(misfit: Misfit) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+def _list_responses(misfit: Misfit) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Levels, responses per level and their deviations: one row per level, one column per possible reading."""
     points = misfit.points
     known = np.isfinite(misfit.measured) & np.isfinite(misfit.deviation)

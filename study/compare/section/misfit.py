@@ -21,7 +21,7 @@ TEXT = (
 )
 
 
-def misfit_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
+def make_misfit_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """Section with a misfit map per configuration."""
     del compared
     maps = [map_misfit(misfit, free, drawing.unit) for free, misfit in drawing.misfit.items()]

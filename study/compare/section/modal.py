@@ -7,7 +7,7 @@ from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from correlation.data_type.measured_response import MeasuredResponse
-from correlation.modal.assurance import response_assurance
+from correlation.modal.assurance import compute_response_assurance
 from correlation.uncertainty.interval import TWO_SIDED_95
 from study.compare.modal_view import ModalSet, ModalView
 from study.compare.section.section import Section
@@ -37,7 +37,7 @@ DECAYS = (
 )
 
 
-def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Section]:
+def make_modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Section]:
     """Sections of a page: modes with shapes, agreement of responses, and free decays, if there are any.
 
     Parameters
@@ -61,7 +61,7 @@ def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Sect
             table=Table(head=head, rows=rows),
             pictures=pictures("mac"),
         )
-    sensors = [row for own in view.sets for row in _sensor_rows(own)]
+    sensors = [row for own in view.sets for row in _format_sensor_rows(own)]
     if sensors:
         table = Table(head=("modes", "sensor", "CoMAC"), rows=sensors, words=2)
         yield Section(title="Sensors over the paired modes", text=SENSORS, table=table)
@@ -69,7 +69,7 @@ def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Sect
         rows = [
             [response.name, sensor, f"{value:.3f}"]
             for response, predicted in view.responses
-            for sensor, value in zip(response.sensors, _agreement(response, predicted), strict=True)
+            for sensor, value in zip(response.sensors, _compute_agreement(response, predicted), strict=True)
         ]
         yield Section(
             title="Frequency responses: poles and agreement",
@@ -89,26 +89,26 @@ def _pair_rows(own: ModalSet) -> list[list[str]]:
         rows.append(
             [
                 own.name, f"{mode.frequency:.3f} \u00b1 {TWO_SIDED_95 * mode.frequency_deviation:.2g}",
-                f"{pair.model_frequency:.3f}", f"{pair.frequency_error:+.2%}", _percent(mode.damping),
-                _percent(damping), f"{pair.assurance:.3f}",
+                f"{pair.model_frequency:.3f}", f"{pair.frequency_error:+.2%}", _format_percent(mode.damping),
+                _format_percent(damping), f"{pair.assurance:.3f}",
             ]
         )  # fmt: skip
     alone = [own.measured[number] for number in own.pairing.measured_only]
-    rows += [[own.name, f"{mode.frequency:.3f}", "none", "", _percent(mode.damping), "", ""] for mode in alone]
+    rows += [[own.name, f"{mode.frequency:.3f}", "none", "", _format_percent(mode.damping), "", ""] for mode in alone]
     rows += [
-        [own.name, "not measured", f"{own.frequency[number]:.3f}", "", "", _percent(own.damping[number]), ""]
+        [own.name, "not measured", f"{own.frequency[number]:.3f}", "", "", _format_percent(own.damping[number]), ""]
         for number in own.pairing.model_only
     ]
     return rows
 
 
-def _sensor_rows(own: ModalSet) -> list[list[str]]:
+def _format_sensor_rows(own: ModalSet) -> list[list[str]]:
     """CoMAC of each sensor of a set with two pairs or more, the lowest first."""
     rows = sorted(zip(own.coordinate.tolist(), own.sensors, strict=False))
     return [[own.name, sensor, f"{value:.3f}" if np.isfinite(value) else "at rest"] for value, sensor in rows]
 
 
-def _percent(value: float) -> str:
+def _format_percent(value: float) -> str:
     return f"{100 * value:.3f} %" if np.isfinite(value) else ""
 
 
@@ -127,6 +127,8 @@ def _judge_shapes(own: ModalSet) -> Iterator[str]:
             )
 
 
-def _agreement(response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"]) -> NDArray[np.float64]:
+def _compute_agreement(
+    response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"]
+) -> NDArray[np.float64]:
     there = response.coherent_lines
-    return np.asarray(response_assurance(response.value[:, there], predicted[:, there]))
+    return np.asarray(compute_response_assurance(response.value[:, there], predicted[:, there]))

@@ -15,14 +15,16 @@ from study.compare.section.section import Section
 from study.page.table import Table
 
 
-def overview_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
+def make_overview_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """Sensors and runs of the campaign, and the data that were left out."""
     del drawing
     campaign = compared.campaign
     table = Table(
-        head=("sensor", "quantity", "at", "harmonics", "levels", "readings", "remark"), rows=_sensors(campaign), words=3
+        head=("sensor", "quantity", "at", "harmonics", "levels", "readings", "remark"),
+        rows=_format_sensors(campaign),
+        words=3,
     )
-    text = " ".join([describe_runs(campaign), *left_out(compared)])
+    text = " ".join([describe_runs(campaign), *describe_left_out(compared)])
     yield Section(title="What was compared", text=text, table=table)
 
 
@@ -42,7 +44,7 @@ def describe_runs(campaign: Campaign) -> str:
     )
 
 
-def left_out(compared: ComparisonResult) -> list[str]:
+def describe_left_out(compared: ComparisonResult) -> list[str]:
     """Sentences on the data that could not be compared."""
     sentences = []
     sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
@@ -52,7 +54,7 @@ def left_out(compared: ComparisonResult) -> list[str]:
             f"No steady state of the model was found at {missing} of {sum(map(len, sides))} points, of which each "
             "counts 10 standard deviations."
         )
-    sentences += _left_out_states(compared)
+    sentences += _describe_left_out_states(compared)
     without = [sensor.name for sensor in compared.campaign.sensors if not sensor.has_phase]
     if without:
         sentences.append(f"Phases of {', '.join(without)} were not measured: amplitudes alone are compared.")
@@ -64,7 +66,7 @@ def left_out(compared: ComparisonResult) -> list[str]:
     return sentences
 
 
-def _left_out_states(compared: ComparisonResult) -> list[str]:
+def _describe_left_out_states(compared: ComparisonResult) -> list[str]:
     """States that belong to no data set, and why each is left out."""
     sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
     known = {state for side in sides for state in _states(side.points.free, side.points.level, side.points.frequency)}
@@ -72,7 +74,7 @@ def _left_out_states(compared: ComparisonResult) -> list[str]:
     points, there = everything.points, np.isfinite(everything.repeat).any(axis=1)
     read = _states(points.free[there], points.level[there], points.frequency[there])
     lost = _states(points.free, points.level, points.frequency) - read
-    settled = _settled_states(compared.campaign)
+    settled = _list_settled_states(compared.campaign)
     unit = compared.campaign.drive.unit
     reasons = {
         "there repeats, or sweeps up and down, differ far more than at the frequencies beside, because the response "
@@ -81,15 +83,15 @@ def _left_out_states(compared: ComparisonResult) -> list[str]:
         "all of their readings are of repeats before the contacts settled": lost - settled,
         "their level is held out from calibration, and no held-out repeat has them": read - known,
     }
-    return [f"Not compared: {_named(states, unit)}; {why}." for why, states in reasons.items() if states]
+    return [f"Not compared: {_name_states(states, unit)}; {why}." for why, states in reasons.items() if states]
 
 
-def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
+def _name_states(states: set[tuple[bool, float, float]], unit: str) -> str:
     """The states of lowest levels by level and frequency, and the number of further ones."""
     return join_first_names([f"{level:g} {unit} at {at:g} Hz" + " (free)" * free for free, level, at in sorted(states)])
 
 
-def _settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:
+def _list_settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:
     """States read after the contacts had settled."""
     free = campaign.is_free
     table = campaign.measurement.where(~find_unsettled(campaign))
@@ -101,7 +103,7 @@ def _states(free: np.ndarray, level: np.ndarray, frequency: np.ndarray) -> set[t
     return {(at_free, at_level, float(f"{at:.5g}")) for at_free, at_level, at in states}
 
 
-def _sensors(campaign: Campaign) -> list[list[str]]:
+def _format_sensors(campaign: Campaign) -> list[list[str]]:
     rows = []
     for number, sensor in enumerate(campaign.sensors):
         table = campaign.measurement.where(campaign.measurement.sensor == number)

@@ -35,7 +35,7 @@ HEAD = (
 )
 
 
-def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
+def make_resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """Section on resonances, if the bands contain one."""
     remarks = [f"Not read: {reason}." for reason in compared.unread]
     jumps = [describe_jump(jump, drawing.unit) for jump in compared.jumps]
@@ -45,15 +45,15 @@ def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator
         if remarks:
             yield Section(title="Resonances and backbone", text=" ".join(remarks))
         return
-    table = Table(head=HEAD, rows=[_row(peak, drawing) for peak in compared.peaks], words=4)
+    table = Table(head=HEAD, rows=[_format_row(peak, drawing) for peak in compared.peaks], words=4)
     plots = draw_backbones({"predicted": compared.peaks}, drawing.unit)
     yield Section(title="Resonances and backbone", text=" ".join([TEXT, *remarks]), table=table, plots=plots)
 
 
-def _row(peak: PeakError, drawing: Drawing) -> list[str]:
+def _format_row(peak: PeakError, drawing: Drawing) -> list[str]:
     held = ", held out" if peak.level in drawing.held_out else ""
-    frequency = _error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
-    damping = _error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
+    frequency = _format_error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
+    damping = _format_error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
     return [
         name_configuration(peak.free), str(peak.mode), f"{peak.level:g} {drawing.unit}{held}", peak.sensor,
         f"{peak.frequency:.3f}", _number(peak.predicted_frequency), *frequency, f"{100 * peak.damping:.3f} %",
@@ -65,7 +65,7 @@ def _number(value: float, unit: str = "") -> str:
     return f"{value:.3f}{unit}" if np.isfinite(value) else "none"
 
 
-def _error(difference: float, value: float, deviation: float, digits: int) -> tuple[str, str]:
+def _format_error(difference: float, value: float, deviation: float, digits: int) -> tuple[str, str]:
     if not np.isfinite(difference):
         return "", ""
     relative = f"{100 * difference / value:+.{digits}f} %"

@@ -29,12 +29,12 @@ TEXT = (
 )
 
 
-def response_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
+def make_response_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """Section on the responses of all sensors."""
     runs = _Runs(compared.campaign)
     levels = drawing.levels
     drawn = [(free, panel) for free, listed in drawing.panels.items() for panel in listed if panel.curves]
-    panels = [_panel(runs, drawing.misfit[free], free, panel, levels) for free, panel in drawn]
+    panels = [_show_panel(runs, drawing.misfit[free], free, panel, levels) for free, panel in drawn]
     held_out = dict.fromkeys(drawing.held_out, " (held out)")
     words = [f"{level:g} {drawing.unit}{held_out.get(level, '')}" for level in levels.tolist()]
     thinned = "" if runs.step == 1 else f" One run in {runs.step} is drawn, since there are so many."
@@ -58,20 +58,20 @@ def choose_first_panel(drawn: Sequence[tuple[bool, SensorPanel]], misfit: Mappin
     """
     numbers = range(len(drawn))
     heard = [number for number in numbers if stands_out(misfit[drawn[number][0]], drawn[number][1].key)]
-    sizes = {number: _size(misfit[drawn[number][0]], drawn[number][1]) for number in heard}
+    sizes = {number: _compute_size(misfit[drawn[number][0]], drawn[number][1]) for number in heard}
     worst = max(heard, key=lambda number: sizes[number], default=0)
     if sizes.get(worst, 0.0) > DIFFERS:
         return worst
-    return max(numbers, key=lambda number: _motion(*drawn[number]), default=0)
+    return max(numbers, key=lambda number: _find_motion(*drawn[number]), default=0)
 
 
-def _size(misfit: Misfit, panel: SensorPanel) -> float:
+def _compute_size(misfit: Misfit, panel: SensorPanel) -> float:
     """Misfit of a panel, root mean square [standard deviations]."""
     rows = np.concatenate([curve.rows for curve in panel.curves])
     return float(np.nan_to_num(np.sqrt(np.nanmean(misfit.standardised[rows] ** 2))))
 
 
-def _motion(free: bool, panel: SensorPanel) -> tuple[bool, float]:
+def _find_motion(free: bool, panel: SensorPanel) -> tuple[bool, float]:
     """Sort key: whether the contacts are present, and the largest displacement of a fundamental, otherwise 0 [m]."""
     if panel.key[1] != 1 or not isinstance(panel.sensor, Sensor):
         return not free, 0.0
@@ -119,7 +119,7 @@ class _Runs:
                         ", none", ""
                     ),
                     "frequency": round_list(np.insert(frequency, after, frequency[after]), 7),
-                    **_drawn(np.insert(value, after, np.nan), panel, 0.0, 4),
+                    **_show_values(np.insert(value, after, np.nan), panel, 0.0, 4),
                 }
             )
         return result
@@ -129,7 +129,7 @@ class _Runs:
         return all(item.has_phase for item in self.campaign.sensors if item.name == sensor)
 
 
-def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: SensorPanel, levels: Numbers) -> dict[str, Any]:
+def _show_panel(runs: _Runs, misfit: Misfit, free: bool, panel: SensorPanel, levels: Numbers) -> dict[str, Any]:
     sensor, harmonic = panel.key
     return {
         "configuration": name_configuration(free),
@@ -138,17 +138,17 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: SensorPanel, levels: 
         "static": panel.is_static,
         "harmonic": harmonic,
         "phase": runs.has_phase(sensor) and not panel.is_static,
-        "feature": _feature(panel),
+        "feature": _name_feature(panel),
         "groups": [
             {
                 "level": int(np.searchsorted(levels, curve.level)),
                 "sweep": curve.sweep,
                 "frequency": round_list(curve.frequency, 8),
                 "deviation": round_list(curve.deviation),
-                **_drawn(curve.measured, panel, curve.deviation),
+                **_show_values(curve.measured, panel, curve.deviation),
                 "line_frequency": round_list(curve.line_frequency, 8),
-                "line": _drawn(curve.line, panel, float(np.median(curve.deviation)), beside=curve.measured),
-                "residual": _residual(curve, misfit, panel),
+                "line": _show_values(curve.line, panel, float(np.median(curve.deviation)), beside=curve.measured),
+                "residual": _show_residual(curve, misfit, panel),
                 "runs": runs.list_runs(free, panel, curve),
             }
             for curve in panel.curves
@@ -156,12 +156,12 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: SensorPanel, levels: 
     }
 
 
-def _feature(panel: SensorPanel) -> str:
+def _name_feature(panel: SensorPanel) -> str:
     """Name of the feature with drawn standard deviations."""
     return "F / X" if panel.per_level else "the static part" if panel.is_static else "the ratio to the largest motion"
 
 
-def _residual(curve: ComparedCurve, misfit: Misfit, panel: SensorPanel) -> dict[str, Any]:
+def _show_residual(curve: ComparedCurve, misfit: Misfit, panel: SensorPanel) -> dict[str, Any]:
     standardised = misfit.standardised[curve.rows]
     # A prediction below the measurement is negative, as in the other units.
     result = {"real": round_list(-standardised[:, 0], 4), "imaginary": round_list(-standardised[:, 1], 4)}
@@ -180,7 +180,7 @@ def _residual(curve: ComparedCurve, misfit: Misfit, panel: SensorPanel) -> dict[
     }
 
 
-def _drawn(
+def _show_values(
     value: Values, panel: SensorPanel, deviation: Numbers | float, digits: int = 5, beside: Values | None = None
 ) -> dict[str, Any]:
     """Amplitude and phase; a static part with its sign."""

@@ -34,8 +34,8 @@ from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import HarmonicForce, forced_response
 from pipeline.store import stage
 from reduction.craig_bampton import craig_bampton
-from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
-from reduction.rom import ReducedModel, rayleigh_damped
+from reduction.memory_estimate import estimate_reduction_memory, refuse_beyond_memory
+from reduction.rom import ReducedModel, with_rayleigh_damping
 from reduction.rom_error import rom_error
 from study.kind.blade.table import BladeTables, mesh_any, with_thickness
 from study.reduce.comparison import N_FREQUENCY, ComparedReduction
@@ -153,7 +153,7 @@ def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:
     mesh = mesh_any(model.blade, model.rule, model.pads)
     check_quality(mesh)
     mass, stiffness = assemble_compact(mesh, model.material)
-    nodes = fixed_nodes(mesh, model.drop_every)
+    nodes = find_fixed_nodes(mesh, model.drop_every)
     return mesh, supported_system(mesh, mass, stiffness, [Support(nodes=nodes)]), len(nodes)
 
 
@@ -163,13 +163,13 @@ def compute_first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
     return mesh, float(modes(system, 1).frequency[0]), system.n_dof
 
 
-def fixed_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
+def find_fixed_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
     """Clamped nodes: all of the face set "clamp", or thinned."""
     nodes = mesh.nodes("clamp")
     return thin_nodes(mesh, nodes, drop_every) if drop_every else nodes
 
 
-def boundary_rows(mesh: Mesh, system: LinearSystem) -> dict[str, NDArray[np.int64]]:
+def find_boundary_rows(mesh: Mesh, system: LinearSystem) -> dict[str, NDArray[np.int64]]:
     """Rows of excitation, response and contact nodes, by name."""
     return {name: system.rows(mesh.node_sets[name]) for name in BOUNDARY if name in mesh.node_sets}
 
@@ -240,15 +240,15 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None)
         Travels with the reduced model.
     """
     mesh, system, n_fixed = clamped(model)
-    rows = boundary_rows(mesh, system)
+    rows = find_boundary_rows(mesh, system)
     n_boundary = sum(len(item) for item in rows.values())
-    needed = reduction_memory(system.stiffness, n_boundary, model.n_mode)
+    needed = estimate_reduction_memory(system.stiffness, n_boundary, model.n_mode)
     refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and modes")
     full = modes(system, N_FREQUENCY)
     damping = rayleigh_damping(model.damping_ratio, float(full.frequency[0]))
-    rom = rayleigh_damped(craig_bampton(system, rows, model.n_mode, provenance), damping)
+    rom = with_rayleigh_damping(craig_bampton(system, rows, model.n_mode, provenance), damping)
     reduced = rom.modes(N_FREQUENCY)
-    peak = first_peak(rom, float(reduced.frequency[0]))
+    peak = find_first_peak(rom, float(reduced.frequency[0]))
     return Reduction(
         mesh=mesh,
         rom=rom,
@@ -260,10 +260,10 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None)
     )
 
 
-def first_peak(rom: ReducedModel, frequency: float) -> ResonancePeak:
+def find_first_peak(rom: ReducedModel, frequency: float) -> ResonancePeak:
     """Peak of the tip's harmonic-balance response to a force at the excitation point, near a frequency [Hz]."""
     structure = DynamicStiffness.of(rom)
-    force = unit_force(rom)
+    force = make_unit_force(rom)
     seen = rom.rows("response", THICKNESS_DIRECTION)
 
     def amplitude(angular_frequency: Float[NDArray[np.float64], " p"]) -> Float[NDArray[np.float64], " p"]:
@@ -273,7 +273,7 @@ def first_peak(rom: ReducedModel, frequency: float) -> ResonancePeak:
     return resonance_peak(amplitude, 2 * pi * frequency * (1 - BAND), 2 * pi * frequency * (1 + BAND))
 
 
-def unit_force(rom: ReducedModel) -> HarmonicForce:
+def make_unit_force(rom: ReducedModel) -> HarmonicForce:
     """A harmonic force of 1 N at the excitation point; the response is linear, so any amplitude would do."""
     coefficients = np.zeros((2, rom.n_dof), dtype=np.complex128)
     coefficients[1, rom.rows("excitation", THICKNESS_DIRECTION)] = 1.0

@@ -30,9 +30,9 @@ from study.kind.blade.model import (
     clamped,
     count_mesh_dofs,
     make_blade_model,
+    make_unit_force,
     reduce_blade,
     solid_check,
-    unit_force,
 )
 from study.kind.blade.table import BladeStructureTable
 from study.kind.registry import OpenCase
@@ -68,14 +68,14 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) 
     """
     assert run.output is not None
     model, title, stem = model_of_case(opened, run), opened.title, opened.path.stem
-    tasks = [_reduction(model, title), Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid")]
+    tasks = [_make_reduction_task(model, title), Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid")]
     result, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))
     check = run.step("check of the modes").run(checked_blade, model, result.rom) if checked else None
     files = {name: run.output / f"{stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
     replace_file(files[".step"], solid.step)
     write_mesh(result.mesh, files[".vtu"])
     save_rom(result.rom, files["_rom.h5"])
-    drawn = run.draw({f"{stem}_response": _tip_response(result, title)})
+    drawn = run.draw({f"{stem}_response": _compute_tip_response(result, title)})
     return report_reduction(
         result,
         model.n_mode,
@@ -89,7 +89,7 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) 
 def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
     """The reduced blade of a case, with the places that its mesh names and a force of 1 N at the excitation point."""
     model = model_of_case(opened, run)
-    (outcome,) = run_parallel([_reduction(model, opened.title)], run.store, run.progress, "reduction")
+    (outcome,) = run_parallel([_make_reduction_task(model, opened.title)], run.store, run.progress, "reduction")
     result: Reduction = outcome.value
     places = {}
     for name, place in PLACES.items():
@@ -108,7 +108,7 @@ def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
         surfaces=lambda: {"blade": make_surface(result.mesh, result.rom)},
         loss_factor=opened.case.structure.damping.loss_factor,
         places=places,
-        harmonic_force=unit_force(result.rom).coefficients,
+        harmonic_force=make_unit_force(result.rom).coefficients,
         sensors=(Sensor(name="tip", row=places["tip"]),),
     )
 
@@ -125,16 +125,16 @@ def model_of_case(opened: OpenCase, run: RunContext) -> BladeModel:
     return model
 
 
-def _reduction(model: BladeModel, title: str) -> Task:
+def _make_reduction_task(model: BladeModel, title: str) -> Task:
     return Task(stage=reduced_blade, inputs={"model": model, "title": title}, label="reduction", weight=2.0)
 
 
-def _tip_response(result: Reduction, title: str) -> ReceptanceCurve:
+def _compute_tip_response(result: Reduction, title: str) -> ReceptanceCurve:
     """Receptance of the tip for a force at the excitation point, over the first modes."""
     frequency = np.linspace(0.2 * result.rom_frequency[0], 1.15 * result.rom_frequency[N_DRAWN - 1], N_POINT)
     # The peaks are narrower than the grid: its points are joined by the resonances themselves.
     frequency = np.union1d(frequency, result.rom_frequency[:N_DRAWN])
-    branch = forced_response(DynamicStiffness.of(result.rom), unit_force(result.rom), 2 * pi * frequency)
+    branch = forced_response(DynamicStiffness.of(result.rom), make_unit_force(result.rom), 2 * pi * frequency)
     response = branch.coefficients[:, 1, result.rom.rows("response", THICKNESS_DIRECTION)[0]]
     title = f"{title}: tip displacement for a force near the root"
     return ReceptanceCurve(frequency=frequency, receptance=response, title=title)

@@ -26,7 +26,7 @@ from study.case.structure import Structure, make_reduced_structure
 from study.case.tables import Case
 from study.kind.matrices.table import UNITS, MatricesTable
 from study.kind.registry import OpenCase
-from study.reduce.comparison import ComparedReduction, compared_reduction
+from study.reduce.comparison import ComparedReduction, compare_reduction
 from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext
 
@@ -49,7 +49,7 @@ def reduced_matrices(
 ) -> ComparedReduction:
     """Reduce, damp and compare with the full system.
 
-    Arguments are those of `compared_reduction`.
+    Arguments are those of `compare_reduction`.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def reduced_matrices(
         A mass or stiffness whose written digits leave the reduced model indefinite.
     """
     try:
-        return compared_reduction(system, boundary, n_mode, damping_ratio, provenance)
+        return compare_reduction(system, boundary, n_mode, damping_ratio, provenance)
     except np.linalg.LinAlgError as error:
         raise MatrixFileError(
             f"the modes of the reduced model cannot be found ({error}): check signs and units of mass and stiffness, "
@@ -100,7 +100,7 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
             dofs=dofs,
             units=UNITS[files.units],
         )
-    fixed, retained = _rows(case, read)
+    fixed, retained = _find_rows(case, read)
     ratio = None if table.damping is None else table.damping.viscous_ratio
     if ratio is not None and read.damping.nnz:
         with located(case, "structure", "damping"):
@@ -165,11 +165,11 @@ def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = Fals
             check = run.step("check of the modes").run(checked_matrices, free.linear, result.rom)
     files = [run.output / f"{stem}_rom.h5", run.output / f"{stem}_dofs.csv"]
     save_rom(result.rom, files[0])
-    replace_file(files[1], _full_rows(read, free))
+    replace_file(files[1], _format_full_rows(read, free))
     return report_reduction(result, opened.case.structure.reduction.modes, check, files)
 
 
-def _rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
+def _find_rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
     """Rows of the files that supports fix, and that the reduction retains by name."""
     mistakes = Mistakes(case)
     supported = [np.zeros(0, dtype=np.int64)]
@@ -199,7 +199,7 @@ def _rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict
     return every, retained
 
 
-def _full_rows(read: ImportedMatrices, free: ImportedSystem) -> str:
+def _format_full_rows(read: ImportedMatrices, free: ImportedSystem) -> str:
     """Node and direction of each row of the reduced model's recovery, as CSV."""
     rows = np.flatnonzero(free.row >= 0)
     rows = rows[np.argsort(free.row[rows])]

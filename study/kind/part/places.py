@@ -115,29 +115,29 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
     supports, boundary, lines, faces = [], {}, {}, {}
     for number, support in enumerate(case.structure.support):
         with mistakes.at(), at_key(case, "structure", "support", number, "on"):
-            nodes = np.unique(np.concatenate([_nodes(mesh, name) for name in support.on]))
+            nodes = np.unique(np.concatenate([_find_nodes(mesh, name) for name in support.on]))
             supports.append(Support(nodes=nodes, directions=support.numbers))
     for number, retained in enumerate(case.structure.boundary):
         with mistakes.at(), at_key(case, "structure", "boundary", number, "on"):
-            nodes = _nodes(mesh, retained.on)
-            boundary[retained.name] = Support(nodes=nodes, directions=_numbers(retained.directions))
+            nodes = _find_nodes(mesh, retained.on)
+            boundary[retained.name] = Support(nodes=nodes, directions=_number_directions(retained.directions))
             _check_free(retained.name, boundary[retained.name], supports)
     for number, point in enumerate(case.structure.point):
         with mistakes.at(), at_key(case, "structure", "point", number, "at"):
             faces[point.name] = point.on or SURFACE
-            lines[point.name] = _single(mesh, point.name, faces[point.name], point.at)
+            lines[point.name] = _make_single_station(mesh, point.name, faces[point.name], point.at)
     for number, table in enumerate(case.structure.line):
         faces[table.name] = table.on or (table.edge or ("",))[0]
         wrong = len(mistakes.problems)
         for key, end in (("from", table.start), ("to", table.end)):
             if table.edge is None and end is not None:
                 with mistakes.at(), at_key(case, "structure", "line", number, key):
-                    _single(mesh, table.name, faces[table.name], end)
+                    _make_single_station(mesh, table.name, faces[table.name], end)
         if len(mistakes.problems) > wrong:
             continue
         # What is wrong with all of a straight line shows at its end.
         with mistakes.at(), at_key(case, "structure", "line", number, "to" if table.edge is None else "edge"):
-            lines[table.name] = _line(mesh, table)
+            lines[table.name] = _make_line(mesh, table)
     mistakes.raise_if_any()
     sets = {name: retained.nodes for name, retained in boundary.items()}
     bare = replace(mesh, node_sets=sets)
@@ -147,11 +147,11 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
         stations = {name: line.stations for name, line in lines.items()}
         with mistakes.at():
             result = make_station_coordinates(replace(bare, node_sets={**sets, FIXED: fixed}), stations, faces)
-            bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(result.mesh, lines)}), result.to_nodes
+            bare, to_nodes = replace(bare, node_sets={**sets, **_find_pivots(result.mesh, lines)}), result.to_nodes
         mistakes.raise_if_any()
         for name in lines:
             directions = next((point.directions for point in case.structure.point if point.name == name), TRANSLATIONS)
-            boundary[name] = Support(nodes=bare.node_sets[name], directions=_numbers(directions))
+            boundary[name] = Support(nodes=bare.node_sets[name], directions=_number_directions(directions))
     kept_faces = {name: part for name, part in bare.face_sets.items() if name != SURFACE}
     return Places(
         mesh=replace(bare, face_sets=kept_faces),
@@ -162,13 +162,13 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
     )
 
 
-def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.int64]]:
+def _find_pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.int64]]:
     return {name: mesh.node_sets[name] for name in lines}
 
 
 def _check_free(name: str, retained: Support, supports: Sequence[Support]) -> None:
-    fixed = [_dofs(item) for item in supports]
-    if fixed and np.isin(_dofs(retained), np.concatenate(fixed)).all():
+    fixed = [_number_dofs(item) for item in supports]
+    if fixed and np.isin(_number_dofs(retained), np.concatenate(fixed)).all():
         along = ", ".join(TRANSLATIONS[item] for item in retained.directions)
         raise MeshError(
             f'all {len(retained.nodes)} nodes of "{name}" are held along {along}: keep another set, or take what holds '
@@ -176,15 +176,15 @@ def _check_free(name: str, retained: Support, supports: Sequence[Support]) -> No
         )
 
 
-def _dofs(retained: Support) -> Int[NDArray[np.int64], " k"]:
+def _number_dofs(retained: Support) -> Int[NDArray[np.int64], " k"]:
     return np.ravel(N_TRANSLATION * retained.nodes[:, None] + np.array(retained.directions, dtype=np.int64))
 
 
-def _numbers(directions: tuple[str, ...]) -> tuple[int, ...]:
+def _number_directions(directions: tuple[str, ...]) -> tuple[int, ...]:
     return tuple(TRANSLATIONS.index(item) for item in directions)
 
 
-def _nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
+def _find_nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
     """Nodes of a set: those of a node set in its order."""
     if name not in mesh.node_sets:
         return mesh.nodes(name)
@@ -197,7 +197,7 @@ def _nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
     return mesh.node_sets[name]
 
 
-def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -> ContactLine:
+def _make_single_station(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -> ContactLine:
     """One station; one beside the face is reported as its user gave it, to whom a point is no station."""
     at = np.array([place])
     try:
@@ -214,7 +214,7 @@ def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -
     )
 
 
-def _line(mesh: Mesh, table: StationLineTable) -> ContactLine:
+def _make_line(mesh: Mesh, table: StationLineTable) -> ContactLine:
     start = None if table.start is None else np.array(table.start)
     if table.edge is not None:
         return line_along_edge(mesh, table.name, table.edge, table.stations, start)

@@ -25,7 +25,7 @@ from pipeline.output import replace_file
 from reduction.base_excitation import BaseMotion
 from reduction.errors import JointError
 from reduction.file.rom_hdf5 import save_rom
-from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
+from reduction.memory_estimate import estimate_mesh_memory, estimate_tetrahedra_memory, refuse_beyond_memory
 from reduction.rom import ReducedModel
 from study.case.model_doubt import warn_of_linear_cells, warn_of_seams, warn_of_size
 from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
@@ -104,9 +104,9 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
     """
     case: Case[PartTable] = opened.case
     material = find_part_material(case, opened.folder, run)
-    meshed = _step(case, opened.folder, run) if case.structure.is_step else _file(case, opened.folder)
+    meshed = _step(case, opened.folder, run) if case.structure.is_step else _read_file(case, opened.folder)
     result = places(case, meshed.mesh)
-    matrices, reduced = _reduced(case, opened.title, material, result, run)
+    matrices, reduced = _reduce(case, opened.title, material, result, run)
     return PartModel(meshed=meshed, places=result, matrices=matrices, reduced=reduced)
 
 
@@ -172,7 +172,7 @@ def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -
     save_rom(compared.rom, files["_rom.h5"])
     replace_file(files["_frequencies.csv"], format_frequency_table(compared))
     replace_file(files["_stations.csv"], format_station_table(result.lines))
-    drawn = _drawn(opened, model, run)
+    drawn = _draw_pictures(opened, model, run)
     worst = float(measure_cell_quality(mesh).scaled_jacobian.min())
     faces = format_face_lines(meshed.faces)
     return report_reduction(
@@ -220,7 +220,7 @@ def _step(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
         run.note(line)
     n_boundary = 3 * (len(table.point) + sum(line.stations for line in table.line))
     with at_key(case, "structure", "mesh", "size"):
-        needed = tetrahedra_memory(
+        needed = estimate_tetrahedra_memory(
             solid.volume,
             solid.longest,
             rule.size,
@@ -246,7 +246,7 @@ def _at_selector(case: Case[PartTable]) -> Iterator[None]:
             raise
 
 
-def _file(case: Case[PartTable], folder: Path) -> MeshedPart:
+def _read_file(case: Case[PartTable], folder: Path) -> MeshedPart:
     """The mesh of a file."""
     table = case.structure
     assert table.length_unit is not None
@@ -260,7 +260,7 @@ def _file(case: Case[PartTable], folder: Path) -> MeshedPart:
     return MeshedPart(mesh=mesh)
 
 
-def _reduced(
+def _reduce(
     case: Case[PartTable], title: str, material: Material, result: Places, run: RunContext
 ) -> tuple[tuple[Symmetric, Symmetric], PartReduction]:
     table, mesh, n_mode = case.structure, result.mesh, case.structure.reduction.modes
@@ -269,7 +269,7 @@ def _reduced(
     retained = (*result.boundary.values(), *result.supports)
     is_compact = result.to_nodes is None and all(len(item.directions) == 3 for item in retained)
     with located(case, "structure"):
-        needed = mesh_memory(mesh, n_boundary, n_mode, is_compact=is_compact)
+        needed = estimate_mesh_memory(mesh, n_boundary, n_mode, is_compact=is_compact)
         refuse_beyond_memory(needed, f"reducing a mesh of {n_dof} degrees of freedom to {n_boundary}")
     with located(case, "structure"):
         matrices = run.step("matrices", expected=ASSEMBLY_SECONDS * n_dof).run(part_matrices, mesh, material)
@@ -293,11 +293,11 @@ def _reduced(
     return matrices, reduced
 
 
-def _drawn(opened: OpenCase, model: PartModel, run: RunContext) -> list[Path]:
+def _draw_pictures(opened: OpenCase, model: PartModel, run: RunContext) -> list[Path]:
     """Write the pictures; a machine that cannot draw has all the rest."""
     table, stem, mesh, result = opened.case.structure, opened.path.stem, model.meshed.mesh, model.places
     used = [name for support in table.support for name in support.on]
-    used += [name for entry in (*table.line, *table.point, *table.boundary) for name in _on(entry)]
+    used += [name for entry in (*table.line, *table.point, *table.boundary) for name in _list_faces(entry)]
     used += [face.name for face in table.face]
     points = {point.name: result.lines[point.name].stations for point in table.point}
     lines = [line.stations for name, line in result.lines.items() if name not in points]
@@ -316,6 +316,6 @@ def _drawn(opened: OpenCase, model: PartModel, run: RunContext) -> list[Path]:
     return files
 
 
-def _on(entry: object) -> list[str]:
+def _list_faces(entry: object) -> list[str]:
     on, edge = getattr(entry, "on", None), getattr(entry, "edge", None)
     return [name for name in (on, *(edge or ())) if name is not None]

@@ -32,7 +32,7 @@ from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
 from study.modes.files import contents
 from study.modes.shapes import Shapes, add_stress
-from study.reduce.comparison import ComparedReduction, compared_reduction
+from study.reduce.comparison import ComparedReduction, compare_reduction
 
 #: Modes that are drawn.
 N_DRAWN = 6
@@ -157,27 +157,27 @@ def reduced_part(
     boundary
         Retained nodes and directions, by name.
     n_mode, damping_ratio, provenance
-        As in `compared_reduction`.
+        As in `compare_reduction`.
 
     Raises
     ------
     SupportError
         Supports that leave a rigid motion, or boundary nodes that are all held.
     RomError
-        As `compared_reduction`.
+        As `compare_reduction`.
     """
     place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
-    system = _held(mesh, matrices, place, supports)
+    system = _make_supported_system(mesh, matrices, place, supports)
     rows = {name: system.rows(retained.nodes, retained.directions) for name, retained in boundary.items()}
     free = {name: result[result >= 0] for name, result in rows.items()}
     for name, result in free.items():
         if not len(result):
             raise SupportError(f'all nodes of "{name}" are held: take it out of the boundary or out of the support')
-    compared = compared_reduction(system, free, n_mode, damping_ratio, provenance)
+    compared = compare_reduction(system, free, n_mode, damping_ratio, provenance)
     if place is not None:
         rom = replace(compared.rom, recovery=place.displacement(system, compared.rom.recovery))
         compared = replace(compared, rom=rom)
-    return PartReduction(compared=compared, shapes=_shapes(mesh, material, compared))
+    return PartReduction(compared=compared, shapes=_make_shapes(mesh, material, compared))
 
 
 @stage("check of a reduced part")
@@ -190,13 +190,13 @@ def checked_part(
 ) -> ModeCheck:
     """Check the fixed-interface modes of what `reduced_part` made of the same mesh, matrices and supports."""
     place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
-    system = _held(mesh, matrices, place, supports)
+    system = _make_supported_system(mesh, matrices, place, supports)
     if place is not None:
         rom = replace(rom, recovery=place.vectors(system, rom.recovery))
     return check_fixed_interface_modes(system, rom)
 
 
-def _held(
+def _make_supported_system(
     mesh: Mesh,
     matrices: tuple[Symmetric, Symmetric],
     place: StationCoordinates | None,
@@ -209,7 +209,7 @@ def _held(
     return make_unsupported_system(mesh, mass, stiffness)
 
 
-def _shapes(mesh: Mesh, material: Material, compared: ComparedReduction) -> Shapes:
+def _make_shapes(mesh: Mesh, material: Material, compared: ComparedReduction) -> Shapes:
     rom = compared.rom
     n_drawn = min(N_DRAWN, len(compared.rom_frequency))
     displacement = np.asarray(rom.displacement(rom.modes(n_drawn).mode_shapes).real, dtype=np.float64)

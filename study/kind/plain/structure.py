@@ -60,16 +60,18 @@ def read_plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
         parts=result.parts,
         stored=result.stored,
         loss_factor=table.damping.loss_factor,
-        damped=None if not table.damping.is_rayleigh else partial(rayleigh, table.damping, result.matrices),
+        damped=None
+        if not table.damping.is_rayleigh
+        else partial(make_rayleigh_damping, table.damping, result.matrices),
     )
 
 
 def _read(file: Path, tables: Sequence[DofTable]) -> Structure:
     try:
         matrices = load_matrices(file)
-        arrays = _arrays(file) if file.suffix.lower() == ".npz" else {}
-        parts = _parts(matrices, arrays)
-        dofs = _of_arrays(arrays, matrices.n_dof) or _of_rom(matrices)
+        arrays = _read_arrays(file) if file.suffix.lower() == ".npz" else {}
+        parts = _make_parts(matrices, arrays)
+        dofs = _make_dofs_of_arrays(arrays, matrices.n_dof) or _make_dofs_of_rom(matrices)
     except InputError as error:
         # Names the key, so that the line of the message is that of the file's name.
         raise MatrixError(f"the file cannot be used: {error}") from error
@@ -84,11 +86,11 @@ def _read(file: Path, tables: Sequence[DofTable]) -> Structure:
         if array.dtype.kind in "fiu" and array.ndim in {1, 2} and array.shape[-1] == r and not _is_matrix(name)
     }
     return Structure(
-        matrices=matrices, parts=parts, dofs=tuple(map(_of_table, tables)) if tables else dofs, stored=stored
+        matrices=matrices, parts=parts, dofs=tuple(map(_make_dof, tables)) if tables else dofs, stored=stored
     )
 
 
-def _arrays(file: Path) -> Mapping[str, NDArray[np.generic]]:
+def _read_arrays(file: Path) -> Mapping[str, NDArray[np.generic]]:
     try:
         return read_npz(file)
     except NpzError as error:
@@ -99,7 +101,7 @@ def _is_matrix(name: str) -> bool:
     return name in {item for group in NAMES.values() for item in group} or name.startswith(("part_", "dof_"))
 
 
-def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[StructurePart, ...]:
+def _make_parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[StructurePart, ...]:
     """Named shares, of which either matrix may be left out as zero."""
     names = list(
         dict.fromkeys(named[1] for name in arrays if (named := re.fullmatch(r"part_(.+)_(mass|stiffness)", name)))
@@ -123,7 +125,7 @@ def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]
     )
 
 
-def _of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, ...]:
+def _make_dofs_of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, ...]:
     given = {name: arrays[name] for name in DOF_ARRAYS if name in arrays}
     for name, array in given.items():
         wanted = (r, 3) if name == "dof_coordinates" else (r,)
@@ -149,16 +151,16 @@ def _of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, 
     )
 
 
-def _of_rom(matrices: StructureMatrices) -> tuple[Dof, ...]:
+def _make_dofs_of_rom(matrices: StructureMatrices) -> tuple[Dof, ...]:
     return () if matrices.rom is None else list_reduced_dofs(matrices.rom)
 
 
-def _of_table(table: DofTable) -> Dof:
+def _make_dof(table: DofTable) -> Dof:
     at = None if table.coordinates is None else np.array(table.coordinates)
     return Dof(body=table.body, node=table.node, direction=table.direction, coordinates=at)
 
 
-def rayleigh(table: RayleighTable, matrices: StructureMatrices, joints: Sequence[Joint]) -> Matrix:
+def make_rayleigh_damping(table: RayleighTable, matrices: StructureMatrices, joints: Sequence[Joint]) -> Matrix:
     """C = alpha M + beta K [N s/m].
 
     Parameters

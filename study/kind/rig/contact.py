@@ -40,7 +40,7 @@ def make_line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
                 normal=common.kn if own.kn is None else own.kn, tangential=common.kt if own.kt is None else own.kt
             )
         with located(case, "structure", "contact", name):
-            gaps = _gaps(own, common.crowning if own.crowning is None else own.crowning, pair.damper_line)
+            gaps = _compute_gaps(own, common.crowning if own.crowning is None else own.crowning, pair.damper_line)
         result.append(
             LinePair(
                 name=name,
@@ -57,7 +57,7 @@ def make_line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
     return result
 
 
-def dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
+def list_dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
     """Pull on the damper of each side.
 
     Raises
@@ -84,7 +84,7 @@ def dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
     return result
 
 
-def _gaps(table: PairTable, crowning: float, line: ContactLine) -> list[float] | None:
+def _compute_gaps(table: PairTable, crowning: float, line: ContactLine) -> list[float] | None:
     """Gap at each station of the damper's line: a straight one, and a parabola with none in the middle [m]."""
     if not (table.uneven or crowning):
         return None

@@ -13,8 +13,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
-from reduction.load_cell import LineReaction, along_line, blade_contact, decoupler_contact
-from study.kind.rig.structure import ARMS, PreloadedRig, arm_direction
+from reduction.load_cell import LineReaction, compute_blade_contact, compute_decoupler_contact, resolve_along_line
+from study.kind.rig.structure import ARMS, PreloadedRig, compute_arm_direction
 
 Samples = Float[NDArray[np.float64], " n"]
 
@@ -68,16 +68,16 @@ class RigForces:
 
     @property
     def inertia_error(self) -> dict[str, float]:
-        """Error of eqs 1 and 2 by the neglected inertia of de-coupler and damper, by pair, see `_apart` [-]."""
-        return {name: _apart(self.balanced[name], line.force) for name, line in self.lines.items()}
+        """Error of eqs 1 and 2 by the neglected inertia of de-coupler and damper, by pair, see `_compare` [-]."""
+        return {name: _compare(self.balanced[name], line.force) for name, line in self.lines.items()}
 
     @property
     def bending_error(self) -> dict[str, float]:
         """Error by the neglected forces across the arms, which bend instead of being hinged, by pair [-]."""
-        return {name: _apart(self.measured[name], self.balanced[name]) for name in self.lines}
+        return {name: _compare(self.measured[name], self.balanced[name]) for name in self.lines}
 
 
-def _apart(result: LineReaction, true: LineReaction) -> float:
+def _compare(result: LineReaction, true: LineReaction) -> float:
     """Largest difference of T or N over the period, beside the largest of both [-]."""
     size = max(float(np.abs(item).max()) for item in true)
     return max(float(np.abs(a - b).max()) for a, b in zip(result, true, strict=True)) / size
@@ -99,33 +99,33 @@ def compute_rig_forces(preloaded: PreloadedRig, balance: HarmonicBalance, state:
     measured: dict[str, LineReaction] = {}
     balanced: dict[str, LineReaction] = {}
     for name, pair in mating_pairs(rig).items():
-        sign = float(np.sign(pair.damper_line.tangents[0, 0] @ _away(name)))
-        lines[name] = _line([motions[item] for item in preloaded.joined.lines[name]], sign)
+        sign = float(np.sign(pair.damper_line.tangents[0, 0] @ _find_outward(name)))
+        lines[name] = _make_line_motion([motions[item] for item in preloaded.joined.lines[name]], sign)
     theta, alpha = rig.damper.cone_half_angle, rig.decoupler.arm_angle
     for side, (sign, _) in SIDES.items():
         body = f"decoupler_{side}"
-        push = {cell: -_reaction(preloaded, body, cell, balance, state) for cell in ARMS}
-        cells[body] = np.array([arm_direction(side, cell, alpha) @ push[cell] for cell in ARMS])
+        push = {cell: -_compute_reaction(preloaded, body, cell, balance, state) for cell in ARMS}
+        cells[body] = np.array([compute_arm_direction(side, cell, alpha) @ push[cell] for cell in ARMS])
         whole = np.sum(list(push.values()), axis=0)
         weight = weights[side].force * cos(weights[side].inclination)
         for result, own in (
-            (measured, decoupler_contact(cells[body][0], cells[body][1], theta, alpha)),
-            (balanced, along_line(sign * whole[1], whole[2], theta)),
+            (measured, compute_decoupler_contact(cells[body][0], cells[body][1], theta, alpha)),
+            (balanced, resolve_along_line(sign * whole[1], whole[2], theta)),
         ):
             result[f"{side}_decoupler"] = own
-            result[f"{side}_blade"] = blade_contact(own, weight, theta)
+            result[f"{side}_blade"] = compute_blade_contact(own, weight, theta)
     time = np.arange(balance.n_sample) / balance.n_sample
     return RigForces(time=time, lines=lines, cells=cells, measured=measured, balanced=balanced)
 
 
-def _away(pair: str) -> Float[NDArray[np.float64], "3"]:
+def _find_outward(pair: str) -> Float[NDArray[np.float64], "3"]:
     """Along y, from the damper to the body of a pair."""
     side, _, other = pair.partition("_")
     outward = SIDES[side][0]
     return np.array([0.0, outward if other == "decoupler" else -outward, 0.0])
 
 
-def _line(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
+def _make_line_motion(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
     T = sign * np.sum([motion.force[0] for motion in motions], axis=0)
     N = np.sum([motion.force[-1] for motion in motions], axis=0)
     return LineMotion(
@@ -133,7 +133,7 @@ def _line(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
     )
 
 
-def _reaction(
+def _compute_reaction(
     preloaded: PreloadedRig, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
 ) -> Float[NDArray[np.float64], "3 n"]:
     """Force of a fixed face on a body over the period, with that at rest, shape (3, n) [N]."""

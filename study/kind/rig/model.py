@@ -183,7 +183,7 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
     return with_excitation(result, rig) if body == "blade" else result
 
 
-def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel:
+def mesh_in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel:
     """The model with its meshes, where it wants tetrahedra; as it is, where it wants bricks.
 
     Raises
@@ -210,13 +210,13 @@ def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel
     return replace(
         model,
         tetrahedra={
-            body: result[body] if body in result else mirrored_tetrahedra(result[find_mirror_image(body) or ""])
+            body: result[body] if body in result else mirror_tetrahedra(result[find_mirror_image(body) or ""])
             for body in BODIES
         },
     )
 
 
-def mirrored_tetrahedra(place: StationCoordinates) -> StationCoordinates:
+def mirror_tetrahedra(place: StationCoordinates) -> StationCoordinates:
     """The mirror image at y = 0, with the same numbers of nodes and cells."""
     mesh, signs = place.mesh, np.array([1.0, -1.0, 1.0])
     image = Mesh(

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.mesher.body import join_meshes
-from figure.scene.body_picture import bodies_picture, cut_picture
+from figure.scene.body_picture import cut_picture, draw_bodies
 from figure.scene.caption import Caption
-from figure.scene.deflection_film import deflection_film
+from figure.scene.deflection_film import draw_deflection_film
 from figure.scene.mode_picture import mode_picture
 from figure.scene.station_picture import StationStates
 from geometry.rig import Rig, mating_pairs
@@ -37,8 +37,8 @@ def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
         folder = Path(name)
         note = f"{whole.n_node} nodes, {whole.n_cell} elements"
         caption = Caption(title=title, subtitle="Bodies and mesh", note=note)
-        bodies_picture(_kinds(meshes), folder / "assembly.png", caption)
-        _contact(model.rig, meshes, folder / "contact.png", title)
+        draw_bodies(_group_by_kind(meshes), folder / "assembly.png", caption)
+        _draw_contact(model.rig, meshes, folder / "contact.png", title)
         return contents(folder)
 
 
@@ -67,27 +67,29 @@ def stuck_mode_pictures(
         folder = Path(name)
         for number, (hertz, shape) in enumerate(zip(frequency, displacement, strict=True), start=1):
             file, title = folder / f"mode{number}.png", f"Stuck mode {number}"
-            mode_picture(whole, shape, file, frequency=float(hertz), title=title, amplitude=_amplitude(whole, shape))
+            mode_picture(
+                whole, shape, file, frequency=float(hertz), title=title, amplitude=_choose_amplitude(whole, shape)
+            )
             report(number, len(frequency))
         return contents(folder)
 
 
-def _amplitude(whole: Mesh, shape: Float[NDArray[np.float64], "node 3"]) -> float:
+def _choose_amplitude(whole: Mesh, shape: Float[NDArray[np.float64], "node 3"]) -> float:
     """Largest deflection drawn [m]: small for a mode in which small bodies move alone."""
     length = np.linalg.norm(shape, axis=1)
     sides = np.ptp(whole.points[length > MOVES * length.max()], axis=0)
     return min(AMPLITUDE, SHARE * float(np.sort(sides)[1]))
 
 
-def _contact(rig: Rig, meshes: dict[str, Mesh], file: Path, title: str) -> None:
+def _draw_contact(rig: Rig, meshes: dict[str, Mesh], file: Path, title: str) -> None:
     pair = mating_pairs(rig)[SHOWN]
     touching = {body: meshes[body] for body in (pair.other, pair.damper)}
     note = "Cut at x = 0, through the contact line"
     caption = Caption(title=title, subtitle=f'Contact line "{SHOWN}"', note=note)
-    cut_picture(_kinds(touching), pair.damper_line.stations, file, caption)
+    cut_picture(_group_by_kind(touching), pair.damper_line.stations, file, caption)
 
 
-def _kinds(meshes: dict[str, Mesh]) -> dict[str, list[Mesh]]:
+def _group_by_kind(meshes: dict[str, Mesh]) -> dict[str, list[Mesh]]:
     """Meshes by kind of body, as a legend calls it."""
     words = {"blade": "blade", "damper": "damper", "decoupler": "de-coupler"}
     result: dict[str, list[Mesh]] = {}
@@ -109,7 +111,7 @@ def rig_film(
     nodes = [whole.node_sets[f"{pair.other}.{pair.other_line.name}"] for pair in mating_pairs(model.rig).values()]
     stations = StationStates(node=np.concatenate(nodes), states=status)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
-        file = deflection_film(
+        file = draw_deflection_film(
             whole, displacement, Path(name) / "film.gif", title=title, subtitle=subtitle, amplitude=AMPLITUDE,
             stations=stations,
         )  # fmt: skip

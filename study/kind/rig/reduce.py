@@ -24,14 +24,14 @@ from pipeline.output import replace_file
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import stage
 from reduction.assembly import ReducedAssembly
-from reduction.available_memory import available_memory
+from reduction.available_memory import read_available_memory
 from reduction.file.rom_hdf5 import save_assembly
 from reduction.joined_bodies import LinePair, join_bodies
 from reduction.line_contact import Tangents
 from study.case.tables import Case
 from study.kind.registry import OpenCase
-from study.kind.rig.contact import dead_weights, make_line_pairs
-from study.kind.rig.model import RigModel, in_tetrahedra
+from study.kind.rig.contact import list_dead_weights, make_line_pairs
+from study.kind.rig.model import RigModel, mesh_in_tetrahedra
 from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures
 from study.kind.rig.reduction import RigReduction, by_body, checks, list_reduction_tasks, together
 from study.kind.rig.table import RigTable, make_rig_model
@@ -59,10 +59,10 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
     case, stem, title = opened.case, opened.path.stem, opened.title
     model = make_rig_model(case)
     pairs = make_line_pairs(case, model.rig)
-    dead_weights(case)  # sound here, so that no later command refuses what was reduced
+    list_dead_weights(case)  # sound here, so that no later command refuses what was reduced
     with located(case, "structure", "mesh"):
-        model = in_tetrahedra(model, run.store, run.progress)
-        step, result, check = _computed(case, model, run, checked)
+        model = mesh_in_tetrahedra(model, run.store, run.progress)
+        step, result, check = _compute_reduction(case, model, run, checked)
     assembly = result.assembly
     frequency, shapes = stuck_modes(assembly, pairs, case.structure.contact.sliding)
     displacement = assembly.on_whole_mesh(shapes[:, :N_DRAWN])
@@ -72,8 +72,8 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
         f"stuck mode {k + 1}: {f:.6g} Hz": u for k, (f, u) in enumerate(zip(frequency, displacement, strict=False))
     }
     write_mesh(join_meshes(result.meshes), files[".vtu"], named)
-    save_assembly(_titled(assembly, title), files["_rom.h5"])
-    pictures = _drawn(stem, title, model, frequency[:N_DRAWN], displacement, run)
+    save_assembly(_set_title(assembly, title), files["_rom.h5"])
+    pictures = _draw_pictures(stem, title, model, frequency[:N_DRAWN], displacement, run)
     bodies = {
         body: {
             "n_dof": len(rom.free),
@@ -89,16 +89,18 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
         "n_reduced": assembly.n_dof,
         "blade_frequency_hz": list(map(float, assembly.bodies["blade"].modes(N_BLADE).frequency)),
         "stuck_frequency_hz": list(map(float, frequency[:N_STUCK])),
-        "energy_share": {k: list(map(float, v)) for k, v in energy_share(assembly, shapes[:, :N_STUCK]).items()},
+        "energy_share": {
+            k: list(map(float, v)) for k, v in compute_energy_share(assembly, shapes[:, :N_STUCK]).items()
+        },
         **({"mode_check": {body: document_check(item) for body, item in check.items()}} if check else {}),
         "files": [str(file) for file in (*files.values(), *pictures)],
     }
     notes = report_fewer_rig_modes(assembly, model.n_mode)
     checks = [f"  {body}: {describe_check(item)}" for body, item in check.items()]
-    return Answer(document=document, text=_text(document, notes, checks))
+    return Answer(document=document, text=_format_document(document, notes, checks))
 
 
-def _text(document: dict[str, Any], notes: list[str], checks: list[str]) -> str:
+def _format_document(document: dict[str, Any], notes: list[str], checks: list[str]) -> str:
     """The document as tables, with notes on it and what was checked."""
     bodies, shares = document["bodies"], document["energy_share"]
     total = {name: sum(body[name] for body in bodies.values()) for name in ("n_dof", "n_boundary", "n_mode")}
@@ -142,7 +144,7 @@ def stuck_modes(
     return modes.frequency, modes.mode_shapes
 
 
-def energy_share(
+def compute_energy_share(
     assembly: ReducedAssembly, shapes: Float[NDArray[np.float64], "r m"]
 ) -> dict[str, Float[NDArray[np.float64], " m"]]:
     """Parts of the kinetic energy of mass-normalised shapes, by kind of body; they add up to 1."""
@@ -153,7 +155,7 @@ def energy_share(
     return result
 
 
-def _computed(
+def _compute_reduction(
     case: Case[RigTable], model: RigModel, run: RunContext, checked: bool
 ) -> tuple[str, RigReduction, dict[str, ModeCheck]]:
     """Text of the STEP file, the reduction, and the checks of its bodies if they are wanted."""
@@ -162,7 +164,7 @@ def _computed(
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
         *bodies, step = run_parallel(
-            [*reductions, solid], run.store, run.progress, "meshes and reduction", memory=available_memory()
+            [*reductions, solid], run.store, run.progress, "meshes and reduction", memory=read_available_memory()
         )
     except GeometryError as error:
         # The dimensions are to blame, which stand in several tables: not the mesh.
@@ -172,14 +174,14 @@ def _computed(
     return str(step.value), together(model, meshed, reductions, bodies), check
 
 
-def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:
+def _set_title(assembly: ReducedAssembly, title: str) -> ReducedAssembly:
     titled = {
         body: replace(rom, provenance={"title": title, **rom.provenance}) for body, rom in assembly.bodies.items()
     }
     return ReducedAssembly(bodies=titled)
 
 
-def _drawn(
+def _draw_pictures(
     stem: str,
     title: str,
     model: RigModel,

@@ -19,16 +19,16 @@ from fe.system import LinearSystem
 from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress, ShownStep
 from pipeline.store import Outcome, Store, stage
-from reduction.assembly import ReducedAssembly, lowest_modes, truncated
-from reduction.available_memory import available_memory
+from reduction.assembly import ReducedAssembly, select_lowest_modes, truncated
+from reduction.available_memory import read_available_memory
 from reduction.craig_bampton import craig_bampton
 from reduction.elastic_support import ElasticBody, ElasticSupport, find_elastic_support, put_on_springs
 from reduction.errors import RomError
-from reduction.memory_estimate import mesh_memory, refuse_beyond_memory
+from reduction.memory_estimate import estimate_mesh_memory, refuse_beyond_memory
 from reduction.other_material import in_other_material
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.kind.rig.model import BODIES, FIXED_SETS, ROOT, MeshedRig, RigModel, Y, find_mirror_image, in_tetrahedra
+from study.kind.rig.model import BODIES, FIXED_SETS, ROOT, MeshedRig, RigModel, Y, find_mirror_image, mesh_in_tetrahedra
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +60,7 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     quality = check_quality(mesh)
     mass, stiffness = assemble_compact(mesh, model.material)
-    system = _in_coordinates(mesh, body, mass, stiffness, place)
+    system = _support_in_coordinates(mesh, body, mass, stiffness, place)
     boundary = {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}
     version = importlib.metadata.version("stickslip")
     provenance = {"body": body, "stickslip": version, "model": repr(model)}
@@ -91,21 +91,21 @@ def checked_body(model: RigModel, body: str, rom: ReducedModel) -> ModeCheck:
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     mass, stiffness = assemble_compact(mesh, model.material)
-    system = _in_coordinates(mesh, body, mass, stiffness, place)
+    system = _support_in_coordinates(mesh, body, mass, stiffness, place)
     if place is not None:
         rom = replace(rom, recovery=place.vectors(system, rom.recovery))
     return check_fixed_interface_modes(system, rom)
 
 
-def _in_coordinates(
+def _support_in_coordinates(
     mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric, place: StationCoordinates | None
 ) -> LinearSystem:
     if place is None:
-        return supported_body(mesh, body, mass, stiffness)
-    return supported_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
+        return make_supported_body(mesh, body, mass, stiffness)
+    return make_supported_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
 
 
-def supported_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
+def make_supported_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
     """A body in full, on its supports."""
     supports = FIXED_SETS[body.partition("_")[0]]
     if supports:
@@ -165,10 +165,10 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress) -> RigReductio
     InvertedCell, RomError
         As the stages raise them.
     """
-    model = in_tetrahedra(model, store, progress)
+    model = mesh_in_tetrahedra(model, store, progress)
     meshed = model.meshed()
     tasks = list_reduction_tasks(model, meshed)
-    outcomes = run_parallel(tasks, store, progress, "reduction of the rig", memory=available_memory())
+    outcomes = run_parallel(tasks, store, progress, "reduction of the rig", memory=read_available_memory())
     return together(model, meshed, tasks, outcomes)
 
 
@@ -187,7 +187,7 @@ def list_reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
         mesh, kind = meshed.meshes[body], body.partition("_")[0]
         n_boundary = 3 * sum(len(nodes) for nodes in mesh.node_sets.values())
         is_compact = body not in meshed.coordinates
-        memory = mesh_memory(mesh, n_boundary, model.modes_of(body), is_compact=is_compact)
+        memory = estimate_mesh_memory(mesh, n_boundary, model.modes_of(body), is_compact=is_compact)
         refuse_beyond_memory(memory, f"reducing the {kind} of {3 * mesh.n_node} degrees of freedom")
         tasks.append(
             Task(
@@ -227,15 +227,15 @@ def together(
     result = by_body(tasks, outcomes)
     result["blade"] = _with_own_material(result["blade"], model)
     bodies = {
-        body: result[body].rom if body in result else mirrored(result[find_mirror_image(body) or ""].rom, body)
+        body: result[body].rom if body in result else mirror_model(result[find_mirror_image(body) or ""].rom, body)
         for body in BODIES
     }
     if isinstance(model.n_mode, Mapping):
         counts = {body: min(n, len(bodies[body].fixed_interface_frequency)) for body, n in model.n_mode.items()}
         bodies = {body: truncated(rom, counts[body]) for body, rom in bodies.items()}
     else:
-        bodies = lowest_modes(bodies, model.n_mode)
-    root = _root(bodies["blade"], result["blade"].root, model.root_compliance)
+        bodies = select_lowest_modes(bodies, model.n_mode)
+    root = _make_root(bodies["blade"], result["blade"].root, model.root_compliance)
     if root is not None and root.compliance:
         bodies["blade"] = put_on_springs(bodies["blade"], root.support, root.compliance)
         result["blade"] = replace(result["blade"], reactions={ROOT: root.reaction})
@@ -248,7 +248,7 @@ def together(
         coordinates=meshed.coordinates,
         root=root,
         reactions={
-            body: _reactions(assembly, body, result[find_mirror_image(body) or body].reactions) for body in BODIES
+            body: _make_reactions(assembly, body, result[find_mirror_image(body) or body].reactions) for body in BODIES
         },
     )
 
@@ -282,19 +282,21 @@ def _with_attachments(rom: ReducedModel, model: RigModel) -> ReducedModel:
     return replace(rom, mass=mass, stiffness=stiffness)
 
 
-def _root(rom: ReducedModel, support: ElasticSupport | None, compliance: float) -> ElasticBody | None:
+def _make_root(rom: ReducedModel, support: ElasticSupport | None, compliance: float) -> ElasticBody | None:
     if support is None:
         return None
     own = support.truncated(rom.n_dof)
     return ElasticBody(mass=rom.mass, stiffness=rom.stiffness, support=own, compliance=compliance)
 
 
-def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, SupportReaction]) -> dict[str, SupportReaction]:
+def _make_reactions(
+    assembly: ReducedAssembly, body: str, own: Mapping[str, SupportReaction]
+) -> dict[str, SupportReaction]:
     """Reactions of a body over the assembly's coordinates; a mirror image has other signs along y."""
     rom, columns = assembly.bodies[body], assembly.columns(body)
     rows, across = np.ones((3, 1)), np.ones(rom.n_dof)
     if find_mirror_image(body) is not None:
-        rows[1], across = -1.0, _signs(rom)
+        rows[1], across = -1.0, _compute_signs(rom)
 
     def over_all(part: NDArray[np.float64]) -> NDArray[np.float64]:
         result = np.zeros((3, assembly.n_dof))
@@ -308,12 +310,12 @@ def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, SupportRe
     }
 
 
-def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
+def mirror_model(rom: ReducedModel, body: str) -> ReducedModel:
     """The reduced model of a body's mirror image at y = 0, whose mesh has the same node numbers.
 
     Displacements along y change their sign, on the boundary and on the mesh; the modal coordinates stay as they are.
     """
-    boundary, full = _signs(rom), np.where(rom.free % 3 == 1, -1.0, 1.0)
+    boundary, full = _compute_signs(rom), np.where(rom.free % 3 == 1, -1.0, 1.0)
     signs = np.outer(boundary, boundary)
     return replace(
         rom,
@@ -325,7 +327,7 @@ def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
     )
 
 
-def _signs(rom: ReducedModel) -> Float[NDArray[np.float64], " r"]:
+def _compute_signs(rom: ReducedModel) -> Float[NDArray[np.float64], " r"]:
     """Signs of the reduced coordinates under a reflection at y = 0 [-]."""
     result = np.ones(rom.n_dof)
     result[: rom.n_boundary][rom.boundary_direction == 1] = -1.0

@@ -58,7 +58,7 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
             }
             for forces in peaks
         ],
-        "rest": _at_rest(preloaded),
+        "rest": _document_at_rest(preloaded),
         "dampers": {
             item.body: {
                 "mass_kg": item.mass,
@@ -68,10 +68,10 @@ def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> E
             for item in preloaded.dampers
         },
     }
-    return Extras(files=tuple(files), document=document, text=_text(document, labels))
+    return Extras(files=tuple(files), document=document, text=_format_document(document, labels))
 
 
-def _at_rest(system: PreloadedRig) -> dict[str, dict[str, float]]:
+def _document_at_rest(system: PreloadedRig) -> dict[str, dict[str, float]]:
     """Each contact line under the dead weights: forces [N], pressed stations, largest |T| / (mu N) of one [-]."""
     names = [contact.name for contact in system.joined.contacts]
     rest, result = system.static_state, {}
@@ -86,7 +86,7 @@ def _at_rest(system: PreloadedRig) -> dict[str, dict[str, float]]:
     return result
 
 
-def _text(document: Mapping[str, Any], labels: Sequence[str]) -> str:
+def _format_document(document: Mapping[str, Any], labels: Sequence[str]) -> str:
     """The document as tables."""
     rest, dampers, curves = document["rest"], document["dampers"], document["curves"]
     width, label_width = max(map(len, rest)), max(map(len, labels))
@@ -109,7 +109,7 @@ def _text(document: Mapping[str, Any], labels: Sequence[str]) -> str:
         f"  {'motion':<18}" + "".join(f"{body:>24}" for body in dampers),
         *(
             f"  {motion:<18}"
-            + "".join(f"{_stiffness(item['stiffness'][motion], row):>24}" for item in dampers.values())
+            + "".join(f"{_format_stiffness(item['stiffness'][motion], row):>24}" for item in dampers.values())
             for row, motion in enumerate(MOTIONS)
         ),
         *(
@@ -133,5 +133,5 @@ def _text(document: Mapping[str, Any], labels: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _stiffness(value: float, row: int) -> str:
+def _format_stiffness(value: float, row: int) -> str:
     return f"{value / 1e6:.4g} N/um" if row < 3 else f"{value:.4g} N m/rad"

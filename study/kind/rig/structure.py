@@ -18,14 +18,14 @@ from geometry.rig import SIDES, Rig, named_points
 from reduction.elastic_support import ElasticBody
 from reduction.file.structure_file import StructureMatrices
 from reduction.joined_bodies import JoinedBodies, join_bodies, make_jointed_system
-from reduction.rigid_body import RigidBody, check_supported, rigid_body, rigid_motions
+from reduction.rigid_body import RigidBody, check_supported, make_rigid_body, make_unit_motions
 from reduction.settled_gaps import settle_bodies
 from reduction.static_contact import StaticState
 from study.case.structure import Structure
 from study.case.surface import BodySurface, make_surface
 from study.case.tables import Case
-from study.kind.rig.contact import WirePull, dead_weights, make_line_pairs
-from study.kind.rig.model import RigModel, Y, Z, in_tetrahedra
+from study.kind.rig.contact import WirePull, list_dead_weights, make_line_pairs
+from study.kind.rig.model import RigModel, Y, Z, mesh_in_tetrahedra
 from study.kind.rig.reduction import RigReduction, reduce_rig
 from study.kind.rig.table import LaserTable, RigTable, make_rig_model
 from study.reduce.report import report_fewer_rig_modes
@@ -88,21 +88,22 @@ def make_preloaded_rig(case: Case[RigTable], model: RigModel, reduction: RigRedu
         A damper that is unsupported, leaves its groove or has no equilibrium.
     """
     assembly, table, rig = reduction.assembly, case.structure, model.rig
-    weights = dead_weights(case)
+    weights = list_dead_weights(case)
     with located(case, "structure", "contact"):
         bodies = join_bodies(assembly, make_line_pairs(case, rig), tangents=table.contact.sliding)
     dampers = tuple(
-        rigid_body(assembly, f"damper_{side}", reduction.places(f"damper_{side}"), bodies.springs) for side in SIDES
+        make_rigid_body(assembly, f"damper_{side}", reduction.places(f"damper_{side}"), bodies.springs)
+        for side in SIDES
     )
     with located(case, "structure", "contact"):
         check_supported(dampers)
     if any(getattr(table.contact, name).uneven for name in bodies.lines):
-        bodies = settle_bodies(bodies, _dampers(reduction))
-    wires = {side: _wire(side, pull, rig, reduction) for side, pull in weights.items()}
+        bodies = settle_bodies(bodies, _list_damper_motions(reduction))
+    wires = {side: _make_wire(side, pull, rig, reduction) for side, pull in weights.items()}
     try:
         rest = bodies.static_state(np.sum([wire.load for wire in wires.values()], axis=0))
     except InputError as error:
-        with located(case, "structure", "dead_weight", *_side_at_fault(case, str(error))):
+        with located(case, "structure", "dead_weight", *_find_side_at_fault(case, str(error))):
             raise error
     return PreloadedRig(
         model=model,
@@ -115,16 +116,16 @@ def make_preloaded_rig(case: Case[RigTable], model: RigModel, reduction: RigRedu
     )
 
 
-def _side_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
+def _find_side_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
     """The table of the side that a message on a contact line speaks of, if the case has one."""
     given = find_value({} if case.source is None else case.source.data, ("structure", "dead_weight")) or {}
     return tuple(side for side in SIDES if f'"{side}_' in message and side in given)[:1]
 
 
-def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:
+def _list_damper_motions(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:
     """Rigid motions of the dampers, which contact alone supports."""
     return {
-        body: rigid_motions(reduction.assembly, body, reduction.places(body), np.zeros(3))
+        body: make_unit_motions(reduction.assembly, body, reduction.places(body), np.zeros(3))
         for body in (f"damper_{side}" for side in SIDES)
     }
 
@@ -136,7 +137,7 @@ def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"
     return force
 
 
-def _wire(side: str, pull: WirePull, rig: Rig, reduction: RigReduction) -> Wire:
+def _make_wire(side: str, pull: WirePull, rig: Rig, reduction: RigReduction) -> Wire:
     """The wire of a side: its load is spread over the lower half of the cylinder, as wide as the wire lies under it."""
     body, (sign, _) = f"damper_{side}", SIDES[side]
     mesh, place = reduction.meshes[body], named_points(rig)[body]["dead_weight"]
@@ -174,9 +175,9 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         Bodies that cannot be built or do not mate; a damper that nothing holds, leaves its groove or finds no rest.
     """
     model = make_rig_model(case)
-    dead_weights(case)  # what is wrong with them is found before minutes of reduction
+    list_dead_weights(case)  # what is wrong with them is found before minutes of reduction
     with located(case, "structure", "mesh"):
-        model = in_tetrahedra(model, run.store, run.progress)
+        model = mesh_in_tetrahedra(model, run.store, run.progress)
         reduction = reduce_rig(model, run.store, run.progress)
     for sentence in report_fewer_rig_modes(reduction.assembly, model.n_mode):
         run.note(sentence)
@@ -185,38 +186,38 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
     system = make_jointed_system(preloaded.joined, preloaded.static_state, case.structure.damping.ratio, force)
     return Structure(
         matrices=StructureMatrices(mass=system.mass, damping=system.damping, stiffness=system.stiffness),
-        dofs=_dofs(reduction),
-        parts=_parts(preloaded),
-        places=measured_places(reduction),
+        dofs=_list_dofs(reduction),
+        parts=_list_parts(preloaded),
+        places=list_measured_places(reduction),
         joints=tuple(system.joints),
         lines=preloaded.joined.lines,
         static_load=preloaded.static_state.load,
         harmonic_force=force,
-        sensors=_sensors(reduction, case.structure.laser),
+        sensors=_make_sensors(reduction, case.structure.laser),
         dead_weights={
             f"{side} dead weight": DeadWeight.on_wire(
                 wire, tuple(name for name in preloaded.joined.lines if name.startswith(side))
             )
             for side, wire in preloaded.wires.items()
         },
-        elastic_bodies=_elastic_bodies(reduction),
+        elastic_bodies=_list_elastic_bodies(reduction),
         load_cells=find_load_cells(preloaded),
-        suspension=suspension(reduction),
+        suspension=make_suspension(reduction),
         loss_factor=case.structure.damping.loss_factor,
-        histories=partial(friction_histories, preloaded.static_state, preloaded.joined),
-        surfaces=partial(_surfaces, reduction),
+        histories=partial(list_friction_histories, preloaded.static_state, preloaded.joined),
+        surfaces=partial(_list_surfaces, reduction),
         details=preloaded,
     )
 
 
-def measured_places(reduction: RigReduction) -> dict[str, Row]:
+def list_measured_places(reduction: RigReduction) -> dict[str, Row]:
     """Where the tests of the rig measure, and so where an effect may act: motions along y."""
     result = {
-        "tip": _row(reduction, "blade", "response"),
-        "excitation": _row(reduction, "blade", "excitation"),
-        "slot": (_row(reduction, "blade", "laser_left") + _row(reduction, "blade", "laser_right")) / 2,
+        "tip": _make_row(reduction, "blade", "response"),
+        "excitation": _make_row(reduction, "blade", "excitation"),
+        "slot": (_make_row(reduction, "blade", "laser_left") + _make_row(reduction, "blade", "laser_right")) / 2,
     }
-    return result | {f"damper_{side}": _row(reduction, f"damper_{side}", "laser_blade") for side in SIDES}
+    return result | {f"damper_{side}": _make_row(reduction, f"damper_{side}", "laser_blade") for side in SIDES}
 
 
 def find_load_cells(preloaded: PreloadedRig) -> dict[str, LoadCell]:
@@ -227,18 +228,18 @@ def find_load_cells(preloaded: PreloadedRig) -> dict[str, LoadCell]:
     """
     alpha, result = preloaded.model.rig.decoupler.arm_angle, {}
     for name, (side, cell) in LOAD_CELLS.items():
-        arm = arm_direction(side, cell, alpha)
+        arm = compute_arm_direction(side, cell, alpha)
         row = -arm @ preloaded.reduction.reactions[f"decoupler_{side}"][cell].stiffness
         result[name] = LoadCell(name=name, row=row, at_rest=float(row @ preloaded.static_state.displacement))
     return result
 
 
-def arm_direction(side: str, cell: str, angle: float) -> Float[NDArray[np.float64], "3"]:
+def compute_arm_direction(side: str, cell: str, angle: float) -> Float[NDArray[np.float64], "3"]:
     """Along an arm from the contact line to its load cell, of arms at an angle [rad], shape (3,) [-]."""
     return np.array([0.0, SIDES[side][0] * cos(angle), ARMS[cell] * sin(angle)])
 
 
-def suspension(reduction: RigReduction) -> Matrix:
+def make_suspension(reduction: RigReduction) -> Matrix:
     """Springs that the dampers hang on without contacts [N/m]: all their rigid motions have `SUSPENSION`."""
     assembly = reduction.assembly
     result = np.zeros((assembly.n_dof, assembly.n_dof))
@@ -248,7 +249,7 @@ def suspension(reduction: RigReduction) -> Matrix:
     return result
 
 
-def friction_histories(rest: StaticState, bodies: JoinedBodies, n: int, seed: int) -> list[Row]:
+def list_friction_histories(rest: StaticState, bodies: JoinedBodies, n: int, seed: int) -> list[Row]:
     """Slider positions at which curves begin [m].
 
     Parameters
@@ -265,11 +266,13 @@ def friction_histories(rest: StaticState, bodies: JoinedBodies, n: int, seed: in
     histories = [rest.slider]
     for _ in range(n - 1):
         shares = {line: generator.uniform(-HISTORY, HISTORY) for line in bodies.lines}
-        histories.append(_pushed(rest, {name: shares[line] for line, names in bodies.lines.items() for name in names}))
+        histories.append(
+            _push_sliders(rest, {name: shares[line] for line, names in bodies.lines.items() for name in names})
+        )
     return histories
 
 
-def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
+def _push_sliders(rest: StaticState, share: dict[str, float]) -> Row:
     """Sliders after a damper was pushed along its line: each contact has a share of its limit at rest."""
     result = []
     for item in rest.contacts:
@@ -278,7 +281,7 @@ def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
     return np.concatenate(result)
 
 
-def _surfaces(reduction: RigReduction) -> dict[str, BodySurface]:
+def _list_surfaces(reduction: RigReduction) -> dict[str, BodySurface]:
     """Outside of each body."""
     assembly = reduction.assembly
     return {
@@ -287,28 +290,28 @@ def _surfaces(reduction: RigReduction) -> dict[str, BodySurface]:
     }
 
 
-def _row(reduction: RigReduction, body: str, name: str, direction: int = Y) -> Row:
+def _make_row(reduction: RigReduction, body: str, name: str, direction: int = Y) -> Row:
     result = np.zeros(reduction.assembly.n_dof)
     result[reduction.assembly.rows(body, name, direction)] = 1.0
     return result
 
 
-def _sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ...]:
+def _make_sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ...]:
     """The tip, and how each damper moves against the blade where the heads of the differential laser look."""
-    result = [Sensor(name="tip", row=_row(reduction, "blade", "response"))]
+    result = [Sensor(name="tip", row=_make_row(reduction, "blade", "response"))]
     for side in SIDES:
         heads = {}
         for body, name, sign, angle in (
             (f"damper_{side}", "laser_blade", 1.0, lean.damper),
             ("blade", f"laser_{side}", -1.0, lean.blade),
         ):
-            along, across = (sign * _row(reduction, body, name, axis) for axis in (Y, Z))
+            along, across = (sign * _make_row(reduction, body, name, axis) for axis in (Y, Z))
             heads[body.partition("_")[0]] = Head(along=along, across=across).leaning(angle)
         result.append(Sensor.laser(f"damper {side} against blade", heads))
     return tuple(result)
 
 
-def _parts(preloaded: PreloadedRig) -> tuple[StructurePart, ...]:
+def _list_parts(preloaded: PreloadedRig) -> tuple[StructurePart, ...]:
     """Mass and stiffness of each body, and of the springs that fix the second tangents."""
     assembly, n = preloaded.reduction.assembly, preloaded.reduction.assembly.n_dof
     result = []
@@ -322,7 +325,7 @@ def _parts(preloaded: PreloadedRig) -> tuple[StructurePart, ...]:
     return tuple(result)
 
 
-def _elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
+def _list_elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
     """The blade on its clamp."""
     if reduction.root is None:
         return {}
@@ -330,7 +333,7 @@ def _elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
     return {"blade": reduction.root.embed(assembly.n_dof, assembly.columns("blade"))}
 
 
-def _dofs(reduction: RigReduction) -> tuple[Dof, ...]:
+def _list_dofs(reduction: RigReduction) -> tuple[Dof, ...]:
     """Body, node, direction and coordinates of each coordinate; modal ones are no motion of a point."""
     result: list[Dof] = []
     for body, rom in reduction.assembly.bodies.items():

@@ -268,7 +268,7 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
     try:
         rig = Rig(blade=blade, damper=damper, decoupler=decoupler, excitation_radius=table.blade.excitation_radius)
     except GeometryError as error:
-        with located(case, "structure", *_table_at_fault(case, str(error))):
+        with located(case, "structure", *_find_table_at_fault(case, str(error))):
             raise error
     modes = table.reduction.modes
     return RigModel(
@@ -284,7 +284,7 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
     )
 
 
-def _table_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
+def _find_table_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
     """The table of the file with a key that a message on bodies which do not mate speaks of."""
     given = find_value({} if case.source is None else case.source.data, ("structure",))
     for table in ("damper", "decoupler", "blade"):

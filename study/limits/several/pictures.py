@@ -35,13 +35,15 @@ def draw_several_limits(
             lines.setdefault(quantity.place, {})[quantity.force] = item
     if len(curves[0].limits.frequency) > 1:
         for line, forces in lines.items():
-            drawn[f"limit_forces_{stems[line]}"] = _over_frequency(line, forces, title, in_newtons=in_newtons)
+            drawn[f"limit_forces_{stems[line]}"] = _arrange_over_frequency(line, forces, title, in_newtons=in_newtons)
     elif lines:
-        drawn["limit_forces"] = _over_level(lines, title, in_newtons=in_newtons)
+        drawn["limit_forces"] = _arrange_over_level(lines, title, in_newtons=in_newtons)
     return drawn
 
 
-def _over_frequency(line: str, forces: Mapping[str, LimitCurves], title: str, *, in_newtons: bool) -> LineForceBands:
+def _arrange_over_frequency(
+    line: str, forces: Mapping[str, LimitCurves], title: str, *, in_newtons: bool
+) -> LineForceBands:
     bands = {}
     for force, item in forces.items():
         names = name_levels(item, in_newtons=in_newtons)
@@ -49,7 +51,9 @@ def _over_frequency(line: str, forces: Mapping[str, LimitCurves], title: str, *,
     return LineForceBands(bands=bands, title=f"{title}: limits of the forces of {line}")
 
 
-def _over_level(lines: Mapping[str, Mapping[str, LimitCurves]], title: str, *, in_newtons: bool) -> LineForceLimits:
+def _arrange_over_level(
+    lines: Mapping[str, Mapping[str, LimitCurves]], title: str, *, in_newtons: bool
+) -> LineForceLimits:
     """Of one frequency; the ends of the sampled histories are drawn inside."""
     panels = [
         ForceLimits(

@@ -100,7 +100,7 @@ def list_quantities(table: LimitsTable, model: SolveModel) -> tuple[Quantity, ..
     ]
     result += [
         Quantity(name=name_quantity(own, None), table=own, output=None, harmonic=harmonic)
-        for own in _forces(table, model)
+        for own in _list_forces(table, model)
     ]
     for number, item in enumerate(result):
         if any(item.name == other.name for other in result[:number]):
@@ -108,7 +108,7 @@ def list_quantities(table: LimitsTable, model: SolveModel) -> tuple[Quantity, ..
     return tuple(result)
 
 
-def _forces(table: LimitsTable, model: SolveModel) -> Iterator[LimitsTable]:
+def _list_forces(table: LimitsTable, model: SolveModel) -> Iterator[LimitsTable]:
     """Quantities of each force of each line; a contact without a line counts as one."""
     normal = {joint.name: joint.normal_direction for joint in model.system.joints}
     if table.contact is not None:

@@ -6,12 +6,18 @@ import numpy as np
 
 from geometry.plain_number import count
 from hbsolve.limits.result import SIDES
-from study.limits.report import describe_levels, describe_refinement, find_largest, format_or_dash, refinement_remarks
+from study.limits.report import (
+    describe_levels,
+    describe_refinement,
+    find_largest,
+    format_or_dash,
+    list_refinement_remarks,
+)
 from study.limits.several.run import SeveralLimitsResult
 from study.limits.table import EVERYTHING
 
 
-def several_limits_document(limited: SeveralLimitsResult) -> dict[str, Any]:
+def document_several_limits(limited: SeveralLimitsResult) -> dict[str, Any]:
     """The document of ``--json``."""
     limits = limited.curves[0].limits
     return {
@@ -40,7 +46,7 @@ def several_limits_document(limited: SeveralLimitsResult) -> dict[str, Any]:
 
 def format_several_limits_report(limited: SeveralLimitsResult) -> str:
     """The same as a table."""
-    document, limits = several_limits_document(limited), limited.curves[0].limits
+    document, limits = document_several_limits(limited), limited.curves[0].limits
     n, reach = document["n_frequency"], document["reach_m"]
     where = f"over {n} frequencies" if n > 1 else f"at {limits.frequency[0]:.6g} Hz"
     box = f"at most {1e6 * reach:.4g} um from rest" if np.isfinite(reach) else "anywhere"
@@ -62,10 +68,10 @@ def format_several_limits_report(limited: SeveralLimitsResult) -> str:
                 f"  {item['quantity'] + ' [' + item['unit'] + ']':<{width}}  {row['level']:8.4g}  {cells}  "
                 f"{sum(side['n_jump'] for side in two):5}"
             )
-    return "\n".join([*lines, "", *_remarks(document), "", *document["files"]])
+    return "\n".join([*lines, "", *_list_remarks(document), "", *document["files"]])
 
 
-def _remarks(document: dict[str, Any]) -> list[str]:
+def _list_remarks(document: dict[str, Any]) -> list[str]:
     levels = [row for item in document["quantities"] for row in item["levels"]]
     sides = [row[name] for row in levels for name in SIDES]
     sampled = sum(row["n_sampled"] for row in document["quantities"][0]["levels"])
@@ -74,7 +80,7 @@ def _remarks(document: dict[str, Any]) -> list[str]:
         "them lies outside",
         f"  largest residual {document['largest_residual']:.1e}, largest gain of a further step "
         f"{document['largest_realised_gain']:.1e}",
-        *refinement_remarks(document),
+        *list_refinement_remarks(document),
     ]
     for key, words in (
         ("at_end", "lie at an end of the frequencies: there may be more beyond"),

@@ -8,7 +8,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.read_campaign import read_campaign
-from correlation.campaign.time_record import TimeRecord, record_of_columns
+from correlation.campaign.time_record import TimeRecord, make_record_of_columns
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.mode import MeasuredMode
 from correlation.errors import CampaignError
@@ -143,7 +143,7 @@ def test_a_bad_sign_of_a_record_is_refused(tmp_path: Path, time: str, y: str, me
 def record(folder: Path, text: str, units: dict[str, str] | None = None, force: str | None = None) -> TimeRecord:
     path = folder / "record.csv"
     path.write_text(text, encoding="utf-8")
-    return record_of_columns(read_file(path), name="r", units=units or {"time": "ms", "tip": "mm"}, force=force)
+    return make_record_of_columns(read_file(path), name="r", units=units or {"time": "ms", "tip": "mm"}, force=force)
 
 
 def test_a_record_arrives_in_si(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.read_campaign import read_campaign
 from correlation.data_quality.response import find_response_suspicions
-from correlation.data_type.mode import MeasuredMode, linear_modes
+from correlation.data_type.mode import MeasuredMode, compute_linear_modes
 from correlation.data_type.mode_set import correct_modes
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
@@ -35,7 +35,7 @@ def chain(seed: int = 0, scatter: float = 0.0) -> Model:
 
 def measured(model: Model, seed: int, count: int = 4) -> list[MeasuredMode]:
     """Its modes with 2 % of noise in the shapes."""
-    frequency, _, shapes = linear_modes(model, "jointed")
+    frequency, _, shapes = compute_linear_modes(model, "jointed")
     noise = 0.02 * np.random.default_rng(seed).standard_normal(shapes.shape) * np.abs(shapes).max()
     return [
         MeasuredMode(

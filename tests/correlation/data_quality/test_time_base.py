@@ -6,7 +6,7 @@ import pytest
 from correlation.data_quality.model import find_model_suspicions
 from correlation.data_quality.response import find_response_suspicions
 from correlation.data_quality.time_base import find_time_base_factor
-from correlation.data_type.mode import linear_modes
+from correlation.data_type.mode import compute_linear_modes
 from correlation.data_type.ring_down import FreeDecay
 from correlation.signal.ring_down import analyse_ring_down
 from tests.correlation.data_quality.test_response_size import chain
@@ -15,7 +15,7 @@ from tests.correlation.data_quality.test_unit_suspicion import campaign
 
 def decay(factor: float, frequency: float | None = None) -> FreeDecay:
     """The first mode of the chain, or another one, on a clock that makes all frequencies so many times as large."""
-    own = float(linear_modes(chain(), "jointed")[0][0]) if frequency is None else frequency
+    own = float(compute_linear_modes(chain(), "jointed")[0][0]) if frequency is None else frequency
     time = np.arange(1500) / (25 * own)
     signal = np.exp(-0.02 * 2 * np.pi * own * time) * np.cos(2 * np.pi * own * time)
     time = time / factor
@@ -31,7 +31,7 @@ def decay(factor: float, frequency: float | None = None) -> FreeDecay:
 def test_one_factor_on_the_clock_is_suspected_with_both_frequencies(factor: float, words: str) -> None:
     (result,) = find_response_suspicions(chain(), [decay(factor)])
     assert words in result.sentence
-    own = float(linear_modes(chain(), "jointed")[0][0])
+    own = float(compute_linear_modes(chain(), "jointed")[0][0])
     assert f"{own:.4g}" in result.sentence
     assert f"{factor * own:.4g}" in result.sentence
     assert not result.remark

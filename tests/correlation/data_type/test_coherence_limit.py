@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import MeasuredSensor
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.response_modes import read_modes
-from correlation.signal.frequency_response import coherence_limit, estimate_frequency_response
+from correlation.signal.frequency_response import compute_coherence_limit, estimate_frequency_response
 
 MODES, DAMPING = np.array([40.0, 55.0]), 0.01
 FREQUENCY = np.arange(20.0, 200.0, 0.1)
@@ -57,7 +57,7 @@ def test_noise_passes_the_limit_of_the_coherence_as_rarely_as_it_says(averages: 
     result = estimate_frequency_response(
         np.arange(len(force)) / 1000, force, response, block=2.0, excitation="burst"
     ).coherence  # fmt: skip
-    assert not (result > coherence_limit(averages, result.size)).any()
+    assert not (result > compute_coherence_limit(averages, result.size)).any()
     # The same formula at one chance in twenty, where the limits on it do not act.
     expected = 1 - 0.05 ** (1 / (averages - 1))
     # 1000 lines: 50 +- 7.

@@ -9,15 +9,15 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from correlation.campaign.write_campaign import write_campaign
-from correlation.data_type.frequency_response import response_panels
+from correlation.data_type.frequency_response import make_response_panels
 from correlation.data_type.linear_response import predict_linear_response
-from correlation.data_type.mode import linear_modes
+from correlation.data_type.mode import compute_linear_modes
 from correlation.data_type.registry import DATA_TYPES
-from correlation.data_type.ring_down import predict_ring_down, ring_down_features
+from correlation.data_type.ring_down import compute_ring_down_features, predict_ring_down
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
-from reduction.load_cell import decoupler_contact
+from reduction.load_cell import compute_decoupler_contact
 
 MASS, STIFFNESS, RATIO = 1.3, 5e5, 0.004
 SENSOR = """[[sensor]]
@@ -53,7 +53,7 @@ def test_a_linear_ring_down_has_the_backbone_of_its_model(tmp_path: Path, oscill
     time = np.arange(0, 1.5, 1 / 4000)
     x = 1e-4 * np.exp(-RATIO * omega * time) * np.cos(np.sqrt(1 - RATIO**2) * omega * time)
     (decay,) = read_campaign(write(tmp_path, SENSOR + RING_DOWN, decay=columns("t,x", time, 1e3 * x))).data
-    features, predicted = ring_down_features(decay), predict_ring_down(oscillator(), decay)
+    features, predicted = compute_ring_down_features(decay), predict_ring_down(oscillator(), decay)
     assert len(decay.modes) == 1
     # The record is without noise; what is left are the digits that were written.
     assert features.value[0::2] == pytest.approx(omega / (2 * np.pi), rel=1e-4)
@@ -183,7 +183,7 @@ def test_the_linear_response_on_a_shaken_base_is_absolute(tmp_path: Path, oscill
     assert predict_linear_response(shaken, frf)[0] == pytest.approx(transmissibility, rel=1e-9)
     relative = predict_linear_response(shaken.with_sensor("accelerometer", relative=True), frf)[0]
     assert relative == pytest.approx(transmissibility - 1, rel=1e-9)
-    (panel,) = response_panels(shaken, frf)
+    (panel,) = make_response_panels(shaken, frf)
     assert panel.y_label == "|H| [m/s^2 per m/s^2]"
     with pytest.raises(CampaignError, match="the case gives its velocity or displacement"):
         with_sensors(replace(shaken, level_power=2), campaign)
@@ -201,7 +201,7 @@ def test_a_loss_factor_damps_the_predicted_response(tmp_path: Path, oscillator: 
     sensor = model.sensors[0]
     expected = sensor.gain * -(omega**2) / ((1 + 1j * eta) * STIFFNESS - MASS * omega**2)
     assert predict_linear_response(model, frf)[0] == pytest.approx(expected, rel=1e-9)
-    assert linear_modes(model, "jointed")[1][0] == pytest.approx(eta / 2)
+    assert compute_linear_modes(model, "jointed")[1][0] == pytest.approx(eta / 2)
 
 
 def test_the_response_of_a_rotation_is_in_radians(tmp_path: Path, oscillator: Callable[..., Model]) -> None:
@@ -209,7 +209,7 @@ def test_the_response_of_a_rotation_is_in_radians(tmp_path: Path, oscillator: Ca
     manifest = FRF.format(sign="+").replace('direction = "z"', 'direction = "rz"').replace("g_n/N", "rad/s^2/N")
     table = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
     (frf,) = read_campaign(write(tmp_path, manifest, frf=table)).data
-    (panel,) = response_panels(oscillator(), frf)
+    (panel,) = make_response_panels(oscillator(), frf)
     assert panel.y_label == "|H| [rad/s^2 per N]"
 
 
@@ -238,7 +238,7 @@ def test_a_missing_value_of_one_sensor_leaves_the_others_theirs(
     assert all(97 < lost < 98 for lost in whole - rest)
     model = oscillator()
     model = replace(model, sensors=(*model.sensors, replace(model.sensors[1], name="second")))
-    panels = response_panels(model, frf)
+    panels = make_response_panels(model, frf)
     assert [len(panel.measured[0][0]) for panel in panels] == [401, 392]
 
 
@@ -347,7 +347,7 @@ def test_load_cells_become_the_forces_of_equation_1(tmp_path: Path) -> None:
     assert [sensor.name for sensor in campaign.sensors] == ["left_T", "left_N"]
     table = campaign.measurement
     r3, r4 = np.array([3 + 1j, 2]), np.array([1 - 1j, 1 + 0.5j])
-    expected = decoupler_contact(r3, r4, np.radians(8.53), np.radians(45))
+    expected = compute_decoupler_contact(r3, r4, np.radians(8.53), np.radians(45))
     assert table.value[table.sensor == 0] == pytest.approx(expected.tangential)
     assert table.value[table.sensor == 1] == pytest.approx(expected.normal)
 

@@ -11,7 +11,7 @@ from correlation.data_type.indication import Indication, name_causes
 from correlation.data_type.loop_indication import list_loop_indications
 from correlation.data_type.loop_prediction import predict_loop
 from correlation.data_type.measured_loop import ForceLoop
-from correlation.data_type.ring_down import FreeDecay, chosen_rows, list_ring_down_indications, predict_ring_down
+from correlation.data_type.ring_down import FreeDecay, choose_rows, list_ring_down_indications, predict_ring_down
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 from correlation.signal.ring_down import analyse_ring_down
@@ -62,7 +62,7 @@ def test_a_trend_is_told_by_its_readings(oscillator: Callable[..., Model]) -> No
     of, model = decay(0.1, 0.0, 1), oscillator()
     result, _ = list_ring_down_indications(model, [of], [predict_ring_down(model, of)])
     mode = of.modes[0]
-    rows = chosen_rows(mode)
+    rows = choose_rows(mode)
     low, high = rows[np.argmin(mode.amplitude[rows])], rows[np.argmax(mode.amplitude[rows])]
     assert result.measured.startswith(f"falls from {mode.frequency[low]:.4g} to {mode.frequency[high]:.4g} Hz")
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.data_type.loop_prediction import driven_loop, imposed_loop, predict_loop
-from correlation.data_type.measured_loop import ForceLoop, loop_features
+from correlation.data_type.loop_prediction import predict_driven_loop, predict_imposed_loop, predict_loop
+from correlation.data_type.measured_loop import ForceLoop, compute_loop_features
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
 from correlation.signal.loop import analyse_loop
@@ -38,7 +38,7 @@ def test_an_imposed_loop_has_the_work_and_stiffness_of_the_element(
 ) -> None:
     reach = jenkins.limit_force / jenkins.tangential_stiffness
     loop = make_loop(jenkins, ratio * reach)
-    features = loop_features(loop)
+    features = compute_loop_features(loop)
     work = 4 * jenkins.limit_force * (ratio - 1) * reach
     # 1000 samples a period: the corner of the loop is met to half a sample.
     assert features.value[0] == pytest.approx(work, rel=2e-3)
@@ -51,14 +51,14 @@ def test_an_imposed_loop_has_the_work_and_stiffness_of_the_element(
 
 def test_an_offset_of_the_displacement_moves_the_middle_of_the_force(oscillator: Make, jenkins: JenkinsElement) -> None:
     loop = make_loop(jenkins, 2e-4, offset=1e-4)
-    predicted, measured = predict_loop(oscillator(jenkins, n_harmonic=41), loop), loop_features(loop).value
+    predicted, measured = predict_loop(oscillator(jenkins, n_harmonic=41), loop), compute_loop_features(loop).value
     assert measured[2] == pytest.approx(STIFFNESS * 1e-4, rel=0.01)
     assert predicted[2] == pytest.approx(measured[2], rel=0.01)
 
 
 def test_the_grip_imposes_the_displacement(oscillator: Make, jenkins: JenkinsElement) -> None:
     loop = make_loop(jenkins, 1e-4)
-    curve = imposed_loop(oscillator(jenkins), loop, loop.loops.plateaus[0])
+    curve = predict_imposed_loop(oscillator(jenkins), loop, loop.loops.plateaus[0])
     assert curve is not None
     # To the stiffness of the grip over that of the structure.
     assert np.ptp(curve[0]) / 2 == pytest.approx(1e-4, rel=1e-4)
@@ -77,7 +77,7 @@ def test_the_loop_of_a_line_resists_the_motion_that_its_sensor_reads(
     model = Model(**{**vars(model), "sensors": (sensor,), "lines": {"pad": ("rub",)}})
     amplitude = 3 * jenkins.limit_force / jenkins.tangential_stiffness
     loop = replace(make_loop(jenkins, amplitude), place=None, line="pad", sensor="laser", level=60.0, frequency=10.0)
-    curve = driven_loop(model, loop)
+    curve = predict_driven_loop(model, loop)
     assert curve is not None
     x, f = curve
     reach = jenkins.limit_force / jenkins.tangential_stiffness

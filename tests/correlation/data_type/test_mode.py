@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
-from correlation.data_type.mode import MeasuredMode, mode_features, predict_mode
+from correlation.data_type.mode import MeasuredMode, compute_mode_features, predict_mode
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
 from reduction.joint_law.jenkins import JenkinsElement
@@ -80,7 +80,7 @@ def test_modes_alone_make_a_campaign(tmp_path: Path) -> None:
     alone = "schema = 1\n[[mode]]" + MANIFEST.split("[[mode]]")[1]
     (tmp_path / "campaign.toml").write_text(alone, encoding="utf-8")
     (mode,) = read_campaign(tmp_path).data
-    features = mode_features(mode)
+    features = compute_mode_features(mode)
     assert features.value == pytest.approx([122.25, 0.002])
     assert (features.deviation > 0).all()
     assert features.unit == ("Hz", "-")

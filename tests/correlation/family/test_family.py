@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.family.family import common_points, measured_families
+from correlation.family.family import measured_families, number_points
 from correlation.family.frequencies import choose_frequencies, find_stops
 from correlation.family.noise import estimate_repeat_errors
 
@@ -92,7 +92,7 @@ def test_amplitudes_do_not_depend_on_the_phase_and_means_keep_their_sign() -> No
 def test_repeats_whose_frequencies_jitter_share_their_points() -> None:
     # A jitter of a sixth of the step.
     for family in measured_families(campaign(jitter=5e-4)):
-        point = common_points(family.curves)
+        point = number_points(family.curves)
         assert set(point) == set(range(len(FREQUENCY)))
         assert (np.bincount(point) == REPEATS * len(SWEEPS)).all()
         chosen = choose_frequencies([family], most=100, fewest=1)

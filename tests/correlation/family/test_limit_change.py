@@ -3,13 +3,13 @@
 import numpy as np
 
 from benchmarks.family_coverage import STEPS_PER_PERIOD, frequencies, random_model
-from correlation.family.limit_reading import LimitReadings, LimitStates, objective_of, read_limits
+from correlation.family.limit_reading import LimitReadings, LimitStates, make_reading_objective, read_limits
 from correlation.model import LineSensor, Model
 from correlation.noise.nuisance import Budget
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.response_limits import limit_problem
-from hbsolve.limits.slider_bounds import slider_box
+from hbsolve.limits.slider_bounds import make_slider_box
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import FrictionContact, JointedSystem
 from transient.virtual_bench.sweep import VirtualSweepTest
@@ -46,9 +46,9 @@ def room(force: float, more_normal: float) -> np.ndarray:
 def read_rubbed_mass() -> LimitReadings:
     model = rubbed_mass()
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic)
-    box = slider_box(balance, balance.at(float(OMEGA[0])))
+    box = make_slider_box(balance, balance.at(float(OMEGA[0])))
     problem = limit_problem(
-        balance, objective_of(model, model.sensors[0], 0), nominal=box.middle, reach=10 * box.static
+        balance, make_reading_objective(model, model.sensors[0], 0), nominal=box.middle, reach=10 * box.static
     )
     motion, slider = [], []
     for sign in (-1, 1):
@@ -95,7 +95,7 @@ def test_a_static_force_in_full_slip_at_another_force_is_that_of_integration_in_
     frequency = frequencies(model)[-1:]
     omega = 2 * np.pi * frequency
     result = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
-    problem = limit_problem(balance, objective_of(model, tangential, 0), reach=1e-5)
+    problem = limit_problem(balance, make_reading_objective(model, tangential, 0), reach=1e-5)
     states = LimitStates(
         sensor=tangential.name, harmonic=0, motion=np.array([result, result]), slider=np.zeros((2, 1, 1))
     )
@@ -116,7 +116,7 @@ def test_limits_of_a_contact_that_is_open_at_rest_are_read_at_other_preloads() -
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic)
     free = [steady_state(balance.at_level(LEVEL), omega) for omega in OMEGA]
     motion, slider = np.array([state.motion for state in free]), np.array([state.initial_slider for state in free])
-    problem = limit_problem(balance, objective_of(model, model.sensors[0], 0), reach=1e-5)
+    problem = limit_problem(balance, make_reading_objective(model, model.sensors[0], 0), reach=1e-5)
     states = LimitStates(sensor="T", harmonic=0, motion=np.array([motion] * 2), slider=np.array([slider] * 2))
     curve = LimitCurve(problem=problem, level=LEVEL, angular_frequency=OMEGA)
     (readings,) = read_limits(curve, model, EXACT, [states], preload_span=SPAN)

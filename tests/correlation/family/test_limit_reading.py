@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.family_coverage import STEPS_PER_PERIOD, frequencies, random_model
-from correlation.family.limit_reading import LimitStates, objective_of, read_limits
+from correlation.family.limit_reading import LimitStates, make_reading_objective, read_limits
 from correlation.noise.nuisance import Budget
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.problem import LimitCurve
@@ -30,7 +30,7 @@ def test_a_static_force_in_full_slip_is_read_as_integration_in_time_finds_it(
     assert model is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     (_, tangential, _) = model.sensors
-    problem = limit_problem(balance, objective_of(model, tangential, 0), reach=1e-5)
+    problem = limit_problem(balance, make_reading_objective(model, tangential, 0), reach=1e-5)
     frequency = frequencies(model)[first:]
     omega = 2 * np.pi * frequency
     result = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
@@ -54,7 +54,7 @@ def test_harmonics_that_ring_in_a_stiff_contact_are_part_of_the_error() -> None:
     assert model is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     near = model.sensors[0]
-    problem = limit_problem(balance, objective_of(model, near, 1), reach=1e-9)
+    problem = limit_problem(balance, make_reading_objective(model, near, 1), reach=1e-9)
     frequency = frequencies(model)[1:3]
     omega = 2 * np.pi * frequency
     result = np.array([steady_state(balance.at_level(1.0), item).motion for item in omega])
@@ -75,7 +75,7 @@ def test_readings_at_another_force_are_those_of_integration_in_time() -> None:
     assert model is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     near = model.sensors[0]
-    problem = limit_problem(balance, objective_of(model, near, 1), reach=1e-5)
+    problem = limit_problem(balance, make_reading_objective(model, near, 1), reach=1e-5)
     frequency = frequencies(model)[[1, 3]]
     omega = 2 * np.pi * frequency
     result = np.array([steady_state(balance.at_level(level), item).motion for item in omega])

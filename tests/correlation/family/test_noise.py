@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.family.band import PredictedBand
-from correlation.family.family import Family, FamilyCurve, common_points
+from correlation.family.family import Family, FamilyCurve, number_points
 from correlation.family.noise import MOST_GAIN, ReadingNoise, estimate_repeat_errors
 from correlation.family.verdict import judge_family
 from correlation.noise.variance import compute_margin
@@ -151,7 +151,7 @@ def test_curves_share_a_frequency_that_the_longest_has_not() -> None:
         ))
         for item in families(random)
     ]  # fmt: skip
-    point = common_points(split[0].curves)
+    point = number_points(split[0].curves)
     # Four frequencies of the first two curves; the last of them and two new ones of the others.
     assert point.tolist() == [0, 1, 2, 3, 0, 1, 2, 3, 3, 4, 5, 3, 4, 5]
     assert estimate_repeat_errors(campaign(), split).noise["tip", 1].source == "curves"
@@ -177,7 +177,7 @@ def test_a_place_that_comes_between_takes_no_reading_from_another() -> None:
         FamilyCurve(test="t", repeat=number, sweep=1, frequency=np.array(at), value=np.ones(len(at)))
         for number, at in enumerate(([100.0, 110.0, 120.0], [102.0, 112.0, 122.0], [104.1, 114.1]))
     ]
-    point = common_points(curves)
+    point = number_points(curves)
     assert point[:6].tolist() == [0, 1, 2, 0, 1, 2]
     assert len(set(point[6:]) | {0, 1, 2}) == 5
 

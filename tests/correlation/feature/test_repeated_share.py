@@ -8,7 +8,7 @@ import pytest
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.feature.observation import arrange_campaign
 from correlation.feature.table import average_campaign
-from study.compare.suspicions import _single_repeat
+from study.compare.suspicions import _suspect_single_repeat
 
 NOISE = 1e-8
 
@@ -39,6 +39,6 @@ def test_noise_is_that_of_the_curve_unless_many_points_were_repeated(repeated: i
     # Where it is read once, the curve tells the noise within a factor of two; 5 % of 1e-5 at the peak is far more.
     peak = np.argmax(np.abs(table.value))
     assert (table.deviation[peak] > 4 * NOISE) == tells
-    assert bool(list(_single_repeat(made))) == (not tells)
+    assert bool(list(_suspect_single_repeat(made))) == (not tells)
     # A diagnosis takes the noise that the curve tells, and with 40 repeated points that which repeats tell.
     assert np.isfinite(arrange_campaign(made).noise).all() == (not tells)

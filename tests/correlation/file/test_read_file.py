@@ -8,8 +8,8 @@ import pytest
 
 from correlation.errors import CampaignError
 from correlation.file.format import MEASURED_FILES
-from correlation.file.read_file import file_format, read_file
-from correlation.file.unit_label import split_label, unit_text
+from correlation.file.read_file import find_file_format, read_file
+from correlation.file.unit_label import read_unit, split_label
 from tests.correlation.file.uff_bytes import DOUBLE_COMPLEX, example
 
 DATA = os.environ.get("STICKSLIP_DATA", "")
@@ -22,9 +22,9 @@ def test_all_formats_are_found() -> None:
 
 def test_content_counts_before_the_suffix(tmp_path: Path) -> None:
     (tmp_path / "beam.txt").write_bytes(example(DOUBLE_COMPLEX, even=True).text())
-    assert file_format(tmp_path / "beam.txt").name == "uff"
+    assert find_file_format(tmp_path / "beam.txt").name == "uff"
     (tmp_path / "beam.prn").write_text("a\tb\n1\t2\n3\t4\n")
-    assert file_format(tmp_path / "beam.prn").name == "csv"
+    assert find_file_format(tmp_path / "beam.prn").name == "csv"
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_a_missing_file_and_a_folder_are_one_sentence(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_labels_of_units_become_units(label: str, unit: str) -> None:
-    assert unit_text(label) == unit
+    assert read_unit(label) == unit
 
 
 def test_a_bracket_that_is_no_unit_stays_in_the_name() -> None:

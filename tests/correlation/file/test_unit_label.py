@@ -5,9 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.campaign.measurement_unit import root_units
+from correlation.campaign.measurement_unit import find_root_units
 from correlation.file.read_file import read_file
-from correlation.file.unit_label import amplitude_in_words, amplitude_of_unit, find_suffix, split_label, unit_text
+from correlation.file.unit_label import (
+    find_amplitude_in_words,
+    find_amplitude_of_unit,
+    find_suffix,
+    read_unit,
+    split_label,
+)
 
 
 @pytest.mark.parametrize(
@@ -20,14 +26,14 @@ from correlation.file.unit_label import amplitude_in_words, amplitude_of_unit, f
     ],
 )  # fmt: skip
 def test_notations_of_a_unit_mean_the_same(label: str, same: str) -> None:
-    assert root_units(unit_text(label)) == root_units(same)
+    assert find_root_units(read_unit(label)) == find_root_units(same)
 
 
 @pytest.mark.parametrize(
     "label", ["furlong", "nonsense", "acc", "tip", "step", "/N", "mm/furlong", "mm pp / N", "rms", "1", "EU"]
 )
 def test_what_is_no_unit_of_test_benches_names_none(label: str) -> None:
-    assert unit_text(label) == ""
+    assert read_unit(label) == ""
 
 
 @pytest.mark.parametrize(
@@ -75,12 +81,12 @@ def test_units_at_the_end_of_names_are_found_with_what_the_amplitude_is() -> Non
     ],
 )  # fmt: skip
 def test_a_word_beside_a_unit_says_what_an_amplitude_is(label: str, amplitude: str) -> None:
-    assert amplitude_of_unit(label) == amplitude
+    assert find_amplitude_of_unit(label) == amplitude
 
 
 def test_words_of_a_text_say_what_an_amplitude_is() -> None:
     texts = ("Force RMS", "Spectrum (RMS)", "peak to peak", "acc_pk", "farms", "appears", "rms or peak")
-    assert [amplitude_in_words(text) for text in texts] == ["rms", "rms", "peak to peak", "peak", "", "", ""]
+    assert [find_amplitude_in_words(text) for text in texts] == ["rms", "rms", "peak to peak", "peak", "", "", ""]
 
 
 @pytest.mark.parametrize(

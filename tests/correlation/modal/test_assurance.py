@@ -7,7 +7,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.modal.assurance import coordinate_assurance, domain_assurance, modal_assurance, response_assurance
+from correlation.modal.assurance import (
+    compute_coordinate_assurance,
+    compute_domain_assurance,
+    compute_modal_assurance,
+    compute_response_assurance,
+)
 from correlation.modal.linearity import check_linearity
 from correlation.modal.pairing import pair_modes
 
@@ -24,27 +29,30 @@ def shapes(seed: int, n_sensor: int = 7, n_mode: int = 3) -> NDArray[np.complex1
 @given(seed=st.integers(0, 2**32 - 1), magnitude=st.floats(1e-9, 1e9), phase=st.floats(0, 2 * np.pi))
 def test_a_complex_factor_changes_nothing(seed: int, magnitude: float, phase: float) -> None:
     phi, factor = shapes(seed), magnitude * np.exp(1j * phase)
-    np.testing.assert_allclose(np.diag(modal_assurance(phi, factor * phi)), 1.0, atol=ROUND_OFF)
-    np.testing.assert_allclose(coordinate_assurance(phi, factor * phi), 1.0, atol=ROUND_OFF)
-    np.testing.assert_allclose(response_assurance(phi, factor * phi), 1.0, atol=ROUND_OFF)
-    np.testing.assert_allclose(np.diag(domain_assurance(phi, factor * phi)), 1.0, atol=ROUND_OFF)
+    np.testing.assert_allclose(np.diag(compute_modal_assurance(phi, factor * phi)), 1.0, atol=ROUND_OFF)
+    np.testing.assert_allclose(compute_coordinate_assurance(phi, factor * phi), 1.0, atol=ROUND_OFF)
+    np.testing.assert_allclose(compute_response_assurance(phi, factor * phi), 1.0, atol=ROUND_OFF)
+    np.testing.assert_allclose(np.diag(compute_domain_assurance(phi, factor * phi)), 1.0, atol=ROUND_OFF)
 
 
 def test_orthogonal_shapes_score_zero_and_sixty_degrees_a_quarter() -> None:
-    np.testing.assert_allclose(modal_assurance(np.eye(4), np.eye(4)), np.eye(4), atol=ROUND_OFF)
+    np.testing.assert_allclose(compute_modal_assurance(np.eye(4), np.eye(4)), np.eye(4), atol=ROUND_OFF)
     turned = np.array([[np.cos(np.pi / 3)], [np.sin(np.pi / 3)]])
-    np.testing.assert_allclose(modal_assurance(np.array([[1.0], [0.0]]), turned), 0.25, atol=ROUND_OFF)
+    np.testing.assert_allclose(compute_modal_assurance(np.array([[1.0], [0.0]]), turned), 0.25, atol=ROUND_OFF)
 
 
 def test_a_swapped_sensor_is_the_lowest_comac() -> None:
     phi = shapes(0, 8, 4)
     wrong = phi.copy()
     wrong[[2, 5]] = phi[[5, 2]]
-    comac = coordinate_assurance(phi, wrong)
+    comac = compute_coordinate_assurance(phi, wrong)
     assert set(np.argsort(comac)[:2]) == {2, 5}
 
 
-@pytest.mark.parametrize("criterion", [modal_assurance, coordinate_assurance, response_assurance, domain_assurance])
+@pytest.mark.parametrize(
+    "criterion",
+    [compute_modal_assurance, compute_coordinate_assurance, compute_response_assurance, compute_domain_assurance],
+)
 def test_other_numbers_of_sensors_are_refused(criterion: object) -> None:
     with pytest.raises(CampaignError, match=r"\(7, 3\)"):
         criterion(shapes(0), shapes(0, 5))  # type: ignore[operator]
@@ -52,7 +60,7 @@ def test_other_numbers_of_sensors_are_refused(criterion: object) -> None:
 
 def test_a_shape_of_zeros_is_refused() -> None:
     with pytest.raises(CampaignError, match="column 1"):
-        modal_assurance(np.array([[1.0, 0.0]]), np.array([[1.0]]))
+        compute_modal_assurance(np.array([[1.0, 0.0]]), np.array([[1.0]]))
 
 
 def test_shuffled_modes_are_paired_and_missing_ones_listed() -> None:

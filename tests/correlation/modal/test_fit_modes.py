@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from correlation.errors import CampaignError
-from correlation.modal.assurance import modal_assurance
+from correlation.modal.assurance import compute_modal_assurance
 from correlation.modal.fit_modes import fit_modes
 from tests.slow import slow
 
@@ -46,7 +46,7 @@ def test_three_close_modes_in_noise(seed: int) -> None:
     # The targets; benchmarks/signal_analysis.py scores 100 systems.
     np.testing.assert_allclose(result.frequency, modes, rtol=2e-4)
     np.testing.assert_allclose(result.damping_ratio, damping, rtol=0.05)
-    assert (np.diag(modal_assurance(shapes, result.shapes)) > 0.99).all()
+    assert (np.diag(compute_modal_assurance(shapes, result.shapes)) > 0.99).all()
 
 
 @pytest.mark.parametrize("share", [0.005, *(pytest.param(share, marks=slow) for share in (0.001, 0.02))])
@@ -94,7 +94,7 @@ def test_sensors_of_different_quantities_are_fitted_as_they_were_measured() -> N
     )  # fmt: skip
     result = fit_modes(FREQUENCY, values, quantity=quantities)
     np.testing.assert_allclose(result.frequency, modes, rtol=1e-9)
-    assert (np.diag(modal_assurance(shapes, result.shapes)) > 1 - 1e-9).all()
+    assert (np.diag(compute_modal_assurance(shapes, result.shapes)) > 1 - 1e-9).all()
     np.testing.assert_allclose(result.fitted, values, rtol=1e-5)
 
 
@@ -145,7 +145,7 @@ def test_modes_of_matrices_with_damping_that_is_not_proportional() -> None:
     np.testing.assert_allclose(result.frequency, np.abs(poles) / (2 * np.pi), rtol=2e-4)
     np.testing.assert_allclose(result.damping_ratio, -poles.real / np.abs(poles), rtol=0.05)
     undamped = eigh(stiffness, mass)[1]
-    assert (np.diag(modal_assurance(undamped, result.shapes)) > 0.97).all()
+    assert (np.diag(compute_modal_assurance(undamped, result.shapes)) > 0.97).all()
 
 
 def test_deviations_are_the_scatter_of_repeats() -> None:

@@ -7,7 +7,7 @@ from scipy import signal
 from scipy.integrate import quad_vec
 
 from correlation.modal.fit_modes import fit_modes
-from correlation.modal.window import Window, pole_response
+from correlation.modal.window import Window, compute_pole_response
 from tests.slow import slow
 
 Array = NDArray[np.float64]
@@ -50,10 +50,10 @@ def test_the_response_of_a_pole_is_that_of_its_windowed_decay(power: int) -> Non
     # What follows a pulse, p^k e^{p t}, is windowed; the pulse itself is not.
     late = quad_vec(lambda t: np.interp(t, instants, correlation) * np.exp((pole - s) * t), 0, duration)[0]
     expected = pole**power * late + (s**power - pole**power) / (s - pole)
-    value, slope = pole_response(s, pole, power, duration)
+    value, slope = compute_pole_response(s, pole, power, duration)
     np.testing.assert_allclose(value, expected, rtol=1e-6)  # straight lines between 4001 points
     step = 1e-5
-    above, below = (pole_response(s, pole + side, power, duration)[0] for side in (step, -step))
+    above, below = (compute_pole_response(s, pole + side, power, duration)[0] for side in (step, -step))
     np.testing.assert_allclose(slope, (above - below) / (2 * step), rtol=1e-7)
 
 

@@ -15,8 +15,8 @@ from correlation.noise.scatter import (
     COMMON_SCATTER,
     POOLED_FREEDOM,
     Scatter,
-    _bias,
-    _excess_scatter,
+    _estimate_bias,
+    _estimate_excess_scatter,
     _fit_median_law,
     estimate_scatter,
 )
@@ -207,7 +207,7 @@ def test_numbers_of_one_law_are_as_certain_as_each_other() -> None:
     n_state, n_number, freedom = 200, 11, 3.0
     state = np.tile(np.arange(n_state), n_number)
     ratio = np.random.default_rng(8).chisquare(freedom, len(state)) / freedom
-    factor = _excess_scatter(ratio, np.full(len(state), freedom), state)
+    factor = _estimate_excess_scatter(ratio, np.full(len(state), freedom), state)
     # Chi-square of 33 degrees of freedom beside 24 that are 1: a standard deviation of sqrt(66) / 57 = 0.14. None of
     # 200 strays beyond four of them; alone it would be 0.25.
     assert np.abs(factor - 1).max() < 4 * 0.14
@@ -230,7 +230,7 @@ def test_the_pooled_variance_is_that_of_noise_for_any_number_of_repeats(freedom:
 def test_numbers_without_repeats_say_nothing_of_their_state() -> None:
     state = np.array([0, 0, 1, 1, 2])
     freedom = np.array([3.0, 0.0, 3.0, 3.0, 0.0])
-    factor = _excess_scatter(np.array([9.0, np.nan, 1.0, 1.0, np.nan]), freedom, state)
+    factor = _estimate_excess_scatter(np.array([9.0, np.nan, 1.0, 1.0, np.nan]), freedom, state)
     alike = COMMON_SCATTER * POOLED_FREEDOM
     # They are as uncertain as the rest of it all the same; round-off.
     np.testing.assert_allclose(factor[:2], (alike + 27) / (alike + 3), rtol=1e-14)
@@ -244,9 +244,9 @@ def test_moduli_without_a_phase_have_a_mode_of_their_bias() -> None:
         harmonic=np.array([1, 3]),
     )  # fmt: skip
     moduli = FeatureVector.choose(points, ones.astype(complex), np.ones(k, bool), np.zeros(k, bool))
-    np.testing.assert_allclose(_bias(moduli, 3 * ones, 2 * ones), [[0.0], [3.0]])
+    np.testing.assert_allclose(_estimate_bias(moduli, 3 * ones, 2 * ones), [[0.0], [3.0]])
     phased = FeatureVector.choose(points, ones.astype(complex), np.ones(k, bool))
-    assert _bias(phased, np.ones(4), np.ones(4)).shape == (4, 0)
+    assert _estimate_bias(phased, np.ones(4), np.ones(4)).shape == (4, 0)
 
 
 @pytest.mark.parametrize("n_reading", [1, 2, 4])

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.campaign.time_record import record_of_columns
+from correlation.campaign.time_record import make_record_of_columns
 from correlation.errors import CampaignError
 from correlation.file.read_file import read_file
-from correlation.signal.record import check_time, note_rounded_time, uniform_step
+from correlation.signal.record import check_time, compute_uniform_step, note_rounded_time
 
 
 @pytest.mark.parametrize("written", ["{:.4f}", "{:.5g}", "{:.3e}", "{:.2f}"])
@@ -51,7 +51,7 @@ def test_a_clock_that_jumps_is_left_as_it_is() -> None:
     clock[500:] += 0.01
     assert np.array_equal(check_time(clock, 1000), clock)
     with pytest.raises(CampaignError, match="steps of time"):
-        uniform_step(clock)
+        compute_uniform_step(clock)
 
 
 def test_a_sample_that_is_missing_is_no_rounding() -> None:
@@ -60,14 +60,14 @@ def test_a_sample_that_is_missing_is_no_rounding() -> None:
         assert np.array_equal(check_time(written, 99), written)
         assert not note_rounded_time(written)
         with pytest.raises(CampaignError, match="steps of time"):
-            uniform_step(check_time(written, 99))
+            compute_uniform_step(check_time(written, 99))
 
 
 def test_a_record_of_a_rounded_time_has_the_clock_of_its_rate(tmp_path: Path) -> None:
     clock = np.arange(500) / 1024
     table = np.stack([np.round(clock, 2), np.cos(clock)], axis=1)
     np.savetxt(tmp_path / "r.csv", table, delimiter=",", header="time,a [m]", comments="", fmt=["%.2f", "%.9g"])
-    record = record_of_columns(read_file(tmp_path / "r.csv"), name="r", units={"a [m]": "m"})
+    record = make_record_of_columns(read_file(tmp_path / "r.csv"), name="r", units={"a [m]": "m"})
     assert np.abs(record.time - clock).max() < 1e-3
     assert len(record.remarks) == 1
 
@@ -76,7 +76,7 @@ def test_a_record_whose_steps_alone_are_rounded_has_one_rate_and_a_remark(tmp_pa
     clock = np.arange(500) / 4096
     table = np.stack([np.round(clock, 4), np.cos(clock)], axis=1)
     np.savetxt(tmp_path / "r.csv", table, delimiter=",", header="time,a [m]", comments="", fmt=["%.4f", "%.9g"])
-    record = record_of_columns(read_file(tmp_path / "r.csv"), name="r", units={"a [m]": "m"})
+    record = make_record_of_columns(read_file(tmp_path / "r.csv"), name="r", units={"a [m]": "m"})
     # Of 500 instants that are off by 3e-5 s the line through them is known to a few 1e-6 s.
     assert np.abs(record.time - clock).max() < 1e-5
     assert record.step == pytest.approx(1 / 4096, rel=1e-4)

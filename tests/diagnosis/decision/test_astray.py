@@ -41,7 +41,7 @@ def calibrated(monkeypatch: pytest.MonkeyPatch, *chi2: float) -> tuple[Any, list
         observed=nothing, features=features, measured=nothing, whitening=whitening, predictor=nothing, noise=nothing
     )
     start: Any = "start"
-    return model_error_fit._calibrated(comparison, nothing, start, nothing), asked
+    return model_error_fit._calibrate_first(comparison, nothing, start, nothing), asked
 
 
 def test_a_calibration_that_finds_the_way_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,7 +25,7 @@ from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
 from fe.dense_modes import compute_dense_modes
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.stuck import stick_at_rest
 
 
@@ -41,7 +41,7 @@ def scaled(model: Model, factor: float) -> Model:
         joint.with_values(
             {name: factor * getattr(joint, name) for name in ("normal_stiffness", "tangential_stiffness")}
         )
-        for joint in friction_contacts(model.system.joints)
+        for joint in list_friction_contacts(model.system.joints)
     ]
     return model.with_system(stiffness=factor * model.system.stiffness, joints=joints)
 
@@ -66,7 +66,7 @@ def test_contacts_may_lower_a_resonance_to_that_without_them(observed: Observati
     """Stiffer contacts raise the upper end alone: they may slip."""
     joints = [
         joint.with_values({"tangential_stiffness": 10 * joint.tangential_stiffness})
-        for joint in friction_contacts(small.system.joints)
+        for joint in list_friction_contacts(small.system.joints)
     ]
     assert find_far_resonance(observed, small.with_system(joints=joints)) is None
 

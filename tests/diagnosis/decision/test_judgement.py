@@ -20,7 +20,7 @@ from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.fit.refit import make_baseline_refit, refit
 from diagnosis.fit.weighting import leave_out_model_error
 from diagnosis.model_error_share import rank_by_best_covariance
 from diagnosis.screening import Score, screen
@@ -65,7 +65,7 @@ def weighed(campaign: Any, arrangement: Arrangement, before: Refit, refits: list
 @pytest.fixture(scope="module")
 def finalists(campaign: Any, arrangement: Arrangement, scores: list[Score]) -> list[Finalist]:
     refits = [refit(arrangement, score) for score in scores]
-    before = baseline_fit(arrangement)
+    before = make_baseline_refit(arrangement)
     return weighed(campaign, arrangement, before, refits)
 
 
@@ -73,7 +73,7 @@ def test_an_effect_that_gains_no_more_than_chance_is_weighed_by_the_common_covar
     campaign: Any, small: Model, arrangement: Arrangement, scores: list[Score]
 ) -> None:
     own = partial(
-        refit_by_own_covariance, campaign, arrangement, baseline_fit(arrangement),
+        refit_by_own_covariance, campaign, arrangement, make_baseline_refit(arrangement),
         partial(list_campaign_effects, campaign), arrangement.train,
     )  # fmt: skip
     (score,) = [item for item in scores if item.effect.name == FALSE]
@@ -106,7 +106,7 @@ def test_what_is_hidden_is_named_with_its_strength(
     criteria = Criteria(
         catalogue=list_campaign_effects(campaign, small), scores=scores, thresholds=compute_linear_thresholds(scores)
     )
-    before = Finalist(refit=baseline_fit(arrangement), arrangement=arrangement)
+    before = Finalist(refit=make_baseline_refit(arrangement), arrangement=arrangement)
     ranked, verdict = judge(before, finalists, find_unknown_forces(arrangement), criteria, compute_step)
     assert verdict.finding is Finding.MISSING
     assert [item.name for item in verdict.effects] == [TRUE] == [ranked[0].name]
@@ -120,7 +120,7 @@ def test_what_explains_alone_what_a_stand_in_and_it_do_together_is_judged_as_wel
 ) -> None:
     """The true effect is among the candidates, but was not fitted to the end."""
     by_name = {score.effect.name: score for score in scores}
-    before = baseline_fit(arrangement)
+    before = make_baseline_refit(arrangement)
     stand_in = weighed(campaign, arrangement, before, [refit(arrangement, by_name[FALSE])])
     own = partial(refit_by_own_covariance, campaign, arrangement, before, partial(list_campaign_effects, campaign))
     listed = list_campaign_effects(campaign, small)
@@ -146,7 +146,7 @@ def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     """The limit is set below what any effect reaches: chi^2 falls all the same."""
     monkeypatch.setattr(finalist, "MAX_CHI2_RISE", 1e-9)
     refits = [refit(arrangement, scores[0])]
-    before = baseline_fit(arrangement)
+    before = make_baseline_refit(arrangement)
     (result,) = weighed(campaign, arrangement, before, refits)
     assert result.refit.gain > 10
     assert result.refit.worsens
@@ -160,7 +160,7 @@ def test_an_effect_leaves_less_model_error(
     """A model without the mass has errors of frequencies and readings in its place, and one with it smaller ones."""
     without = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0, model=1e-3))
     true = next(score for score in scores if score.effect.name == TRUE)
-    before, first = baseline_fit(without), refit(without, true)
+    before, first = make_baseline_refit(without), refit(without, true)
     (result,) = weighed(campaign, without, before, [first])
     deviation_factor = [item.train.deviation_factor for item in (without, result.arrangement)]
     np.testing.assert_array_equal(*deviation_factor)
@@ -192,7 +192,7 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
     arrangement: Arrangement, misfit: tuple[float, float], error: tuple[float, float], worse: bool
 ) -> None:
     without, refit = (
-        replace(baseline_fit(arrangement), held_out_reduced_chi2_without_model_error=chi2, held_out_error=size)
+        replace(make_baseline_refit(arrangement), held_out_reduced_chi2_without_model_error=chi2, held_out_error=size)
         for chi2, size in zip(misfit, error, strict=True)
     )
     assert finalist.is_worse(refit, without) is worse

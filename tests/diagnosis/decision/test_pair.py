@@ -15,7 +15,7 @@ from diagnosis.decision.residual_explanation import add_effect, explain_residual
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import refit_by_own_covariance
-from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.fit.refit import make_baseline_refit, refit
 from diagnosis.screening import screen
 
 #: A mass [kg] and a gain [-] that are hidden, and what changes the readings somewhat like the mass.
@@ -36,7 +36,7 @@ def hide(listed: Catalogue, small: Model, paper: ModuleType, *names: str) -> Cam
 def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others: str) -> Pair:
     free = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
     arrangement = arrange(campaign, small, tuple(free), Budget(frequency=0.0, compliance=0.0, model=1e-3))
-    before, listed = baseline_fit(arrangement), partial(list_campaign_effects, campaign)
+    before, listed = make_baseline_refit(arrangement), partial(list_campaign_effects, campaign)
     scores = screen(arrangement, [listed(small).effect(name) for name in (first, *others)])
     by_own = partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
     result = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}

@@ -11,7 +11,7 @@ from diagnosis.decision import residual_explanation
 from diagnosis.decision.residual_explanation import MAX_FURTHER_FITS, ResidualExplanation, add_effect, explain_residual
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import baseline_fit, quick_fit, refit
+from diagnosis.fit.refit import fit_quickly, make_baseline_refit, refit
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 from diagnosis.unknown_force import compute_excess_gain
@@ -56,7 +56,7 @@ def test_after_a_wrong_effect_a_good_part_is_left(
     # It explains nearly all that an unknown force of a stiffness per level does.
     assert rest.known_effect_gain > 0.8 * rest.places[0].gain
     # What is left, put on top, is about what the right one explains in all; its share is linear and the rest is not.
-    before = baseline_fit(heavy)
+    before = make_baseline_refit(heavy)
     whole = before.fit.chi2 - refits[RIGHT].fit.chi2
     assert before.fit.chi2 - refits[WRONG].fit.chi2 + rest.gain == pytest.approx(whole, rel=0.15)
 
@@ -144,7 +144,7 @@ def test_what_is_left_is_confirmed_by_a_fit(
     result = explain_residual(accepting, [right], threshold=1.0)
     (score,) = screen(accepting, [right])
     # The same fit again.
-    assert result.gain == pytest.approx(accepting.fit.chi2 - quick_fit(accepting, score).chi2, rel=1e-9)
+    assert result.gain == pytest.approx(accepting.fit.chi2 - fit_quickly(accepting, score).chi2, rel=1e-9)
     # By a mass as weak as this one the derivative promises what the fit keeps, but for the curvature of the resonance.
     assert result.gain == pytest.approx(explain_residual(accepting, [right], np.inf).gain, rel=0.1)
     assert result.gain != explain_residual(accepting, [right], np.inf).gain
@@ -160,7 +160,7 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
 
     monkeypatch.setattr(residual_explanation, "compute_gains_by_covariance", lambda *_: np.array([promised]))
     monkeypatch.setattr(residual_explanation, "screen", lambda _, effects: [item.number for item in effects])
-    monkeypatch.setattr(residual_explanation, "quick_fit", fit)
+    monkeypatch.setattr(residual_explanation, "fit_quickly", fit)
     monkeypatch.setattr(residual_explanation, "find_unknown_forces", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(

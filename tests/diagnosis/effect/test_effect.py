@@ -15,7 +15,7 @@ from diagnosis.candidate.scale import measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.fit.refit import make_baseline_refit, refit
 from diagnosis.screening import screen
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
@@ -192,7 +192,7 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
     arrangement = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0))
     (score,) = screen(arrangement, [effect])
     result = refit(arrangement, score)
-    before = baseline_fit(arrangement)
+    before = make_baseline_refit(arrangement)
     # Five standard deviations, by the curvature of chi^2 alone: friction histories stray a little further.
     assert result.strength == pytest.approx(strength, abs=5 * result.deviation)
     assert result.deviation < 0.2 * abs(strength - parameter.vanishes)

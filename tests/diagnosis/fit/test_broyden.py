@@ -152,7 +152,7 @@ def test_the_update_is_the_least_change_that_explains_the_step() -> None:
         for item in (before, after)
     ]
     old = of.exact(before)
-    new = calibration._updated(old, *ends, size)
+    new = calibration._update_jacobian(old, *ends, size)
     moved = after - before
     # Round-off.
     np.testing.assert_allclose(new @ moved, ends[0].residual - ends[1].residual, rtol=1e-12, atol=1e-12)

@@ -11,7 +11,7 @@ from diagnosis.candidate.effect import EffectError
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters, make_factor
 from diagnosis.fit.fit_parameter import Unknowns
 from hbsolve.errors import ModelError
-from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import list_friction_contacts
 from reduction.jointed_system import FrictionContact
 
 FIELD = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
@@ -95,7 +95,7 @@ def test_values_that_make_no_friction_are_no_model(bench: Model) -> None:
     """Each within its own bounds; a fit turns back where there is no model."""
     mu = of(bench, "mu")
     unknowns = Unknowns(base=bench, effects=(mu, mu), prior=np.ones(2))
-    largest = max(joint.friction_coefficient for joint in friction_contacts(bench.system.joints))
+    largest = max(joint.friction_coefficient for joint in list_friction_contacts(bench.system.joints))
     just = (0.999 * 10 / largest) ** 0.5
     assert unknowns.compose(np.array([just, just])).system.n_dof == bench.system.n_dof
     with pytest.raises(ModelError, match=r"mu: .* beyond any two solids"):

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 from correlation.model import Model
 from diagnosis.effect.preload import Preload
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
-from diagnosis.fit.contact_position import SHARED, contact_position_bounds, with_contact_position
+from diagnosis.fit.contact_position import SHARED, find_contact_position_bounds, with_contact_position
 from reduction.jointed_system import FrictionContact, JointedSystem
 from study.beam.model import LINE_ENDS, beam_model
 from transient.virtual_bench.beam import STATIONS, BeamParameters, contacts, full_beam
@@ -173,7 +173,7 @@ def test_its_bounds_leave_a_finer_model_possible(beam: Model) -> None:
         ]
         for models in ([], [finer])
     )
-    assert (both.lower, both.upper) == contact_position_bounds(finer, alone.lower, alone.upper)
+    assert (both.lower, both.upper) == find_contact_position_bounds(finer, alone.lower, alone.upper)
     assert alone.lower < both.lower
 
 
@@ -201,10 +201,10 @@ def test_bounds_are_no_tighter_than_they_must_be() -> None:
         {joint.name: {"tangential_stiffness": 1e6, "normal_stiffness": 1e6, "preload": 8.0}
          for joint in model.system.joints}
     )  # fmt: skip
-    lower, upper = contact_position_bounds(equal, 0.5, 1.5)
+    lower, upper = find_contact_position_bounds(equal, 0.5, 1.5)
     # A tenth of s is left: f^2 = 2 / 2.9.
     assert lower == pytest.approx((2 / 2.9) ** 0.5)
     assert upper == 1.5
     # A line of two contacts is left alone.
     two = replace(equal, sensors=(), lines={"left": model.lines["left"][:2]}, linked_preloads=())
-    assert contact_position_bounds(two, 0.5, 1.5) == (0.5, 1.5)
+    assert find_contact_position_bounds(two, 0.5, 1.5) == (0.5, 1.5)

@@ -31,7 +31,7 @@ from diagnosis.fit.family_target import (
     FamilyLimits,
     FamilyTarget,
     list_numerical_errors,
-    sampled_bands,
+    sample_bands,
 )
 from geometry.errors import InputError
 from reduction.jointed_system import FrictionContact, JointedSystem
@@ -353,7 +353,7 @@ def test_an_effect_of_two_parameters_is_refused() -> None:
 
 
 def test_sampled_bands_lie_within_each_other_as_histories_grow_fewer() -> None:
-    bands = sampled_bands(drawn(), measured(), FREQUENCY)
+    bands = sample_bands(drawn(), measured(), FREQUENCY)
     assert set(bands) == {("x", 1, level) for level in LEVELS}
     for band in bands.values():
         assert (band.value[0] <= band.value[1]).all()

@@ -18,7 +18,7 @@ from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.fit.refit import make_baseline_refit, refit
 from diagnosis.screening import screen
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
 from diagnosis.threshold.simulation import Simulation
@@ -79,7 +79,10 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
     for fit in (result.fit, with_mass):
         assert fit.deviation[young] < STIFFER / 3
         assert widen_by_finer_models(fit, result.finer).deviation[young] >= STIFFER * (1 - FOUND)
-    before, (refitted,) = baseline_fit(result), [refit(result, score, with_mass) for score in screen(result, [effect])]
+    before, (refitted,) = (
+        make_baseline_refit(result),
+        [refit(result, score, with_mass) for score in screen(result, [effect])],
+    )
     fits = [Finalist(refit=item, arrangement=result) for item in (before, refitted)]
     for item in widen_intervals(campaign, fits[0], fits):
         assert item.fit.deviation[young] >= STIFFER * (1 - FOUND)

@@ -18,7 +18,7 @@ from diagnosis.fit.refit import (
     MIN_GAIN_SHARE,
     choose_finalists,
     fit_from_starts,
-    quick_fit,
+    fit_quickly,
     shortlist,
 )
 from diagnosis.screening import Score
@@ -79,7 +79,7 @@ def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int 
     monkeypatch.setattr(refits, "calibrate", calibrations)
     accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None, n_number=n_number)
     arrangement: Any = SimpleNamespace(fit=accepted, train=None, selection=SELECTION, unknowns=lambda effects: effects)
-    return quick_fit(arrangement, of), calibrations
+    return fit_quickly(arrangement, of), calibrations
 
 
 def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import pytest
 from correlation.noise.error_size import NO_ERROR
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.refit import baseline_fit
+from diagnosis.fit.refit import make_baseline_refit
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.next_test.advise import advise, find_error_sources, rank_tests
 from diagnosis.next_test.candidate_model import list_candidate_models
@@ -19,7 +19,7 @@ from tests.slow import slow
 
 @pytest.fixture(scope="module")
 def unknown(chain_with_play: Arrangement) -> Verdict:
-    before = baseline_fit(chain_with_play)
+    before = make_baseline_refit(chain_with_play)
     return Verdict(finding=Finding.UNKNOWN, effects=[], baseline=before, detectable={}, units={})
 
 

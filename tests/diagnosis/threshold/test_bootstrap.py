@@ -7,7 +7,7 @@ from scipy.stats import chi2, f, gumbel_r
 from correlation.campaign.measurement import Campaign
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.refit import quick_fit
+from diagnosis.fit.refit import fit_quickly
 from diagnosis.screening import screen
 from diagnosis.threshold.bootstrap import REAL_STRUCTURE_MARGIN, Trial, fit_thresholds, run_null_trial
 from diagnosis.threshold.simulation import Simulation
@@ -66,7 +66,7 @@ def test_draws_without_an_effect_gain_what_chance_does(
     assert gains.max() < f.isf(1e-3 / n, 1, 9)
     # What the hidden mass gains is of another kind.
     (hidden,) = screen(heavy, [listed.effect("mass at tip z")])
-    assert heavy.fit.chi2 - quick_fit(heavy, hidden).chi2 > 2 * gains.max()
+    assert heavy.fit.chi2 - fit_quickly(heavy, hidden).chi2 > 2 * gains.max()
     assert len({trial.misfit for trial in drawn}) == len(SEEDS)
 
 

@@ -12,7 +12,7 @@ from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, invert_curvature
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import Finalist
-from diagnosis.fit.refit import baseline_fit
+from diagnosis.fit.refit import make_baseline_refit
 from diagnosis.threshold.parametric_bootstrap import STUDENT_FACTOR, carry_over, widen_intervals
 from diagnosis.threshold.simulation import Simulation
 
@@ -61,7 +61,7 @@ def test_correlations_stay_as_they_are(arrangement: Arrangement) -> None:
 
 
 def test_values_of_drawn_campaigns_stray_as_the_interval_says(arrangement: Arrangement, campaign: Campaign) -> None:
-    before = baseline_fit(arrangement)
+    before = make_baseline_refit(arrangement)
     fitted = Finalist(refit=before, arrangement=arrangement)
     (wide,) = widen_intervals(campaign, fitted, [fitted])
     np.testing.assert_array_equal(wide.fit.values, before.fit.values)

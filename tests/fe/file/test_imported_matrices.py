@@ -15,7 +15,7 @@ from fe.file.dof_table import DofLabels, numbered, read_dof_table
 from fe.file.imported_matrices import ImportedMatrices, Units, read_matrices
 from fe.file.matrix_file import MatrixSource
 from fe.modal import MAX_DENSE, modes
-from fe.sparse.solver import Backend, default_backend
+from fe.sparse.solver import Backend, choose_backend
 
 #: A beam of steel, 10 x 10 mm, clamped at its first node; 12 cubic elements.
 LENGTH, EI, RHO_A, N_ELEMENT = 0.5, 210e9 * 1e-8 / 12, 7800 * 1e-4, 12
@@ -254,7 +254,7 @@ INDEFINITE = np.array([[1.0, 2.0], [2.0, 1.0]])
     ],
 )
 def test_indefinite_matrices_are_refused(mass: np.ndarray, stiffness: np.ndarray, message: str, copies: int) -> None:
-    if copies > 1 and default_backend() is Backend.SUPERLU:
+    if copies > 1 and choose_backend() is Backend.SUPERLU:
         pytest.skip("SuperLU does not notice negative pivots")
     many = {
         name: sp.csr_array(sp.block_diag([item] * copies)) for name, item in (("mass", mass), ("stiffness", stiffness))

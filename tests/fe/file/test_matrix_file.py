@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, fortran_real
+from fe.file.matrix_content import FileMatrix, read_fortran_real
 from fe.file.matrix_file import MatrixSource, read_matrix
 from fe.file.registry import suffixes
 
@@ -223,7 +223,7 @@ def test_the_dmig_cards_of_pyyeti_are_read_to_the_digits_written(tmp_path: Path)
     ("text", "value"), [("1.5D+03", 1500.0), (" 1.5-103", 1.5e-103), ("-2.+4", -2e4), (".5d1", 5.0), ("7", 7.0)]
 )
 def test_numbers_of_fortran_are_read(text: str, value: float) -> None:
-    assert fortran_real(text) == value
+    assert read_fortran_real(text) == value
 
 
 #: As Abaqus writes it, of nodes 7, 1 and 2, not in the order of their numbers: one triangle.

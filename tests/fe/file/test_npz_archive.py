@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fe.file.npz_archive import NpzError, ObjectArray, npz_headings, read_npz
+from fe.file.npz_archive import NpzError, ObjectArray, read_npz, read_npz_headings
 
 
 def forged(path: Path, shape: tuple[int, ...]) -> None:
@@ -22,7 +22,7 @@ def test_arrays_are_read_as_they_were_written(tmp_path: Path) -> None:
     arrays = {"M": np.arange(6.0).reshape(2, 3), "n": np.array(7), "word": np.array("tip")}
     for write in (np.savez, np.savez_compressed):
         write(tmp_path / "a.npz", **arrays)
-        assert {name: shape for name, (shape, _) in npz_headings(tmp_path / "a.npz").items()} == {
+        assert {name: shape for name, (shape, _) in read_npz_headings(tmp_path / "a.npz").items()} == {
             "M": (2, 3), "n": (), "word": ()
         }  # fmt: skip
         for name, array in read_npz(tmp_path / "a.npz").items():
@@ -35,7 +35,7 @@ def test_a_heading_that_announces_other_bytes_than_follow_is_refused(tmp_path: P
     forged(tmp_path / "a.npz", (3,))
     assert len(read_npz(tmp_path / "a.npz")["M"]) == 3
     forged(tmp_path / "a.npz", shape)
-    for read in (npz_headings, read_npz):
+    for read in (read_npz_headings, read_npz):
         with pytest.raises(NpzError, match="announces"):
             read(tmp_path / "a.npz")
 

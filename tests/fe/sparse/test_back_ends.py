@@ -14,7 +14,7 @@ from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.sparse.factor import UnknownInertia
 from fe.sparse.solver import Backend, Definiteness, SingularMatrix, factorise, is_available
-from fe.sparse.upper_triangle import MIN_BLOCKED, upper_triangle
+from fe.sparse.upper_triangle import MIN_BLOCKED, take_upper_triangle
 from fe.system import LinearSystem
 
 BoxMesher = Callable[..., Mesh]
@@ -63,7 +63,7 @@ def test_all_give_the_same_forced_response_above_resonances(
 
 @pytest.mark.skipif(not is_available(Backend.PARDISO), reason="PARDISO's wheel exists for x86-64 only")
 def test_nodes_are_taken_as_blocks_where_they_can_be(bar: LinearSystem) -> None:
-    whole, cut = upper_triangle(bar.stiffness), upper_triangle(without(bar.stiffness, [1000]))
+    whole, cut = take_upper_triangle(bar.stiffness), take_upper_triangle(without(bar.stiffness, [1000]))
     assert (whole.block, cut.block) == (3, 1)
     n = bar.n_dof // 3
     blocks = sp.bsr_array((whole.values, whole.column, whole.row_start), shape=(3 * n, 3 * n)).tocsr()

@@ -18,7 +18,7 @@ from fe.element import HEX20
 from fe.errors import SupportError
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.modal import lowest_eigenpairs
+from fe.modal import find_lowest_eigenpairs
 from fe.sparse.block_lanczos import NoConvergence, block_lanczos
 from fe.sparse.solver import Backend, factorise
 from fe.system import LinearSystem
@@ -187,4 +187,4 @@ def test_a_factor_that_cannot_solve_is_noticed(monkeypatch: pytest.MonkeyPatch) 
         block_lanczos(Useless(), mass, 3)
     monkeypatch.setattr(fe.modal, "MAX_DENSE", 0)
     with pytest.raises(SupportError, match="singular to working accuracy"):
-        lowest_eigenpairs(chain(50), mass, 3, NotANumber())
+        find_lowest_eigenpairs(chain(50), mass, 3, NotANumber())

@@ -25,7 +25,7 @@ from fe.sparse import solver as sparse_solver
 from fe.sparse.cholmod import Cholmod
 from fe.sparse.factor import SingularMatrix, Symmetric, TooLarge
 from fe.sparse.lower_columns import lower_columns, ordered_columns
-from fe.sparse.solver import Backend, default_backend, factorise, is_available
+from fe.sparse.solver import Backend, choose_backend, factorise, is_available
 from fe.sparse.symmetric_part import PartView, part
 from fe.sparse.upper_blocks import UpperBlocks
 from fe.sparse.upper_triangle import LowerColumns, Upper
@@ -154,7 +154,7 @@ print(len(os.listdir("/proc/self/task")))
 
 def test_threads_are_as_many_afterwards_as_before() -> None:
     Cholmod(sp.csr_array(np.eye(3)))  # its runtime is there
-    loaded = [item for name in cholmod_library.OPENMP if (item := cholmod_library._loaded(name)) is not None]
+    loaded = [item for name in cholmod_library.OPENMP if (item := cholmod_library._find_loaded(name)) is not None]
     assert loaded
     before = [runtime.omp_get_max_active_levels() for runtime in loaded]
     with cholmod_library.one_thread():
@@ -193,7 +193,7 @@ def test_what_32_bits_do_not_count_goes_to_another_library(held: Symmetric, monk
     def too_large(_upper: Upper, *, is_pattern: bool) -> None:
         raise TooLarge("3000000000 entries are more than 32 bits count")
 
-    monkeypatch.setattr(mkl, "n_thread", lambda: 1)
+    monkeypatch.setattr(mkl, "count_threads", lambda: 1)
     monkeypatch.setattr(sparse_solver, "LARGE", 1000)
     monkeypatch.setattr("fe.sparse.lower_columns.lower_columns", too_large)
     with pytest.raises(TooLarge):
@@ -217,12 +217,12 @@ def test_what_32_bits_do_not_count_goes_to_another_library(held: Symmetric, monk
 def test_the_work_to_come_chooses_the_library(
     n: int, n_column: int, threads: int, expected: Backend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mkl, "n_thread", lambda: threads)
-    assert default_backend(n, n_column) is expected
+    monkeypatch.setattr(mkl, "count_threads", lambda: threads)
+    assert choose_backend(n, n_column) is expected
 
 
 def test_the_choice_is_the_factor_that_is_made(held: Symmetric, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mkl, "n_thread", lambda: 1)
+    monkeypatch.setattr(mkl, "count_threads", lambda: 1)
     monkeypatch.setattr(sparse_solver, "LARGE", 1000)
     assert isinstance(factorise(held, n_column=500), Cholmod)
     assert is_available(Backend.PARDISO) == (not isinstance(factorise(held, n_column=1), Cholmod))

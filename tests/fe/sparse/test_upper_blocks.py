@@ -14,7 +14,7 @@ from fe.sparse import upper_blocks
 from fe.sparse.factor import Definiteness
 from fe.sparse.node_matrix import NodeMatrix
 from fe.sparse.solver import Backend, factorise
-from fe.sparse.symmetric_part import part, rows_of
+from fe.sparse.symmetric_part import part, take_rows
 from fe.sparse.upper_blocks import UpperBlocks
 
 #: The order of a sum of about 200 products, against the largest of them.
@@ -73,7 +73,7 @@ def test_rows_in_any_order_and_twice(compact_and_whole) -> None:
     wanted = np.array([100, 3, 4, 5, 7, 3, 60])
     np.testing.assert_array_equal(compact.rows(wanted).toarray(), whole[wanted])
     for matrix in (compact, sp.csr_array(whole)):
-        np.testing.assert_array_equal(rows_of(matrix, wanted).toarray(), whole[wanted])
+        np.testing.assert_array_equal(take_rows(matrix, wanted).toarray(), whole[wanted])
 
 
 def test_the_part_of_whole_nodes_is_stored_as_the_matrix_is(compact_and_whole) -> None:

@@ -247,6 +247,6 @@ def test_without_egl_the_remedy_comes_before_any_import(monkeypatch: pytest.Monk
 def test_egl_without_a_driver_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("figure.scene.off_screen.require_system_libraries", accept)
     monkeypatch.setattr(ctypes, "CDLL", accept)
-    monkeypatch.setattr("figure.scene.off_screen._n_device", no_device)
+    monkeypatch.setattr("figure.scene.off_screen._count_devices", no_device)
     with pytest.raises(MissingSoftware, match="need a driver for EGL"):
         require_egl()

@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.family_coverage import STEPS_PER_PERIOD, frequencies, random_model
-from correlation.family.limit_reading import objective_of
+from correlation.family.limit_reading import make_reading_objective
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
@@ -24,7 +24,7 @@ def test_a_stable_state_of_integration_in_time_lies_inside_limits_that_were_sear
     swept = bench.sweep([place[-1]], LEVEL, np.array([0.3]), n_stability_period=30)
     omega = 2 * np.pi * np.linspace(place[2], place[-1], 6)
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
-    objectives = {sensor.name: objective_of(model, sensor, 1) for sensor in model.sensors}
+    objectives = {sensor.name: make_reading_objective(model, sensor, 1) for sensor in model.sensors}
     problem = limit_problem(balance, objectives["near"])
     settings = LimitSettings(population=8, sample=16, perturbations=1)
     result = several_limits(problem, objectives, omega, [LEVEL], settings=settings)

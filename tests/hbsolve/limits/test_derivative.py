@@ -7,7 +7,7 @@ import pytest
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.energy import energy_balance
-from hbsolve.limits.local_search import slider_derivative
+from hbsolve.limits.local_search import compute_slider_derivative
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.point import LimitPoint, TrialState
@@ -51,7 +51,7 @@ def partly_sliding(system: JointedSystem, objective: Objective) -> tuple[LimitPo
 @pytest.mark.parametrize("objective", OBJECTIVES, ids=lambda each: f"{type(each).__name__} {vars(each)}"[:60])
 def test_gradient_and_intervals_are_those_of_differences(wedge: JointedSystem, objective: Objective) -> None:
     point, trial = partly_sliding(wedge, objective)
-    derivative = slider_derivative(point, trial)
+    derivative = compute_slider_derivative(point, trial)
     # 1e-4 of an interval, far from the next instant that could set it.
     step = 1e-10
     for number, slider in enumerate(derivative.undetermined):

@@ -13,7 +13,7 @@ from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.refined_limits import refine_limits
 from hbsolve.limits.response_limits import limit_problem, response_limits
-from hbsolve.limits.result import REFINED, ResponseLimits, limits_from_xarray
+from hbsolve.limits.result import REFINED, ResponseLimits, read_limits_from_xarray
 from hbsolve.limits.search import LimitSettings
 from hbsolve.solution import newton_from
 from hbsolve.state import SteadyState, in_harmonics_of
@@ -95,6 +95,6 @@ def test_limits_that_are_good_enough_stay_as_they_are(amplitude: LimitProblem, l
 
 def test_older_files_hold_limits_that_are_not_refined(limits: ResponseLimits) -> None:
     data = limits.to_xarray().drop_vars(list(REFINED))
-    older = limits_from_xarray(data)
+    older = read_limits_from_xarray(data)
     np.testing.assert_array_equal(older.best_value, limits.value)
     assert not older.refined_moved.any()

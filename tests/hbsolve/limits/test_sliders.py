@@ -7,7 +7,7 @@ from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.joint_law.registry import FORCE
-from hbsolve.limits.sliders import compute_stick_intervals, multipliers, slider_table
+from hbsolve.limits.sliders import compute_stick_intervals, make_slider_table, multipliers
 from hbsolve.solution import forces_at
 from reduction.jointed_system import CubicSpring, Friction, FrictionContact, JenkinsElement, JointedSystem
 
@@ -38,7 +38,7 @@ def contact(friction: Friction) -> FrictionContact:
 def test_a_slider_inside_its_interval_stays_and_one_outside_is_dragged_to_its_end(seed: int) -> None:
     rub = JenkinsElement(name="rub", direction=np.array([1.0, 0, 1.0]), tangential_stiffness=1e4, limit_force=2.0)
     balance = system_of(contact(Friction.UNCOUPLED), rub)
-    table, evaluate = slider_table(balance), balance.sampling.evaluate
+    table, evaluate = make_slider_table(balance), balance.sampling.evaluate
     random = np.random.default_rng(seed)
     x = random.normal(size=(4, 5)) * [1e-5, 2e-5, 2e-5, 1e-5, 1e-5]
     intervals = compute_stick_intervals(x, table, evaluate)
@@ -55,10 +55,10 @@ def test_a_slider_inside_its_interval_stays_and_one_outside_is_dragged_to_its_en
 
 def test_coupled_tangents_are_refused() -> None:
     with pytest.raises(BalanceError, match='"pad 1" couples its two'):
-        slider_table(system_of(contact(Friction.COULOMB)))
+        make_slider_table(system_of(contact(Friction.COULOMB)))
 
 
 def test_a_system_without_sliders_is_refused() -> None:
     spring = CubicSpring(name="cubic", direction=np.array([1.0, 0, 0]), stiffness=1.0)
     with pytest.raises(BalanceError, match="no sliders"):
-        slider_table(system_of(spring))
+        make_slider_table(system_of(spring))

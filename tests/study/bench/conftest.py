@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from benchmarks.two_masses import TWO_MASSES, write_two_masses
-from study.diagnose.history import history_file, read_text
+from study.diagnose.history import name_history_file, read_text
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 #: Software drawing, so that the structure is drawn without a graphics card.
@@ -95,7 +95,7 @@ def bench(served: tuple[RunningBench, str]) -> RunningBench:
     """The shared bench, whose case is as drawn and has no history."""
     bench, drawn = served
     bench.case.write_text(drawn, encoding="utf-8")
-    history_file(bench.case).unlink(missing_ok=True)
+    name_history_file(bench.case).unlink(missing_ok=True)
     return bench
 
 

@@ -17,7 +17,7 @@ from study.bench.bench import Bench
 from study.bench.case_text import hash_text
 from study.bench.copied_case import copy_beside
 from study.bench.repeat import open_bench
-from study.bench.script import ScriptEntry, script_of
+from study.bench.script import ScriptEntry, format_script
 from study.diagnose.history import history_of, read_text
 from study.json_value import to_json
 from study.run_context import RunContext, silent_run
@@ -74,7 +74,7 @@ def test_an_effect_is_added_and_the_script_of_all_clicks_gives_the_same_numbers(
     assert read_text(bench.case) == drawn + "# mine\n"
 
     # Run in this process, whose imports are there; the story in the browser runs one as a user does.
-    script = script_of(entries, bench.case, bench.folder, (), drawn, "")
+    script = format_script(entries, bench.case, bench.folder, (), drawn, "")
     exec(compile(script, "again.py", "exec"), {"__name__": "__main__"})
     printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert printed == [to_json(entry.numbers) for entry in entries]

@@ -11,7 +11,7 @@ from geometry.errors import InputError
 from study.bench.bench import Bench
 from study.bench.case_text import hash_text, list_effect_files, with_effect_files
 from study.bench.own_effect import write_template
-from study.bench.script import ScriptEntry, script_of
+from study.bench.script import ScriptEntry, format_script
 from study.case.setup import read_case
 from study.case.trust import UntrustedCode, trusting
 from study.diagnose.history import read_text
@@ -136,7 +136,7 @@ def test_a_script_leaves_the_files_of_the_user_alone_and_gives_the_same_numbers(
     file.write_text("not python", encoding="utf-8")
     (bench.case.parent / "other.py").unlink()
     left = sorted(bench.case.parent.iterdir())
-    script = script_of(entries, bench.case, bench.folder, (), named, "", {"mine.py": first})
+    script = format_script(entries, bench.case, bench.folder, (), named, "", {"mine.py": first})
     exec(compile(script, "again.py", "exec"), {"__name__": "__main__"})
     printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert printed == [to_json(entry.numbers) for entry in entries]

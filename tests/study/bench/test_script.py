@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from study.bench.script import ScriptEntry, command_of, python_of, script_of
+from study.bench.script import ScriptEntry, format_command, format_python, format_script
 
 CASE, FOLDER = Path("my beam.toml"), Path("campaign")
 
@@ -27,23 +27,23 @@ CASE, FOLDER = Path("my beam.toml"), Path("campaign")
     ],
 )
 def test_a_click_is_a_command_that_the_shell_reads_back(entry: ScriptEntry, words: list[str]) -> None:
-    assert shlex.split(command_of(entry, CASE, FOLDER, ("gap", "air damping"))) == ["stickslip", *words]
+    assert shlex.split(format_command(entry, CASE, FOLDER, ("gap", "air damping"))) == ["stickslip", *words]
 
 
 def test_several_steps_back_are_as_many_commands() -> None:
     entry = ScriptEntry(name="undo", arguments={"count": 3}, numbers={})
-    assert command_of(entry, Path("a.toml"), FOLDER).split("; ") == ["stickslip undo --case a.toml"] * 3
+    assert format_command(entry, Path("a.toml"), FOLDER).split("; ") == ["stickslip undo --case a.toml"] * 3
 
 
 def test_python_leaves_out_what_the_page_alone_needs() -> None:
     entry = ScriptEntry(name="add", arguments={"effect": "mass at tip", "values": [], "seen": "a1"}, numbers={})
-    assert python_of(entry) == "bench.add(effect='mass at tip')"
+    assert format_python(entry) == "bench.add(effect='mass at tip')"
 
 
 def test_a_script_holds_the_case_letter_by_letter() -> None:
     text = "title = \"'''\\n{}\"\n# ü\r\n"
     entries = [ScriptEntry(name="edit", arguments={"text": text}, numbers={})]
-    tree = ast.parse(script_of(entries, CASE, FOLDER, ("gap",), text, "", {"own.py": "'\n"}))
+    tree = ast.parse(format_script(entries, CASE, FOLDER, ("gap",), text, "", {"own.py": "'\n"}))
     constants = {
         node.targets[0].id: ast.literal_eval(node.value)
         for node in tree.body
@@ -56,4 +56,4 @@ def test_a_script_holds_the_case_letter_by_letter() -> None:
 
 
 def test_a_script_of_nothing_runs() -> None:
-    compile(script_of([], CASE, FOLDER, (), "", ""), "script.py", "exec")
+    compile(format_script([], CASE, FOLDER, (), "", ""), "script.py", "exec")

@@ -7,10 +7,10 @@ import pytest
 
 from correlation.file.column import Column
 from study.campaign.column_role import ComplexPart, Role, name_words, recognise_column
-from study.campaign.phase_convention import judge_phase, opposite_sign
+from study.campaign.phase_convention import has_opposite_sign, judge_phase
 from study.campaign.question import Question, Terminal
 from study.campaign.repeat import is_settling
-from study.campaign.time_history import judge_history, uniform_rate
+from study.campaign.time_history import find_uniform_rate, judge_history
 
 RAMP = np.linspace(1.0, 5.0, 20)
 
@@ -119,9 +119,9 @@ def test_a_history_of_few_samples_is_judged_without_a_warning(count: int) -> Non
 
 
 def test_a_rate_needs_a_uniform_step() -> None:
-    assert uniform_rate(np.round(TIME, 3)) == pytest.approx(1000.0, rel=1e-12)
-    assert uniform_rate(TIME**1.1) is None
-    assert uniform_rate(TIME[::-1]) is None
+    assert find_uniform_rate(np.round(TIME, 3)) == pytest.approx(1000.0, rel=1e-12)
+    assert find_uniform_rate(TIME**1.1) is None
+    assert find_uniform_rate(TIME[::-1]) is None
 
 
 def oscillator(sign: int, power: int) -> np.ndarray:
@@ -138,14 +138,14 @@ def test_phases_tell_the_sign_of_time_and_of_the_sensor(sign: int, quantity: str
         evidence = judge_phase(np.linspace(90, 110, 60), turned * oscillator(sign, power))
         assert evidence is not None
         assert evidence.time_sign == sign
-        assert opposite_sign(evidence, quantity, sign) == (turned < 0)
+        assert has_opposite_sign(evidence, quantity, sign) == (turned < 0)
 
 
 def test_a_flat_phase_tells_nothing() -> None:
     evidence = judge_phase(np.arange(20.0), np.ones(20, dtype=complex))
     assert evidence is not None
     assert evidence.time_sign == 0
-    assert not opposite_sign(evidence, "displacement", 1)
+    assert not has_opposite_sign(evidence, "displacement", 1)
 
 
 def test_readings_that_settle_go_one_way_in_smaller_steps() -> None:

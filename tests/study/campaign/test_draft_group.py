@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from correlation.campaign.read_campaign import read_campaign
 from study.campaign.new_campaign import NewCampaign, draft_campaign, read_folder, write_manifest
 from study.campaign.question import Assumptions
-from study.campaign.run_name import frequency_in_name, last_number, naming_scheme, repeat_in_name
+from study.campaign.run_name import find_frequency_in_name, find_last_number, make_naming_scheme, repeat_in_name
 
 #: Samples [Hz] and number of samples of a dwell.
 RATE, SAMPLES = 2000.0, 2000
@@ -222,9 +222,9 @@ def test_of_two_runs_with_the_same_points_only_the_shorter_is_left_out_by_file_a
 
 def test_what_names_say_of_a_run() -> None:
     name = "dwell_0.5N_79.80Hz_rep3"
-    assert (frequency_in_name(name), repeat_in_name(name), last_number("sine_2_0.5N_1,2kHz")) == (79.8, 3, 2)
-    assert frequency_in_name("sweep 1p5 kHz") == 1500.0
-    assert repeat_in_name("prep4") is frequency_in_name("80 Hzx") is None
-    assert {naming_scheme(one) for one in (name, "dwell_10N_71.29Hz_rep1", "dwell")} == {"dwell"}
-    assert {naming_scheme(one) for one in ("level_3N/rep1/up", "level_3N_rep1", "")} == {""}
-    assert naming_scheme("free/run_1") != naming_scheme("jointed/run_1")
+    assert (find_frequency_in_name(name), repeat_in_name(name), find_last_number("sine_2_0.5N_1,2kHz")) == (79.8, 3, 2)
+    assert find_frequency_in_name("sweep 1p5 kHz") == 1500.0
+    assert repeat_in_name("prep4") is find_frequency_in_name("80 Hzx") is None
+    assert {make_naming_scheme(one) for one in (name, "dwell_10N_71.29Hz_rep1", "dwell")} == {"dwell"}
+    assert {make_naming_scheme(one) for one in ("level_3N/rep1/up", "level_3N_rep1", "")} == {""}
+    assert make_naming_scheme("free/run_1") != make_naming_scheme("jointed/run_1")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from study.campaign.repeat_doubt import compare_peaks, read_peaks
-from study.campaign.run_name import condition_words, levels_in_name
+from study.campaign.run_name import find_levels_in_name, list_condition_words
 from tests.study.campaign.drafted_folder import FREQUENCY, drafted, receptance, write_csv
 
 HEADER = "f [Hz],Force [N],Displacement [um],Phase [deg]"
@@ -119,12 +119,12 @@ def test_a_level_in_a_name_has_its_unit(tmp_path: Path, name: str, unit: str, le
 
 def test_the_level_is_the_one_that_a_word_calls_so() -> None:
     def levels(name: str) -> list[str]:
-        return [match[0] for match in levels_in_name(name)]
+        return [match[0] for match in find_levels_in_name(name)]
 
     assert levels("preload_10N_level_1N") == levels("level_1N_preload_10N") == ["1N"]
     assert levels("3N_sweep_1N")[0] == "1N"
     assert levels("preload_10N") == []
-    assert condition_words("preload_10N_level_1N_80.5Hz_rep2_up") == ["preload", "10N"]
+    assert list_condition_words("preload_10N_level_1N_80.5Hz_rep2_up") == ["preload", "10N"]
 
 
 def test_the_width_of_a_peak_is_that_of_half_power() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from study.page.html import content_policy, render_page
+from study.page.html import make_content_policy, render_page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 #: What a hostile file may call a sensor, an effect or itself.
@@ -80,10 +80,10 @@ def test_a_name_cannot_leave_the_script_or_the_text_that_it_stands_in(tmp_path: 
 
 
 def test_a_policy_without_scripts_allows_none() -> None:
-    assert "script-src 'none'" in content_policy()
-    assert "unsafe-inline' " not in content_policy(["let a = 1;"]).partition("style-src")[0]
+    assert "script-src 'none'" in make_content_policy()
+    assert "unsafe-inline' " not in make_content_policy(["let a = 1;"]).partition("style-src")[0]
     # The hash of "alert('Hello, world.');" in the standard's own example (CSP 3, section 8.3).
-    assert "'sha256-qznLcsROx4GACP2dm0UCKCzCG+HiZ1guq6ZZDob/Tng='" in content_policy(["alert('Hello, world.');"])
+    assert "'sha256-qznLcsROx4GACP2dm0UCKCzCG+HiZ1guq6ZZDob/Tng='" in make_content_policy(["alert('Hello, world.');"])
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (apt-get install chromium)")

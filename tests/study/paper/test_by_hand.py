@@ -10,7 +10,7 @@ from correlation.errors import CampaignError
 from study.cli import main
 from study.estimate.resonance import MeasuredResonance
 from study.paper.by_hand import list_missing
-from study.paper.limits import MeasuredFamilies, find_peak, named_by_line, read_families
+from study.paper.limits import MeasuredFamilies, find_peak, read_families, rename_by_line
 from study.paper.linear import LinearCalibration
 from study.shipped_cases import RIG
 
@@ -47,7 +47,7 @@ def measure(
         f'frequency = "Hz"\n{tables}\n[[test]]\nname = "stepped"\nconfiguration = "jointed"\nfile = "stepped.csv"\n',
         encoding="utf-8",
     )
-    return read_families(named_by_line(read_campaign(folder)))
+    return read_families(rename_by_line(read_campaign(folder)))
 
 
 def linear(free: bool) -> LinearCalibration:

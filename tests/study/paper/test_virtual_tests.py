@@ -4,7 +4,7 @@ from math import radians
 
 import numpy as np
 
-from reduction.load_cell import decoupler_contact
+from reduction.load_cell import compute_decoupler_contact
 from study.paper.virtual_tests import TestPoints, _with_cells
 
 POINTS = TestPoints(
@@ -15,12 +15,12 @@ POINTS = TestPoints(
 
 def test_exact_cells_and_eq_1_give_back_the_contact_forces() -> None:
     T, N = np.array([3.0, -5.0 + 1j]), np.array([27.5, 0.4j])
-    result = decoupler_contact(*_with_cells((T, N), np.ones(2), POINTS), POINTS.theta, POINTS.alpha)
+    result = compute_decoupler_contact(*_with_cells((T, N), np.ones(2), POINTS), POINTS.theta, POINTS.alpha)
     # Round-off of two rotations.
     np.testing.assert_allclose(result, (T, N), rtol=1e-12, atol=1e-12)
 
 
 def test_a_gain_of_both_cells_is_one_of_both_forces() -> None:
     T, N = np.array([3.0]), np.array([27.5])
-    result = decoupler_contact(*_with_cells((T, N), np.full(2, 1.01), POINTS), POINTS.theta, POINTS.alpha)
+    result = compute_decoupler_contact(*_with_cells((T, N), np.full(2, 1.01), POINTS), POINTS.theta, POINTS.alpha)
     np.testing.assert_allclose(result, (1.01 * T, 1.01 * N), rtol=1e-12)

@@ -13,12 +13,12 @@ from transient.virtual_bench.beam import (
     WIDTH,
     YOUNGS_MODULUS,
     BeamParameters,
+    compute_station_shares,
+    compute_stuck_angular_frequencies,
     contacts,
     full_beam,
     jointed_beam,
     reduced_beam,
-    station_shares,
-    stuck_angular_frequencies,
 )
 from transient.virtual_bench.effect import HiddenEffect, insert_effect
 
@@ -49,7 +49,9 @@ def test_the_reduction_keeps_frequencies_and_third_harmonics() -> None:
     assert len(reduced.mass) < 25
     # A hundredth of the frequency jitter of the bench would be 3e-6.
     np.testing.assert_allclose(
-        stuck_angular_frequencies(reduced, DRAWN)[:4], stuck_angular_frequencies(full, DRAWN)[:4], rtol=1e-6
+        compute_stuck_angular_frequencies(reduced, DRAWN)[:4],
+        compute_stuck_angular_frequencies(full, DRAWN)[:4],
+        rtol=1e-6,
     )
     for omega in 2 * np.pi * 472.0 * np.array([1.0, 3.0]):
         responses = []
@@ -69,7 +71,7 @@ def test_the_reduction_keeps_frequencies_and_third_harmonics() -> None:
 @pytest.mark.parametrize("stations", [STATIONS, (0.2004, 0.2097, 0.2201), (0.2, 0.205, 0.21, 0.215, 0.22)])
 def test_stations_share_the_line_and_its_moments(stations: tuple[float, ...]) -> None:
     x = np.array(stations)
-    shares, along = station_shares(x), (x - 0.21) / 0.02
+    shares, along = compute_station_shares(x), (x - 0.21) / 0.02
     assert shares.sum() == pytest.approx(1.0, rel=1e-14)
     # Round-off of the solution.
     assert shares @ along == pytest.approx(0.0, abs=1e-14)

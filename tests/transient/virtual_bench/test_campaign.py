@@ -15,7 +15,7 @@ from transient.state import TransientState
 from transient.virtual_bench.beam import BeamParameters, reduced_beam
 from transient.virtual_bench.campaign import FORCE_FLOOR, NOISE, Sweep, sweeps, with_noise
 from transient.virtual_bench.effect import KINDS, NOTHING, HiddenEffect, insert_effect
-from transient.virtual_bench.hidden_effect import CampaignPoints, make_campaign, random_effect, unit_strengths
+from transient.virtual_bench.hidden_effect import CampaignPoints, make_campaign, random_effect, read_unit_strengths
 from transient.virtual_bench.sweep import SweepReadings
 
 SMALL = CampaignPoints(
@@ -125,7 +125,7 @@ def test_a_planted_mass_lowers_the_measured_free_resonance() -> None:
 
 @pytest.mark.parametrize(("kind", "place"), [(kind, place) for kind, places in KINDS.items() for place in places])
 def test_every_effect_has_a_unit_strength_and_changes_the_specimen_smoothly(kind: str, place: str) -> None:
-    assert unit_strengths()[kind][place] > 0
+    assert read_unit_strengths()[kind][place] > 0
     beam = reduced_beam()
     nothing = insert_effect(beam, DRAWN, HiddenEffect(kind=NOTHING))
     vanishing = insert_effect(beam, DRAWN, HiddenEffect(kind=kind, place=place, strength=0.0))
@@ -138,7 +138,7 @@ def test_every_effect_has_a_unit_strength_and_changes_the_specimen_smoothly(kind
 
 
 def test_drawn_strengths_lie_between_one_and_four_units() -> None:
-    units = unit_strengths()
+    units = read_unit_strengths()
     effects = [random_effect(np.random.default_rng(seed)) for seed in range(200)]
     ratio = np.array([abs(item.strength) / units[item.kind][item.place] for item in effects])
     assert ratio.min() >= 1.0

@@ -7,7 +7,7 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
-from transient.equilibrium import equilibrium, quasi_static
+from transient.equilibrium import equilibrium, find_quasi_static_state
 from transient.errors import TransientError
 from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, write_campaign
 from transient.virtual_bench.repeats import random_history, repeated_tests, sweep_settled
@@ -46,7 +46,7 @@ def pad() -> JointedSystem:
 
 def test_an_overshoot_of_the_load_leaves_its_friction_force_behind() -> None:
     system, over = loaded_mass(), 1.5
-    state = quasi_static(system, (over, 1.0))
+    state = find_quasi_static_state(system, (over, 1.0))
     # At the peak friction is at its limit; on the way back it sticks until it pushes the other way.
     peak = (over * LOAD - LIMIT) / K
     slider = peak - LIMIT / KT
@@ -55,17 +55,19 @@ def test_an_overshoot_of_the_load_leaves_its_friction_force_behind() -> None:
     # Newton's method stops at round-off of the positions.
     assert state.displacement[0] == pytest.approx(expected, rel=1e-9)
     assert state.slider[0] == pytest.approx(slider, rel=1e-9)
-    straight = quasi_static(system, (1.0,))
+    straight = find_quasi_static_state(system, (1.0,))
     np.testing.assert_allclose(straight.displacement, equilibrium(system).displacement, rtol=1e-9)
     # The rest that was left is where the next ramp begins.
-    assert quasi_static(system, (1.0,), state.slider).displacement == pytest.approx(state.displacement, rel=1e-9)
-    assert quasi_static(system, (over, 1.0), straight.slider).slider == pytest.approx(state.slider, rel=1e-9)
+    assert find_quasi_static_state(system, (1.0,), state.slider).displacement == pytest.approx(
+        state.displacement, rel=1e-9
+    )
+    assert find_quasi_static_state(system, (over, 1.0), straight.slider).slider == pytest.approx(state.slider, rel=1e-9)
 
 
 def test_a_load_that_nothing_bears_has_no_rest_on_its_way() -> None:
     loose = JointedSystem(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], joints=[], static_load=np.array([1.0]))
     with pytest.raises(TransientError, match="held by nothing"):
-        quasi_static(loose, (1.0,))
+        find_quasi_static_state(loose, (1.0,))
 
 
 def test_histories_begin_with_the_whole_load_and_end_with_it() -> None:
@@ -107,7 +109,7 @@ def test_repeats_of_a_stuck_mass_agree_but_for_the_force_that_their_history_left
 
 def test_the_search_from_a_state_finds_the_steady_state_that_waiting_finds() -> None:
     bench = VirtualSweepTest(pad(), {"pad": np.array([1.0, 0.0])})
-    left = quasi_static(bench.structure, (1.4, 1.0), bench.random_start(np.array([0.6])).slider)
+    left = find_quasi_static_state(bench.structure, (1.4, 1.0), bench.random_start(np.array([0.6])).slider)
     frequencies, level = [150.0, 170.0], 0.2  # so small that nothing slips
     waited = sweep_settled(bench, frequencies, level, left, 1e-6)
     searched = bench.sweep(frequencies, level, start=left, tolerance=1e-6)

@@ -10,7 +10,7 @@ from reduction.jointed_system import CubicSpring, FrictionContact, JenkinsElemen
 from tests.slow import slow
 from transient.errors import TransientError
 from transient.integrate import integrate
-from transient.joint_arrays import joint_table
+from transient.joint_arrays import make_joint_table
 from transient.joint_forces import move_sliders
 from transient.rank_one_update import UpdatedFactor
 from transient.virtual_bench.beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
@@ -175,7 +175,7 @@ def test_sliders_are_dragged_by_what_a_motion_exceeds_their_limit_by() -> None:
         tangential_stiffness=stiffness, friction_coefficient=friction, preload=preload,
     )  # fmt: skip
     system = JointedSystem(mass=np.eye(2), damping=np.eye(2), stiffness=np.eye(2), joints=[contact])
-    packed, reach = joint_table(system).packed, friction * preload / stiffness
+    packed, reach = make_joint_table(system).packed, friction * preload / stiffness
     phase = 2 * np.pi * np.arange(65) / 64
     for amplitude, left in ((0.5 * reach, 0.2 * reach), (3 * reach, 0.2 * reach), (0.5 * reach, 2 * reach)):
         motion = np.column_stack([amplitude * np.cos(phase), np.zeros(65)])
