@@ -20,15 +20,15 @@ from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
 from geometry.name_list import join_first_names
 
-#: Levels must differ by this factor before their ratio says something about a channel [-].
+#: Least ratio of two levels for a test of a channel against the level [-].
 LEVEL_RATIO = 1.5
-#: A channel that goes with the level does so by at least this power of it; one that does not, by less [-].
+#: Least exponent of a channel that follows the level, and largest exponent of one that does not [-].
 SCALES, STAYS = 0.5, 0.2
 #: Imaginary parts of a resonance are about twice the real ones; degrees are far more than metres [-].
 IMAGINARY_RATIO = 3.0
-#: Share of the rows of most runs at the same levels from which on rows are a run, and no states read twice [-].
+#: Least number of rows of a run, as a share of that of most runs at the same levels; fewer are repeated states [-].
 A_RUN = 0.5
-#: Up to this share of many repeats agree by chance in the digits that were written [-].
+#: Largest share of many repeats that agree by chance in the written digits [-].
 BY_CHANCE = 0.01
 
 

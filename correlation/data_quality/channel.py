@@ -14,14 +14,14 @@ from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_re
 from correlation.feature.settling import find_drifts
 from geometry.plain_number import format_number
 
-#: Change of the phase over a peak below which it is constant [rad]: half of what the half-power width makes.
+#: Change of the phase over a peak below which it is constant [rad]: half of that over the half-power width.
 CONSTANT = np.pi / 8
-#: A peak is so many times what both ends of the band are [-], and has so many points above half of its power.
+#: Least ratio of a peak to both ends of the band [-], and least number of its points above half of its power.
 PEAK, HALF_POWER = 3.0, 3
-#: A phase in radians that is called degrees changes by so much over a peak, in radians, once it is taken as such: by
-#: half of what the half-power width makes or more, and by one turn at most.
+#: Change over a peak of a phase in radians that is declared as degrees, read as radians: at least half of that over the
+#: half-power width, and at most one turn.
 AS_RADIANS = (np.pi / 4, 2 * np.pi)
-#: Steps of a run up and down that a sweep without a name makes.
+#: Least number of steps up and down of a run that indicate an unnamed sweep.
 RUN = 4
 
 

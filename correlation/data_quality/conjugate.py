@@ -19,10 +19,10 @@ from correlation.data_quality.repeat_array import arrange_repeats
 from correlation.feature.table import FeatureTable
 from correlation.row_group import group_rows
 
-#: Phases are suspected if values with the other sign agree so well, and their own so much less [-]: near a resonance,
-#: where the difference shows, right ones reach 0.9 even with a model that is off.
+#: Phases are suspected from this agreement with the other sign on, and up to this one with their own [-]: near a
+#: resonance, where the sign matters, correct phases reach 0.9 even with an inaccurate model.
 OTHER, OWN = 0.9, 0.6
-#: Points that tell a sign.
+#: Least number of points to determine a sign.
 FEWEST = 3
 CONJUGATE, OPPOSITE = "the other sign of the imaginary parts", "the opposite sign"
 

@@ -19,16 +19,16 @@ from correlation.data_quality.model_ratio import find_model_ratios
 from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
 
-#: One channel is off by so many times what the model is off by at the others, and its factor is a known one within the
-#: second number times that, and within the share of its logarithm [-].
+#: Least ratio of the error of one channel to the misfit of the model at the others; tolerances for a known factor, as a
+#: multiple of that misfit and as a share of its logarithm [-].
 BESIDE, WITHIN, NEAR = 4.0, 3.0, 1 / 8
-#: A factor of amplitudes, and one that all channels have, is told from a model that is off only within this [-]: the
-#: readings of a channel have it within their scatter, and a model that is 40 % off hardly does.
+#: Tolerance within which a factor of amplitudes, or a common one of all channels, differs from a model error [-]: the
+#: readings of a channel have it within their scatter, and a model with an error of 40 % hardly does.
 FACTOR_TOLERANCE = 0.01
-#: Points of a channel that tell a factor, and what its phase may be off by beside the others [rad].
+#: Least number of points of a channel for a factor, and largest phase difference from the other channels [rad].
 FEWEST, PHASE = 5, 0.2
 INCH, G = 0.0254, 9.80665
-#: What values are in, and what the manifest says, by the factor that they are off by.
+#: Actual unit of the values and unit in the manifest, by the factor between them.
 UNITS = {
     quantity: {1 / INCH: (f"inch{per}", f"m{per}"), INCH: (f"m{per}", f"inch{per}"),
                INCH / 1e-3: (f"mm{per}", f"inch{per}"), 1e-3 / INCH: (f"inch{per}", f"mm{per}"), **more}

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.row_group import group_rows
 
-#: Frequencies of a run that a number must be the same at to be suspected.
+#: Least number of frequencies of a run with the same number for a suspicion.
 FEWEST = 3
-#: Amplitudes that differ by less are one, turned by different phases.
+#: Relative tolerance for equal amplitudes, rotated by different phases [-].
 SAME_AMPLITUDE = 1e-9
 
 

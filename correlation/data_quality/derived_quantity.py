@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from correlation.data_quality.wrong_unit import UNITS
 
-#: Powers of i omega that make each quantity from a displacement.
+#: Power of i omega of each quantity relative to a displacement.
 POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
-#: Change of the size that an error of a model explains, so that the cable is reversed; another quantity changes it
-#: more, and leaves a power of ten within this tolerance [natural logarithm].
+#: Largest change of the size that a model error explains, so that the cable is reversed; another quantity changes it
+#: more, and agrees with a power of ten within this tolerance [natural logarithm].
 SIZE, UNIT = np.log(3.0), 0.3
 
 

@@ -11,11 +11,11 @@ from scipy.special import ndtri
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.repeat_array import arrange_repeats
 
-#: Least difference of two repeats that is told, and its least ratio to the scatter of readings about the factor [-].
+#: Least reported difference of two repeats, and its least ratio to the scatter of readings about the factor [-].
 MIN_DRIFT, MIN_DRIFT_OVER_SCATTER = 0.02, 3.0
-#: Repeats that show a course, and readings that tell a factor.
+#: Least number of repeats for a course, and of readings for a factor.
 FEWEST_REPEATS, FEWEST = 3, 8
-#: Probability that chance alone tells a factor of any sensor of a test [-]. Of 600 clean random campaigns of two
+#: Probability of a significant factor of any sensor of a test by chance [-]. Of 600 clean random campaigns of two
 #: sensors (`benchmarks.data_quality`) and of 451 of 20 sensors none raises an alarm.
 BY_CHANCE = 0.01
 #: Standard deviation of a median of n normal numbers, by that of the numbers over sqrt(n), and that by their median

@@ -13,18 +13,19 @@ from correlation.row_group import group_rows
 #: Forces of one level.
 Forces = Float[NDArray[np.float64], " f"]
 
-#: A level is not reached if its largest force over its set point is below this share of that of the lowest level [-].
+#: A level is not reached if the ratio of its largest force to its set point is below this share of that of the lowest
+#: level [-].
 REACHED = 0.95
-#: Forces that differ by less stand at one limit [-].
+#: Forces within this relative difference are at the same limit [-].
 LIMIT_TOLERANCE = 0.005
-#: Readings of a level that tell its largest force.
+#: Least number of readings of a level to determine its largest force.
 FEWEST = 3
-#: A force is another one than its set point from this factor on [-]: open loops and shakers at a resonance make less.
+#: Least ratio between a force and its set point for a suspicion [-]: open loops and shakers at a resonance cause less.
 ANOTHER = 1.8
-#: How near to a known factor, to that of the other levels, or to the set point of another level a median force is
-#: (natural logarithm) [-]: forces that are held fall by some per cent at a resonance.
+#: Largest distance of a median force from a known factor, that of the other levels, or the set point of another level
+#: (natural logarithm) [-]: controlled forces fall by some per cent at a resonance.
 FACTOR_TOLERANCE = 0.1
-#: Units that a force or an acceleration may be in instead.
+#: Possible wrong units of a force or an acceleration.
 UNITS: Mapping[str, Sequence[str]] = {
     "N": ("kN", "mN", "uN", "kgf", "gf", "lbf"),
     "m/s^2": ("g_n", "cm/s^2", "mm/s^2", "um/s^2"),

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-#: A model's resonance is a measured one if the logarithms of their frequencies differ by less [-], and as surely if the
-#: unit is corrected.
+#: Largest difference of the logarithms of a predicted and a measured resonance that match, as stated and with the unit
+#: corrected [-].
 SAME_FREQUENCY, SAME_AFTER_CORRECTION = 0.25, 0.1
 
 

@@ -11,11 +11,11 @@ from correlation.data_type.measured_loop import MIN_DEVIATION, ForceLoop, comput
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 
-#: Root mean square error of a loop that is worth a search, and up to which a change explains it [standard deviations];
-#: it must be so many times as small as without the change [-]. Of 400 random loops beside sliders whose stiffness and
-#: limit are off by 40 and 50 % (349 of them grossly), 1 looks like a mistake; of 400 mistakes 371 are found.
+#: Root mean square error of a loop that triggers a search, and largest one with a correction [standard deviations];
+#: least ratio of both [-]. Of 400 random loops, with models whose stiffness and limit have errors of 40 and 50 % (349
+#: of them gross), 1 looks like a mistake; of 400 mistakes 371 are found.
 GROSS, MENDED, BETTER = 5.0, 3.0, 4.0
-#: Factors on displacement and force that correct a unit: what they change, and the units that may be mistaken.
+#: Factors on displacement and force that correct a unit: the correction in words, and the possibly confused units.
 UNITS = {
     (1e3, 1.0): ("1000 times its displacements", "in mm and read as um, or in m and read as mm"),
     (1e-3, 1.0): ("0.001 times its displacements", "in um and read as mm, or in mm and read as m"),

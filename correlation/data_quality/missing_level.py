@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.repeat_array import arrange_repeats
 
-#: Repeats differ by less than this factor: a gain that drifts, a joint that was assembled anew [-].
+#: Largest usual ratio of repeats, by a drifting gain or a reassembled joint [-].
 FACTOR = 1.5
-#: Share of the points that must differ by it, and least number of points that tell it.
+#: Least share of the points that differ by more than that, and least number of points.
 SHARE, FEWEST = 0.9, 5
 
 

@@ -15,12 +15,12 @@ from correlation.feature.table import FeatureTable
 
 Logarithms = Complex[NDArray[np.complex128], "s s"]
 
-#: Points that tell a ratio.
+#: Least number of points for a ratio.
 FEWEST = 3
-#: Two sensors are suspected if their ratio is off by more than this (natural logarithm, a factor of 1.5) [-], or by
-#: more than the smaller one if all other sensors say the same,
+#: Two sensors are suspected if the error of their ratio exceeds this (natural logarithm, a factor of 1.5) [-], or the
+#: smaller one if all other sensors agree,
 SWAPPED, SMALL = 0.4, 0.04
-#: and if swapping them leaves at most this share of it [-].
+#: and if swapping them reduces it to at most this share [-].
 AFTER_SWAPPING = 1 / 3
 
 

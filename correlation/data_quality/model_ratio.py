@@ -11,11 +11,11 @@ from correlation.feature.observation import find_points
 from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
 
-#: How many times its noise, or the median distance of the repeats from their median, a reading must be [-].
+#: Least ratio of a reading to its noise, or to the median distance of the repeats from their median [-].
 MIN_READING_OVER_NOISE = 3.0
-#: Share of the readings of a sensor at a level that stand out, from which on they tell a ratio [-].
+#: Least share of the readings of a sensor at a level above the noise, for a ratio [-].
 MIN_CLEAR_SHARE = 0.5
-#: Fewest repeats of a point that tell its scatter, one of which may be wrong.
+#: Least number of repeats of a point for its scatter, one of which may be wrong.
 FEWEST = 3
 
 Values = Complex[NDArray[np.complex128], " n"]

@@ -18,12 +18,11 @@ from correlation.data_quality.logarithm import wrap_phases
 
 #: Least agreement of the phases after the rotation [-].
 TURNED = 0.95
-#: An angle is clear from so much on [rad], if `MOST` of the phases are off by so many times less once they are turned,
-#: and by so many times more where each curve is moved along its frequencies instead. Of 20,000 random models of one to
-#: four modes, off by up to 20 %, over 0.3 to 30 half-widths, two pass by chance, and 45 % of those that are turned by
-#: 10 to 90 deg do.
+#: Least significant angle [rad]; least ratio of it to the error of `MOST` of the phases after the rotation, and of the
+#: error if each curve is shifted in frequency instead. Of 20,000 random models of one to four modes, with errors of up
+#: to 20 %, over 0.3 to 30 half-widths, two pass by chance, and 45 % of those with a rotation of 10 to 90 deg do.
 LEAST, TIMES, MOVED, MOST = np.radians(5.0), 5.0, 3.0, 0.9
-#: Points that tell a slope.
+#: Least number of points for a slope.
 FEWEST = 3
 
 Values = Complex[NDArray[np.complex128], " n"]

@@ -9,7 +9,7 @@ from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measuremen
 from correlation.data_quality.phase_offset import LEAST, PhaseOffset, find_phase_offset
 from correlation.row_group import group_rows
 
-#: Frequencies that two runs must have in common: fewer may all lie between two branches. Of 2,000 clean random
+#: Least number of common frequencies of two runs: fewer may all lie between two branches. Of 2,000 clean random
 #: campaigns (`benchmarks.data_quality`) that are cut to a band at random none raises an alarm; two did with six.
 FEWEST = 8
 

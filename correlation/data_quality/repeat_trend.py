@@ -25,12 +25,12 @@ from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
 #: Least number of repeats for a trend, and of points common to all of them.
 FEWEST_REPEATS, FEWEST = 3, 8
-#: Share of the points of a test that a repeat must have [-].
+#: Least share of the points of a test in a repeat [-].
 MOST_READ = 0.5
-#: Random rotations, and their seed: more where the chance by few of them is small. One of 0.27 % is then known within
-#: 9 % of itself (one standard deviation).
+#: Numbers of random rotations, their seed, and the probability below which the larger number is used. A probability of
+#: 0.27 % then has a relative standard deviation of 9 %.
 N_ROTATION, SEED, SMALL = (2_000, 50_000), 1, 0.02
-#: Times of the repeats are equal up to such a share [-].
+#: Relative tolerance for equal times of the repeats [-].
 SAME_TIME = 1e-6
 
 #: Time of each repeat at each point, or of each of some kinds of points.

@@ -24,7 +24,7 @@ from correlation.model import Model
 
 Frequencies = Float[NDArray[np.float64], " m"]
 
-#: Least MAC of a partner, where there are shapes [-].
+#: Least MAC of a partner, if there are shapes [-].
 MIN_MAC = 0.8
 
 

@@ -33,15 +33,15 @@ class _ClearFactor(NamedTuple):
     """Logarithm of the median over the distance from it within which `MIN_SHARE_WITHIN_SPREAD` of them are [-]."""
 
 
-#: Of 20,000 random chains of up to six masses, masses and springs off by 2 to 40 % each and all together, 0.04, 0.4 and
-#: 0.7 % of those with 5 ratios, 3 and fewer pass; off by up to 20 %, 0, 0.04 and 0.1 % do.
+#: Of 20,000 random chains of up to six masses, with individual and common errors of masses and springs of 2 to 40 %,
+#: 0.04, 0.4 and 0.7 % of those with 5 ratios, 3 and fewer pass; with errors of up to 20 %, 0, 0.04 and 0.1 % do.
 CLEAR_FACTORS = (_ClearFactor(5, 1.25, 8.0), _ClearFactor(3, 3.0, 3.0), _ClearFactor(1, 10.0, 2.0))
 #: Share of the ratios within their spread [-].
 MIN_SHARE_WITHIN_SPREAD = 0.9
-#: A sensor tells a mode if it moves by so much of what the one that moves most does in the model [-].
+#: Least motion of a sensor in a mode of the model, relative to the largest one, for the sensor to show the mode [-].
 MOVES = 0.1
-#: A power of the frequency explains ratios if they are so many times nearer to it than to a constant [-], and as one
-#: factor of at most so much is left of a power of ten [natural logarithm].
+#: A power of the frequency explains ratios if they are closer to it than to a constant by this factor [-], and if they
+#: differ from a power of ten by at most this factor [natural logarithm].
 MIN_POWER_ADVANTAGE, MAX_FACTOR_LEFT = 3.0, 0.3
 
 

@@ -9,7 +9,7 @@ from correlation.data_quality.wrong_unit import LEVEL_UNITS, name_length
 
 #: Pound-force [N].
 POUND = 4.4482216
-#: A factor is a known one within so much, or within its scatter [natural logarithm].
+#: Tolerance for a known factor, or its scatter if larger [natural logarithm].
 FACTOR_TOLERANCE = 0.05
 
 

@@ -18,13 +18,13 @@ from correlation.data_quality.repeat_array import Repeats, arrange_repeats
 from correlation.feature.table import FeatureTable
 from correlation.row_group import group_rows
 
-#: Two forces can be told apart at a point where they differ by this many times the scatter of the repeats [-],
+#: Two forces are distinguishable at a point if they differ by at least this multiple of the scatter of the repeats [-],
 MIN_DISTANCE = 4.0
-#: and in a harmonic with so many of these points.
+#: and in a harmonic with at least this number of such points.
 FEWEST = 3
-#: Near is up to this share of the distance between both forces, and far at least that (medians) [-].
+#: Largest distance that counts as near, and least one as far, relative to that of both forces (medians) [-].
 NEAR_SHARE, FAR_SHARE = 1 / 4, 3 / 4
-#: Repeats that say what is usual for another one.
+#: Least number of other repeats as a reference for one.
 OTHERS = 2
 
 #: Values of two forces, shape (2, n).

@@ -18,13 +18,14 @@ from correlation.campaign.measurement import SWEEPS, Campaign, MeasuredSensor, S
 from correlation.data_quality.logarithm import wrap_phases
 from correlation.data_quality.repeat_array import RepeatArray, arrange_repeats
 
-#: A point can tell a swap if it changes q by more than this, and by more than what the scatter of the runs makes of all
-#: parts, repeats and pairs of a test with this probability (Student, Bonferroni) [-].
+#: A swap is detectable at a point if it changes q by more than this, and by more than the scatter of the runs does with
+#: this probability in all parts, repeats and pairs of a test (Student, Bonferroni) [-].
 MIN_CHANGE, BY_CHANCE = 0.04, 0.01
-#: So many points can tell it, and of most of these, more than one of two runs has, the channels agree with the other
-#: repeats within the smaller share of the change if they are swapped, and not within the larger one as they are [-].
+#: Least number of these points, and least share of them (more than one of two runs has) at which the channels agree
+#: with the other repeats within the smaller share of the change if swapped, but not within the larger one as they are
+#: [-].
 FEWEST, MOST, NEAR, FAR = 5, 0.6, 1 / 4, 3 / 4
-#: One of two repeats is the wrong one if it is so many times as far as the other from what other levels say [-].
+#: Of two repeats, one is wrong if its distance from the other levels exceeds this multiple of that of the other [-].
 CLEARER = 2.0
 
 #: ln (x_i / x_j) at n points in r repeats [-].

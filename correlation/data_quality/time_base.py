@@ -21,9 +21,9 @@ TIME_BASE_MISTAKES = {
     1e3: "are its times in s and read as ms", 0.5: "is its sampling rate twice what the times say",
     2.0: "is its sampling rate half of what the times say",
 }  # fmt: skip
-#: Tolerance for the agreement of frequencies after the correction, several modes and one alone [natural logarithm]. Of
-#: 20,000 random chains of up to six masses beside others whose masses and springs are off by up to 40 % each, none of
-#: those with several modes passes, and 0.5 % of those with one.
+#: Tolerance for the agreement of frequencies after the correction, for several modes and for one [natural logarithm].
+#: Of 20,000 random chains of up to six masses, with models whose masses and springs have errors of up to 40 % each,
+#: none with several modes passes, and 0.5 % of those with one.
 TOGETHER, ALONE = 0.05, 0.02
 LISTED = 4
 

@@ -11,16 +11,16 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.repeat_trend import Trend, find_trend
 from geometry.plain_number import format_number, percent
 
-#: Chance of a trend in any test of a campaign that has none: that of three standard deviations; and the least one that
-#: is told as a number [-].
+#: Significance level of a trend in any test of a campaign, that of three standard deviations; and least probability
+#: that is reported as a number [-].
 CHANCE, LEAST_CHANCE = 0.0027, 1e-4
-#: Least change from the first repeat to the last one that is told, relative to the readings, root mean square; and
-#: least one that is told though so few repeats go in one direction by chance. The usual differences of repeats, 0.03 %
-#: of frequencies and 1 % of preloads, made 1 to 5 % in 31 of 32 virtual tests [-].
+#: Least reported change from the first repeat to the last one, relative to the readings, root mean square; and least
+#: reported one if the repeats are too few for a significant order. The usual differences of repeats, 0.03 % of
+#: frequencies and 1 % of preloads, caused 1 to 5 % in 31 of 32 virtual tests [-].
 LEAST, LARGE = 0.02, 0.1
-#: Repeats whose order alone is no chance: one in 2,520.
+#: Number of repeats whose order alone is significant: a chance of one in 2,520.
 ENOUGH_REPEATS = 7
-#: Share of a change that a cause explains if it is plain [-], and points of a curve that show its slope.
+#: Least share of a change explained by its cause [-], and least number of points of a curve for its slope.
 PLAIN, SLOPE = 0.8, 5
 
 Change = Complex[NDArray[np.complex128], "s n"]

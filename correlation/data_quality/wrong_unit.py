@@ -17,27 +17,27 @@ from correlation.data_quality.model_ratio import find_model_ratios
 from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
 
-#: Points of a run that tell a ratio, and how far the logarithms of half of them may be from their median [-], by
-#: themselves or beside the other channels: what is noise, or next to nothing in the model, has no one ratio.
+#: Least number of points of a run for a ratio, and largest median distance of their logarithms from the median [-],
+#: absolute or relative to the other channels: noise, or a response near zero in the model, has no common ratio.
 FEWEST, STEADY = 3, 0.15
-#: How near a whole number the logarithm must be, beside the other channels of the run and beside the model [-].
+#: Largest distance of the logarithm from an integer, relative to the other channels of the run and to the model [-].
 BESIDE, MODEL = 0.1, 0.3
-#: Up to this a ratio is what a wrong model makes [-]: a factor of 50. A factor of ten alone is suspected only
-#: where the same channel is right elsewhere.
+#: Largest logarithm of a ratio that a wrong model explains [-]: a factor of 50. A factor of ten is suspected only if
+#: the same channel is correct elsewhere.
 WRONG_MODEL = 1.7
-#: Least logarithm by which all motions are off at a level that is suspected [-]: a factor of 1.25; and so many times
-#: what most readings, this share of them, are from it, in amplitude or phase. A level is one factor at all frequencies,
-#: a resonance elsewhere is not: of 20,000 random models that are off by up to four half-widths of a peak, 0 look like
-#: one (1 in 6 by the size of the factor alone), and 97 % of 5,000 wrong levels are still found.
+#: Least logarithm of the factor on all motions at a suspected level [-]: a factor of 1.25; and least ratio of it to the
+#: distance of most readings, this share of them, in amplitude or phase. A wrong level is one factor at all frequencies,
+#: a shifted resonance is not: of 20,000 random models with errors of up to four half-widths of a peak, 0 look like one
+#: (1 in 6 by the size of the factor alone), and 97 % of 5,000 wrong levels are still found.
 ONE_LEVEL, CONSTANT, MOST = 0.1, 1.5, 0.9
-#: What a value may be in, if it is so many times what it is in SI (as a power of ten).
+#: Possible wrong unit of a value, by the power of ten of its ratio to SI.
 UNITS = {
     "displacement": {2: "cm", 3: "mm", 6: "um", 9: "nm"},
     "velocity": {2: "cm/s", 3: "mm/s", 6: "um/s"},
     "acceleration": {-1: "g_n", 2: "cm/s^2", 3: "mm/s^2", 6: "um/s^2"},
     CONTACT_FORCE: {-3: "kN", 2: "gf", 3: "mN", 6: "uN"},
 }
-#: What a level may be in, if all responses are so many times what they should be at it.
+#: Possible wrong unit of a level, by the power of ten of the ratio of all responses at it.
 LEVEL_UNITS = {"N": {3: "kN", -3: "mN", -6: "uN", -2: "gf"}, "m/s^2": {1: "g_n", -2: "cm/s^2", -3: "mm/s^2"}}
 MOTION_UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 ROTATIONS = {3: "mrad", 6: "urad"}

@@ -6,7 +6,7 @@ import numpy as np
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
 
-#: Up to this share of a channel's readings are single ones [-]; a channel with more is dead in a part of its rows.
+#: Largest share of single zero readings of a channel [-]; a channel with more is dead in a part of its rows.
 SINGLE = 0.1
 
 
