@@ -8,11 +8,11 @@ from correlation.signal.contamination import CREST
 
 Samples = Float[NDArray[np.float64], " n"]
 
-#: Crests that are flat, with two samples or more each, before a signal is clipped [-]: a structure that is held before
-#: its release has one. Of 20,000 random decays that converters of 5 to 15 bits read, 0.07 % look clipped; of those that
-#: are cut off at 95, 80 and 60 % of their largest value, 33, 78 and 95 % are found.
+#: Least number of flat crests, with two samples or more each, of a clipped signal [-]: a structure that is held before
+#: its release has one. Of 20,000 random decays read by converters of 5 to 15 bits, 0.07 % look clipped; of those cut
+#: off at 95, 80 and 60 % of their largest value, 33, 78 and 95 % are found.
 FEWEST_CRESTS = 2
-#: Two crests are apart if the signal falls below this share of them between [-].
+#: Two crests are separate if the signal falls below this share of them in between [-].
 BETWEEN = 0.5
 
 

@@ -12,14 +12,14 @@ from correlation.signal.record import Channels, Samples
 NEAREST, FARTHEST = 3, 15
 #: A foreign tone is reported above this share of a channel's amplitude [-].
 LEAST_TONE = 0.01
-#: Hann's window spreads a tone over less than so many lines on either side; a fundamental is off by less than so many
-#: of its standard deviations [-].
+#: Number of lines on either side over which Hann's window spreads a tone, and largest error of a fundamental in
+#: standard deviations [-].
 LEAKING, SURE = 2.0, 3.0
-#: Of white noise, the largest of n lines is above the mean by the factor ln n + 7 in 1 of 1000 records.
+#: In white noise, the largest of n lines exceeds the mean by a factor of ln n + 7 in 1 of 1000 records.
 BEYOND_CHANCE = 7.0
-#: Samples at a crest beside those at the next value below it: a sine has at most 2.4 times as many, see `_clipped`.
+#: Ratio of the number of samples at a crest to that at the next value below it: at most 2.4 for a sine, see `_clipped`.
 CREST = 6.0
-#: Fewest samples that make a flat crest, and their share of the record [-].
+#: Least number of samples of a flat crest, and their least share of the record [-].
 FEWEST_FLAT, LEAST_FLAT = 8, 2e-3
 
 

@@ -41,10 +41,10 @@ BEFORE = 0.01
 PULSE_WINDOW = 5.0
 
 
-#: Coherence below which a response is smaller than its standard deviation over sqrt(2), even of one average, and the
-#: most that is asked for [-].
+#: Coherence below which a response is smaller than its standard deviation over sqrt(2), even with one average, and the
+#: largest required coherence [-].
 LEAST_COHERENCE, MOST_COHERENCE = 0.5, 0.8
-#: Chance that all lines of noise together stay below the limit of the coherence is 1 less this.
+#: Probability that any line of pure noise exceeds the limit of the coherence [-].
 CHANCE = 0.01
 
 

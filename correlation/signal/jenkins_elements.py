@@ -26,17 +26,17 @@ Vector = Float[NDArray[np.float64], " m"]
 Elements = Float[NDArray[np.float64], " j"]
 Slips = Bool[NDArray[np.bool_], " j"]
 
-#: Neighbouring limits of the grid differ by this factor; more would change nothing [-].
+#: Ratio of neighbouring limits of the grid; a finer grid would change nothing [-].
 RATIO = 1.15
-#: First guess of the shortest slip, share of the half stroke, and the smallest that is tried [-].
+#: First guess of the shortest slip as a share of the half stroke, and smallest tried value [-].
 FIRST, SHORTEST = 0.5, 0.005
-#: Slips shorter than so many deviations of the displacement are blurred.
+#: Shorter slips are blurred by noise [standard deviations of the displacement].
 BLURRED = 4.0
-#: Chi-squared by which a finer grid must improve the fit: by chance 1 in 300.
+#: Least decrease of chi-squared by a finer grid: a chance of 1 in 300.
 IMPROVES = 9.0
-#: Times that the grid is refined around the elements that count, to RATIO^(1/16), if they are at most so many [-].
+#: Number of refinements of the grid around the significant elements, to RATIO^(1/16), and largest number of these [-].
 REFINEMENTS, MOST_REFINED = 4, 8
-#: Elements at the end of the grid that stand for slip at once [-].
+#: Number of elements at the end of the grid that represent immediate slip [-].
 END = 4
 #: Draws of the bootstrap; a quantile of 2.5 % is the sixth of them.
 DRAWS = 240

@@ -24,27 +24,28 @@ from geometry.read_only_array import freeze_fields
 Values = Float[NDArray[np.float64], " p"]
 Ends = Int[NDArray[np.int64], " p"]
 
-#: Highest points count if the motion between them is beyond so many standard deviations of noise, this share of the
-#: whole range, and this share of the motion between their neighbours [-].
+#: Turning points count if the motion between them exceeds this number of standard deviations of noise, this share of
+#: the whole range, and this share of the motion between their neighbours [-].
 BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
 #: Amplitudes of neighbouring periods of one plateau differ by less than this share [-].
 SAME_AMPLITUDE = 0.02
 #: Least number of periods of a plateau; the first of them still depends on the loading history and does not count [-].
 FEWEST_PERIODS = 2
-#: Strokes have one middle if it varies by less than this share of the smallest amplitude: a motion to one side alone,
-#: from zero to several amplitudes, has middles that differ by half of their differences [-].
+#: Strokes have a common middle if it varies by less than this share of the smallest amplitude: for one-sided motions,
+#: from zero to several amplitudes, the middles differ by half of the differences of the amplitudes [-].
 CENTRED = 0.1
 #: Force at the ends of the displacement: straight lines through the samples of the last share of the stroke [-].
 END_SHARE = 0.04
 #: Play: where the force is below this share of its range on both branches, over at least this share of the stroke [-].
 NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50
-#: Dwell: the displacement within this band of forces is more than `DWELLS` times what the shorter one of those on both
-#: sides of it, up to the share `BESIDE` of the force's range, makes it at the same slope [-].
+#: Dwell: the displacement at forces near zero (`NO_FORCE`) is more than `DWELLS` times that extrapolated at the same
+#: slope from the smaller one on both sides, up to the share `BESIDE` of the force's range [-].
 BESIDE, DWELLS = 0.2, 2.5
-#: A settled loop does not close if its ends differ by this share of the force's range, and by so many deviations [-].
+#: A settled loop does not close if its ends differ by this share of the force's range, and by this number of standard
+#: deviations [-].
 OPEN, SURE = 0.05, 3.0
-#: A loop gives energy if its work is negative by this share of that of an ellipse of its size [-], and by more than
-#: chance does in one of so many records. The work of one period alone has no scatter: `OPEN` is the share then.
+#: A loop supplies energy if its work is negative by this share of that of an ellipse of its size [-], and significantly
+#: at this level [-]. The work of a single period has no scatter: the share is then `OPEN`.
 NO_WORK, CHANCE = 1e-3, 1e-3
 
 

@@ -13,14 +13,14 @@ from geometry.read_only_array import freeze_fields
 Bounds = Int[NDArray[np.int64], " p"]
 Points = Float[NDArray[np.float64], " m"]
 
-#: Samples whose phases fall into one of so many parts of the period are averaged [-].
+#: Largest number of parts of the period in which samples are averaged [-].
 MOST_POINTS = 1500
 #: Part of the half stroke, to either side of its middle, in which a crossing is located by a straight line [-].
 CROSSING = 0.2
-#: Harmonics of the displacement that count: at most so many, and beyond so many deviations of noise [-].
+#: Largest number of harmonics of the displacement, and their significance in standard deviations of noise [-].
 MOST_HARMONICS, SIGNIFICANT = 40, 4.0
-#: Samples per point from which their scatter is known, and the ratio of variances from which harmonics do not follow
-#: the means: of points by the hundred, noise reaches 1.3 [-].
+#: Least number of samples per point for their scatter, and ratio of variances above which harmonics do not follow the
+#: means: with hundreds of points, noise reaches 1.3 [-].
 REPEATED, LACK_OF_FIT = 2.0, 1.5
 
 

@@ -11,15 +11,15 @@ from correlation.errors import CampaignError
 Samples = Float[NDArray[np.float64], " n"]
 Channels = Float[NDArray[np.float64], "c n"]
 
-#: Instants of a uniform clock lie within this share of a step of their places: files round times [-].
+#: Largest deviation of the instants of a uniform clock, as a share of a step: files round times [-].
 ROUNDING = 0.2
-#: What passes for a whole number of last digits, and by how many of them rounding moves an instant [-]: half of one,
-#: and the line through all of them a little more.
+#: Tolerance for an integer number of last digits, and largest rounding error of an instant in last digits [-]: half of
+#: one, and a little more by the line through all of them.
 WHOLE, HALF = 1e-4, 0.6
-#: Steps that differ by less than this share are not worth a word [-]: half of it on either side turns the phase of the
-#: highest frequency that samples resolve by 1 deg.
+#: Steps that differ by less than this share are not reported [-]: half of it on either side turns the phase of the
+#: Nyquist frequency by 1 deg.
 NOTED = 0.01
-#: Digits that are looked for; a file with more has no rounding that matters.
+#: Largest number of digits considered; a file with more has no relevant rounding.
 MOST_DIGITS = 10
 
 

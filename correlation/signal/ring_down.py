@@ -40,12 +40,12 @@ from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " k"]
 
-#: Share of another mode's amplitude below which one is left out rather than that a decay is read later on [-].
+#: Share of another mode's amplitude below which a mode is left out instead of starting the decay later [-].
 WEAK = 0.1
-#: Points of a result.
+#: Number of points of a result.
 N_POINT = 60
-#: Where modes do not follow their own amplitudes, the decay is read from so many periods of its lowest mode later on;
-#: largest share of it that is left out so [-].
+#: If modes do not follow their own amplitudes, the decay is started later by these numbers of periods of its lowest
+#: mode; largest share of the decay that is left out in this way [-].
 LATER, MOST_LEFT_OUT = (2.0, 8.0, 32.0), 0.5
 
 
@@ -143,7 +143,7 @@ def analyse_ring_down(
         at = round(decay.start + skip, 2 - floor(log10(skip)))
         try:
             rest = cut(start=at)
-        except CampaignError:  # too little is left to tell its modes
+        except CampaignError:  # the rest is too short to identify its modes
             break
         trial = _read_modes(rest, frequencies is None, DERIVATIVE[quantity])
         if not trial.disturbed or len(trial.modes) > len(best.modes):

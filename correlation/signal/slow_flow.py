@@ -24,15 +24,15 @@ Envelope = Complex[NDArray[np.complex128], " n"]
 
 #: Degree of the harmonics as polynomials of the amplitude, and of a drifting mean over time.
 AMPLITUDE_DEGREE, MEAN_DEGREE = 3, 2
-#: Points of a flow between its largest and smallest amplitude.
+#: Number of points of a flow between its largest and smallest amplitude.
 FLOW_POINTS = 1000
-#: How far a flow goes on below its last break point, at constant rates, in ln A: to 1/400 of that amplitude [-].
+#: Extension of a flow below its last break point, at constant rates, in ln A: to 1/400 of that amplitude [-].
 EXTENSION = 6.0
-#: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them: of a fit, and of one
-#: that only keeps step with the phases, as first guesses have priors.
+#: Largest number of Levenberg-Marquardt steps, and relative decrease of the residual that ends them: in a fit, and in
+#: one that only tracks the phases, as first guesses have priors.
 ROUNDS, ENOUGH, ENOUGH_TRACKED = 25, 1e-4, 1e-2
-#: Singular values of scaled normal equations below this share are none, and a coefficient whose normal equations are
-#: this far below the variance of the samples is not shown: their quotient stays within what a float holds [-].
+#: Singular values of scaled normal equations below this share count as zero, and a coefficient whose normal equations
+#: are below this share of the variance of the samples is unobservable: their quotient must not overflow [-].
 SINGULAR, SHOWN = 1e-12, 1e-280
 
 

@@ -21,12 +21,12 @@ from correlation.signal.record import Channels, Samples, check_channels, check_t
 
 #: Shares of the record at which the settled part may begin [-].
 STARTS = tuple(np.linspace(0.0, 0.75, 16))
-#: Periods that a settled part has at least [-]: fewer show no drift.
+#: Least number of periods of a settled part [-]: fewer show no drift.
 FEWEST_PERIODS = 4.0
-#: Relative drift that still counts as settled, extrapolated to half of the record [-]. A residual that fades by less
-#: than this share of the amplitude does so too.
+#: Largest relative drift that counts as settled, extrapolated to half of the record [-]; also the largest decrease of
+#: the residual, as a share of the amplitude.
 SETTLED = 0.01
-#: Of noise, a residual fades as much by chance in 1 of 1000 records.
+#: Probability of a significant decrease of a residual that is noise [-].
 CHANCE = 1e-3
 
 

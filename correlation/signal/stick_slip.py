@@ -23,14 +23,14 @@ from correlation.signal.mean_loop import MeanLoop, average_loops
 from correlation.signal.record import Samples, check_channels
 from correlation.uncertainty.interval import TWO_SIDED_95
 
-#: Stiffness of what never slips, as a share of the whole, below which a contact slips as a whole [-].
+#: Stiffness of the elements that never slip, as a share of the whole, below which a contact slips as a whole [-].
 SLIPS = 0.05
-#: Normal forces below this share of the largest say nothing about friction [-].
+#: Normal forces below this share of the largest are not used for friction [-].
 LEAST_NORMAL = 0.1
-#: What the grid of elements and the points of the mean loop may be wrong by, of stiffness and friction [-].
+#: Relative errors of stiffness and friction by the grid of elements and the points of the mean loop [-].
 NUMERICAL = (2e-3, 1e-3)
-#: The lower end of the interval of the stiffness is so much farther away than noise alone moves it: parts that slip
-#: early are added only if the data call for them.
+#: Factor on the distance of the lower end of the interval of the stiffness by noise alone: elements that slip early are
+#: added only if the data require them [-].
 PARSIMONY = 1.5
 
 
