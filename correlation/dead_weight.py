@@ -58,7 +58,7 @@ class DeadWeight:
     lines
         Lines that it presses; they have no other preload.
     wire
-        The wire that it hangs on, with the same load; None where it is not known how it may be shifted.
+        The wire that it hangs on, with the same load; None if its possible shifts are unknown.
     """
 
     row: Row

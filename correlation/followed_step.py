@@ -30,7 +30,7 @@ class SweepStep(NamedTuple):
 
 
 class FollowedStep(NamedTuple):
-    """What small steps found between two motions."""
+    """Result of small steps between two motions."""
 
     start: Motion
     end: Motion

@@ -70,7 +70,7 @@ class StructurePart:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Model:
-    """A model beside its test set-up.
+    """A model with its test set-up.
 
     Parameters
     ----------
@@ -111,8 +111,8 @@ class Model:
         for harmonic k, shape (n, r) [m/s^2]; a single row of shape (r,) is harmonic 1. The system moves relative to
         the base under the inertia load, which its harmonic force contains. None for a base that rests.
     level_power
-        The level is times Omega^level_power: 2 where the case says how far the base moves, 1 for its velocity, 0 for
-        accelerations and forces [-].
+        The level is times Omega^level_power: 2 if the case gives the displacement of the base, 1 for its velocity, 0
+        for accelerations and forces [-].
     n_harmonic, n_sample
         H + 1, and instants per period (0 leaves them to the balance) [-].
 
@@ -228,7 +228,7 @@ class Model:
 
     @property
     def preload_groups(self) -> tuple[tuple[str, ...], ...]:
-        """All `preloads` in groups that differ by one factor: `linked_preloads`, and each other by itself."""
+        """All `preloads` in groups with a common factor: `linked_preloads`, and each of the others."""
         together = {name for group in self.linked_preloads for name in group}
         return (*self.linked_preloads, *((name,) for name in self.preloads if name not in together))
 
@@ -268,7 +268,7 @@ class Model:
         return replace(changed.with_system(static_load=self.system.static + (ratio - 1) * static), dead_weights=weights)
 
     def with_wire(self, name: str, *, shift: float = 0.0, inclination: float = 0.0) -> "Model":
-        """The model with the wire of a dead weight moved and turned by so much more [m, rad].
+        """The model with the wire of a dead weight moved and turned by an increment [m, rad].
 
         Raises
         ------
@@ -338,7 +338,7 @@ class Model:
         return self.with_system(mass=mass, damping=damping, stiffness=stiffness)
 
     def with_drive(self, factor: float) -> "Model":
-        """A level that drives so many times as much."""
+        """A level multiplied by a factor."""
         base = None if self.base_acceleration is None else factor * self.base_acceleration
         return replace(self.with_system(harmonic_force=factor * self.system.dynamic), base_acceleration=base)
 

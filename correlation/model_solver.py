@@ -205,7 +205,7 @@ class ModelSolver:
         tolerance
             Residual relative to the linear motion, up to which Newton's method solves [-].
         carried
-            Whether each begins with the sliders that the one before left.
+            Whether each begins with the final sliders of the one before.
         from_guess
             Whether each starts from its guess, and not from the one before.
         """
@@ -283,7 +283,7 @@ class ModelSolver:
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
     def states(self, level: float, frequencies: Sequence[float], track: Track) -> list[SteadyState | None]:
-        """States of a track with their full responses; None where there is none.
+        """States of a track with their full responses; None for a missing state.
 
         Parameters
         ----------
@@ -356,7 +356,7 @@ class ModelSolver:
 
     @cached_property
     def base(self) -> Complex[NDArray[np.complex128], "h s"]:
-        """Acceleration of a shaken base that each sensor reads beside the relative motion, at level 1, shape (h, s)."""
+        """Acceleration of a shaken base that adds to the relative motion of each sensor, at level 1, shape (h, s)."""
         base = self.model.base_acceleration
         if base is None:
             return np.zeros((2, len(self.model.sensors)), dtype=np.complex128)
@@ -401,7 +401,7 @@ class ModelSolver:
         harmonics: NDArray[np.int64],
         rates: Rates,
     ) -> Complex[NDArray[np.complex128], "k p"]:
-        """Derivatives of what `read` returns, shape (k, p)."""
+        """Derivatives of the result of `read`, shape (k, p)."""
         numbers, order, n_sensor = self.numbers(names), self.rows[2], len(self.model.sensors)
         which, inverse = np.unique(harmonics * n_sensor + numbers, return_inverse=True)
         condensed, contact = self.at(frequency), self.linear.reciprocal.contact(frequency)

@@ -4,12 +4,12 @@ All points of a configuration share the condensed structure of their frequency; 
 model had there before (after a small change of the model one or two Newton steps are enough), else from its neighbour
 in frequency.
 
-Friction remembers: a contact that sticks keeps the force that it was left with. Sweeps are therefore followed point by
-point, as they were measured, up and then down; each point begins with the sliders where the last one left them.
+Friction has memory: a sticking contact keeps its last force. Sweeps are therefore followed point by point, as they were
+measured, up and then down; each point begins with the final sliders of the previous one.
 
-Where a structure has two steady states, a sweep stays on its branch until that ends. Newton's method may leave a branch
-earlier if a step is large: a level with large steps is followed once more, in steps as small as its branches want
-(`correlation.sweep_path`), of which models that differ little share the result (`correlation.followed_step`).
+If a structure has two steady states, a sweep stays on its branch until that ends. Newton's method may leave a branch
+earlier if a step is large: a level with large steps is followed again, in steps as small as its branches require
+(`correlation.sweep_path`); models that differ little share the result (`correlation.followed_step`).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

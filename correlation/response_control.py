@@ -110,7 +110,7 @@ class ControlledPredictor:
     measured
         Measured coefficients, shape (k,); without a phase their moduli.
     motion
-        Mask of the fundamentals of motion sensors, shape (k,): the largest of each state is held.
+        Mask of the fundamentals of motion sensors, shape (k,): the largest of each state is controlled.
     folds
         Measured ends of branches.
     """
@@ -193,7 +193,7 @@ def _solve(
     frequencies, force
         Frequency, and amplitude of the force in all harmonics but the first, of each state [Hz, N].
     sensors, held
-        Name of the sensor, and what its first harmonic is held at, shape (n,).
+        Name of the sensor, and the prescribed values of its first harmonic, shape (n,).
     guess
         Motions nearby.
     """

@@ -141,7 +141,7 @@ def _place_row(measured: MeasuredSensor, model: Model, place: str) -> Row:
 
 
 def offer_places(model: Model, place: str) -> str:
-    """End of a sentence about a place that a model does not have: what it has, and the remedy."""
+    """End of a sentence about a place that a model lacks: the places that it has, and the remedy."""
     listed = ", ".join(model.places) or "none"
     return f'its places: {listed}. Correct the name, or add a [[place]] with name = "{place}" to the case'
 

@@ -42,7 +42,7 @@ def list_unnamed_places(model: Model) -> Mapping[str, Row]:
 
 
 def _is_diagonal(matrix: NDArray[np.float64]) -> bool:
-    """Whether nothing but round-off stands beside the diagonal."""
+    """Whether all off-diagonal entries are round-off."""
     root = np.sqrt(np.abs(np.diag(matrix)))
     beside = np.abs(matrix - np.diag(np.diag(matrix)))
     return bool((beside <= ROUND_OFF * np.outer(root, root)).all())

@@ -125,7 +125,7 @@ def predict_rates(
     pairs
         A parameter each: the model a little below, a little above, and by how much it differs.
     basis
-        Changes of the start that are wanted as well, after the parameters, shape (b, 2 r).
+        Changes of the start for further derivatives, after those of the parameters, shape (b, 2 r).
 
     Raises
     ------

@@ -37,7 +37,7 @@ def fit_single_dof(record: TimeRecord, sensor: str) -> Model:
     Raises
     ------
     CampaignError
-        A record without a force, or one that no oscillator explains.
+        A record without a force, or without a fitting oscillator.
     """
     if record.force is None:
         raise CampaignError(f'record "{record.name}" has no force: an oscillator needs one, give a model instead')

@@ -1,4 +1,4 @@
-r"""Distributions of uncertain parameters, each by its quantiles: what makes draws of a unit cube draws of parameters.
+r"""Distributions of uncertain parameters, each by its quantile function, which maps unit-cube draws to parameters.
 
 With the standard normal quantile z(u):
 

@@ -1,4 +1,4 @@
-"""The interval that is printed beside every number."""
+"""The interval that is printed with every number."""
 
-#: Standard deviations on either side of the mean that hold 95 % of a normal distribution [-].
+#: Number of standard deviations on either side of the mean that cover 95 % of a normal distribution [-].
 TWO_SIDED_95 = 1.96

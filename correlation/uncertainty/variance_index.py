@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 Real = NDArray[np.float64]
 Value = TypeVar("Value")
 
-#: Bootstrap samples of the draws, their seed, and the probability that an interval holds.
+#: Number of bootstrap samples of the draws, their seed, and the coverage of an interval.
 RESAMPLES, SEED, CONFIDENCE = 500, 0, 0.95
-#: Numbers that differ by less than this share come from one that does not vary [-].
+#: Values that differ by less than this share count as constant [-].
 ROUND_OFF = 1e-9
 
 
@@ -47,7 +47,7 @@ class SaltelliDesign:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VarianceIndices:
-    """Indices of one quantity; intervals hold with 95 % probability, shape (2, d).
+    """Indices of one quantity; intervals have a coverage of 95 %, shape (2, d).
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def compute_variance_indices(values: Float[Real, " m"], d: int) -> VarianceIndic
 def _compute_indices(table: Float[Real, "k n"]) -> tuple[Real, Real]:
     """S and S_T, shape (d,) each, of f(A), f(B), f(A_1), ..., shape (d + 2, n)."""
     d = len(table) - 2
-    # What differs by round-off alone does not vary.
+    # Values that differ by round-off only are constant.
     if table.shape[1] < 2 or np.ptp(table[:2]) <= ROUND_OFF * np.abs(table[:2]).max():
         return np.full(d, np.nan), np.full(d, np.nan)
     # The mean does not change the indices, and large ones would cost digits and scatter.
