@@ -1,1 +1,1 @@
-"""Quality of measured data: what looks wrong in a campaign, with its evidence in numbers."""
+"""Quality of measured data: suspected mistakes in a campaign, with numerical evidence."""

@@ -1,1 +1,1 @@
-"""Families of measured curves over the limits that friction history allows."""
+"""Families of measured curves, and comparison with the limits that friction history allows."""

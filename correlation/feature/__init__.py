@@ -1,1 +1,1 @@
-"""Features: the numbers of a campaign that are compared with a model, averaged over repeats and sweeps."""
+"""Features: values of a campaign for comparison with a model, averaged over repeats and sweeps."""

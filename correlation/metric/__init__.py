@@ -1,1 +1,1 @@
-"""Metrics: how far a response is from another, and where a model fails."""
+"""Metrics: differences between responses, and location of the errors of a model."""

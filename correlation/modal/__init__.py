@@ -1,1 +1,1 @@
-"""Modes from measured frequency responses, and modes beside modes: poles, shapes, assurance, pairing, linearity."""
+"""Modes from measured frequency responses, and comparison of modes: poles, shapes, assurance, pairing, linearity."""

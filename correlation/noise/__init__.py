@@ -1,1 +1,1 @@
-"""Noise: variance from few repeats, errors that many numbers share, and their covariance."""
+"""Noise: variance from few repeats, errors common to many features, and their covariance."""

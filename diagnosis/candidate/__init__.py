@@ -1,1 +1,1 @@
-"""Candidate effects: where each may act and how strong it must be to matter; the catalogue of all."""
+"""Candidate effects: places and typical strengths of each kind; catalogue of all candidates."""

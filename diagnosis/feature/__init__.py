@@ -1,1 +1,1 @@
-"""Diagnosis of data that are compared by features: ring-downs, loops, modes, frequency responses."""
+"""Diagnosis of data that are compared through features: ring-downs, loops, modes, frequency responses."""

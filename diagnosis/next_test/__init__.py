@@ -1,1 +1,1 @@
-"""The next test: which further measurement separates explanations that the data cannot tell apart."""
+"""The next test: measurements that separate explanations which the present data cannot distinguish."""

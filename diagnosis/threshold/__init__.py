@@ -1,1 +1,1 @@
-"""Detection thresholds: how large the gains of effects and of unknown forces are when nothing is missing."""
+"""Detection thresholds, from the distribution of the gains of effects and of unknown forces if nothing is missing."""

@@ -1,1 +1,1 @@
-"""``stickslip compare``: a model beside measurements."""
+"""``stickslip compare``: a model compared with measurements."""

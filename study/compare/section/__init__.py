@@ -1,4 +1,4 @@
-"""Sections of the page of a comparison: one file each, in the order in which they are read.
+"""Sections of the page of a comparison, one file each.
 
 A section is a title, sentences, and drawings below them. A function of a comparison returns the sections that have
 data, so that no empty section is shown::
