@@ -117,6 +117,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
         excitation(of.reduction),
     )
     young, bodies = factors["youngs_modulus"] - 1, preloaded.joined.bodies
+    # The damping of the specimen is that of its drawing: it does not follow Young's modulus, as a model's does.
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(item, name=item.name.replace(".", " ")) for item in system.joints]
     jointed = replace(system, stiffness=system.stiffness + young * bodies, joints=joints)

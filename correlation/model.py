@@ -102,10 +102,10 @@ class Model:
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m]; none by
         default.
     frequency_shift
-        Relative shift of the true frequency of a test above its label, by configuration, "jointed" or "free"; none by
-        default [-].
+        Relative shift of the true frequency of a test above the stated one, by configuration, "jointed" or "free"; none
+        by default [-].
     force_error
-        Relative excess of the force of a test over its label, by configuration; none by default [-].
+        Relative excess of the force of a test over the stated one, by configuration; none by default [-].
     base_acceleration
         Acceleration that a shaken base gives each degree of freedom at level 1 as if the structure were rigid, row k
         for harmonic k, shape (n, r) [m/s^2]; a single row of shape (r,) is harmonic 1. The system moves relative to
@@ -322,9 +322,12 @@ class Model:
         return replace(self, system=replace(self.system, **changes))
 
     def with_material(self, mass: Matrix, stiffness: Matrix) -> "Model":
-        """Mass and stiffness of parts of another material: damping in proportion to both stays so.
+        """The model with the mass and stiffness of another material of its parts.
 
-        A ratio of damping is kept then to first order, and modes uncouple the damping as before.
+        Damping alpha M + beta K follows both matrices, so that modes uncouple it as before; discrete dashpots stay. The
+        ratio of a mode whose damping is half from mass and half from stiffness is kept to first order. Any damping that
+        `split_proportional_plus_low_rank` does not find proportional stays, as of a dashpot on modal coordinates: apply
+        materials before such effects.
         """
         system = self.system
         proportional = split_proportional_plus_low_rank(system.mass, system.damping, system.stiffness)
@@ -338,7 +341,7 @@ class Model:
         return self.with_system(mass=mass, damping=damping, stiffness=stiffness)
 
     def with_drive(self, factor: float) -> "Model":
-        """A level multiplied by a factor."""
+        """The model with its loads at level 1 multiplied by a factor."""
         base = None if self.base_acceleration is None else factor * self.base_acceleration
         return replace(self.with_system(harmonic_force=factor * self.system.dynamic), base_acceleration=base)
 

@@ -71,7 +71,7 @@ def _find_factors(mass: Vector, damping: Vector, stiffness: Vector) -> tuple[flo
     if n < max(3, MAJORITY * len(damping)):
         return None
     # c = a m + b k, relative to c, in the order of k / m.
-    order = damped[np.argsort(stiffness[damped] / mass[damped], kind="stable")]
+    order = damped[np.argsort(np.arctan2(stiffness[damped], mass[damped]), kind="stable")]
     rows = np.column_stack([mass, stiffness])[order] / damping[order, None]
     scale = np.abs(rows).max(axis=0)
     if not scale.all():
@@ -88,7 +88,8 @@ def _find_factors(mass: Vector, damping: Vector, stiffness: Vector) -> tuple[flo
         axis=0,
     )
     agree = np.abs(rows @ factor - 1) < 1e-6
-    if agree.sum() < MAJORITY * len(damping):
+    # Two entries give an a and a b whatever the damping is.
+    if agree.sum() < max(3, MAJORITY * len(damping)):
         return None
     factor = np.linalg.lstsq(rows[agree], np.ones(int(agree.sum())), rcond=None)[0] / scale
     return float(factor[0]), float(factor[1])

@@ -36,10 +36,10 @@ def predict_loop(model: Model, loop: ForceLoop) -> Numbers:
     """
     if loop.line is not None:
         curve = predict_driven_loop(model, loop)
-        rows = [*_compute_numbers(curve), np.nan if curve is None else float(np.ptp(curve[0])) / 2]
+        rows = [*_compute_loop_features(curve), np.nan if curve is None else float(np.ptp(curve[0])) / 2]
         return np.array(rows * len(loop.loops.plateaus))
     return np.concatenate(
-        [_compute_numbers(predict_imposed_loop(model, loop, plateau)) for plateau in loop.loops.plateaus]
+        [_compute_loop_features(predict_imposed_loop(model, loop, plateau)) for plateau in loop.loops.plateaus]
     )
 
 
@@ -128,7 +128,7 @@ def _signal(coefficients: NDArray[np.complex128]) -> Signal:
     return np.asarray((np.exp(1j * phase) @ coefficients).real)
 
 
-def _compute_numbers(curve: tuple[Signal, Signal] | None) -> list[float]:
+def _compute_loop_features(curve: tuple[Signal, Signal] | None) -> list[float]:
     """Features of one predicted period, by the same reading as those that were measured."""
     if curve is None:
         return [np.nan] * len(FEATURES)

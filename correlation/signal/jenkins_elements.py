@@ -79,7 +79,7 @@ class Resolution:
 
     def numbers(self) -> Vector:
         """Stiffness, friction coefficient, stiffness of elements that do not slip, offset, `finest`, shape (5,)."""
-        return np.array([*_compute_numbers(self.slip, self.slips, self.stiffness), self.offset, self.finest])
+        return np.array([*_sum_elements(self.slip, self.slips, self.stiffness), self.offset, self.finest])
 
 
 class _Grid:
@@ -185,7 +185,7 @@ def simulate(loop: MeanLoop, slip: Elements) -> tuple[Float[NDArray[np.float64],
     return columns, up & down
 
 
-def _compute_numbers(slip: Elements, slips: Slips, stiffness: Elements) -> list[float]:
+def _sum_elements(slip: Elements, slips: Slips, stiffness: Elements) -> list[float]:
     """Stiffness, friction coefficient, and stiffness of elements that do not slip."""
     return [float(stiffness.sum()), float(stiffness[slips] @ slip[slips]), float(stiffness[~slips].sum())]
 
@@ -216,6 +216,6 @@ def _bootstrap(
             loop.samples.mean() + noise * random.standard_normal() / np.sqrt(len(loop.samples)),
         )
         draws.append(
-            [*_compute_numbers(grid.slip, grid.slips, own), offset - grid.means @ own, finest.sum() / whole.scale]
+            [*_sum_elements(grid.slip, grid.slips, own), offset - grid.means @ own, finest.sum() / whole.scale]
         )
     return np.array(draws)

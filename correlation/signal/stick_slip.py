@@ -111,7 +111,7 @@ def estimate_stick_slip(displacement: Any, force: Any, normal_force: Any | None 
     loops = analyse_loop(x, f)
     loop = average_loops(x, f, normal, _find_settled_periods(loops))
     resolution = resolve(loop)
-    return _estimate_numbers(loop, resolution, loops.suspicions, normal_force is not None)
+    return _make_stick_slip(loop, resolution, loops.suspicions, normal_force is not None)
 
 
 def _fill_normal_force(normal_force: Any | None, n: int) -> Samples:
@@ -139,7 +139,7 @@ def _find_settled_periods(loops: Loops) -> Int[NDArray[np.int64], " p"]:
     return np.append(loops.first[best.first : best.last + 1], loops.last[best.last])
 
 
-def _estimate_numbers(
+def _make_stick_slip(
     loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...], has_normal: bool
 ) -> StickSlip:
     """The estimates with their intervals, and messages on their limits."""

@@ -81,7 +81,7 @@ def exceeds_threshold(refit: Refit, thresholds: Thresholds) -> bool:
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether the gain of the training data, less the loss of the held-out data, exceeds chance."""
+    """Whether the gain, less the loss of the held-out data, exceeds chance, and these do not refute the effect."""
     return bool(compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit))
 
 

@@ -56,7 +56,7 @@ class Criteria:
     thresholds: Thresholds
     far: FarResonance | AbsentPeak | None = None
     refit_by_own_covariance: Callable[[Comparison, Refit], Finalist] | None = None
-    """Fits an effect to the end that is to be judged alone, see `Verdict.instead`; if None, this is left out."""
+    """Fits to the end an effect that is to be judged alone, see `Verdict.instead`; if None, this is left out."""
 
 
 def judge(

@@ -19,8 +19,8 @@ from diagnosis.unknown_force import compute_excess_gain
 #: Share of the gain of an effect that others may gain beyond the threshold, and share of the error that may remain.
 #: Set on development seeds [-].
 MAX_SHARE_LEFT = 0.15
-#: Share of the gain of an unknown force, both to first order, from which a known effect explains the force: that effect
-#: is then the next one to be named. Set on development seeds [-].
+#: Share of the gain of an unknown force beside the best effect, both to first order, from which a known effect explains
+#: the force: that effect is then the next one to be named. Set on development seeds [-].
 MIN_SHARE_KNOWN = 0.5
 
 

@@ -21,7 +21,7 @@ MOST_FREQUENCY, MOST_FORCE, MOST_PRELOAD, TYPICAL = 0.1, 0.5, 0.9, 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrequencyShift:
-    """Relative shift of the true frequency of all points of one configuration from the nominal one."""
+    """Relative shift of the true frequency of all points of one configuration above the stated one."""
 
     configuration: str
     kind: str = "jitter"
@@ -44,7 +44,7 @@ class FrequencyShift:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceExcess:
-    """Relative excess of the true force of all points of one configuration over the nominal one."""
+    """Relative excess of the true force of all points of one configuration over the stated one."""
 
     configuration: str
     kind: str = "jitter"

@@ -16,7 +16,7 @@ from diagnosis.fit.fit_parameter import Unknowns
 
 PerRecord = Float[NDArray[np.float64], " records"]
 
-#: Reduced chi-squared by noise and stated errors above which they do not explain it: the excess equals them [-].
+#: Reduced chi-squared above which noise and stated errors do not explain a residual: what remains is as large [-].
 UNEXPLAINED_CHI2 = 2.0
 
 

@@ -1,8 +1,8 @@
 r"""Description of a recovered law from its posterior draws: a word applies if it is true for 97.5 % of the draws.
 
 hardening, softening
-    The secant stiffness at the largest amplitude differs from that at a third of it (or at the smallest) by more than a
-    tenth of the largest secant stiffness.
+    The secant stiffness at the largest amplitude is above (hardening) or below (softening) that at a third of it (or at
+    the smallest) by more than a tenth of the largest secant stiffness.
 gap
     A spring beyond a clearance, f = k max(u - g, 0), fits the draws of the spring force better than a power of the
     displacement, f = k u^p: the sum of squares is smaller by a factor of `BETTER`, and g is at least a tenth of the

@@ -10,7 +10,7 @@ from reduction.jointed_system import JenkinsChain, Joint, PiecewiseDamper, Piece
 Vector = Float[NDArray[np.float64], " b"]
 
 #: Least stiffness of a cell times the reach, over the largest coefficient: a cell must have a stiffness [-].
-MIN_LIMIT = 1e-9
+MIN_STIFFNESS = 1e-9
 
 
 def list_law_joints(name: str, row: Float[NDArray[np.float64], " r"], basis: LawBasis, values: Vector) -> list[Joint]:
@@ -27,7 +27,7 @@ def list_law_joints(name: str, row: Float[NDArray[np.float64], " r"], basis: Law
     """
     ahead, back, damping = basis.pieces(values)
     stiffness, limit = basis.cells(values)
-    least = MIN_LIMIT * max(float(np.abs(values).max()), 1e-300) / basis.reach
+    least = MIN_STIFFNESS * max(float(np.abs(values).max()), 1e-300) / basis.reach
     joints: list[Joint] = [
         PiecewiseSpring(name=f"{name} ahead", direction=row, width=basis.width, stiffness=tuple(ahead)),
         PiecewiseSpring(name=f"{name} back", direction=-row, width=basis.width, stiffness=tuple(back)),

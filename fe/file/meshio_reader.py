@@ -48,13 +48,13 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
             result = getattr(meshio, file_format).read(str(path))
     # Damaged files raise anything from AssertionError to zlib.error, and some readers leave through SystemExit.
     except (Exception, SystemExit) as error:
-        raise _make_refusal(path, file_format, f"{type(error).__name__} {error}".strip()) from error
+        raise _make_reading_error(path, file_format, f"{type(error).__name__} {error}".strip()) from error
     if output.getvalue().strip():
-        raise _make_refusal(path, file_format, output.getvalue())
+        raise _make_reading_error(path, file_format, output.getvalue())
     return result
 
 
-def _make_refusal(path: Path, file_format: str, reason: str) -> MeshError:
+def _make_reading_error(path: Path, file_format: str, reason: str) -> MeshError:
     # One line, without the frames and colours of a terminal message.
     output = " ".join(reason.split())[:200].rstrip(" .:")
     return MeshError(

@@ -54,7 +54,7 @@ class Marks:
     seen_through: float = 0.0
 
 
-def draw_bodies(bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], caption: Caption) -> Path:
+def save_bodies_picture(bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], caption: Caption) -> Path:
     """Draw bodies in their places into a PNG file.
 
     Parameters
@@ -86,7 +86,7 @@ def cut_picture(
     Parameters
     ----------
     bodies, path, caption
-        As in `draw_bodies`.
+        As in `save_bodies_picture`.
     stations
         Stations of the contact line, shape (n_station, 3) [m].
     """

@@ -26,7 +26,7 @@ NEAR, GAP = 820, 30
 LARGE = 1e-3
 
 
-def draw_deflection_film(
+def save_deflection_film(
     mesh: Mesh,
     displacement: Motion,
     path: str | PathLike[str],

@@ -27,7 +27,7 @@ ZOOM = 1.1
 VIEWS = ((0.8, -0.62, 0.36), (-0.8, 0.62, -0.36))
 
 
-def draw_numbered_faces(surfaces: Sequence[Surface], path: str | PathLike[str], *, title: str) -> Path:
+def save_numbered_faces(surfaces: Sequence[Surface], path: str | PathLike[str], *, title: str) -> Path:
     """Draw the faces from both sides, each with its number, counted from 1.
 
     Parameters

@@ -161,7 +161,8 @@ class StagedSearch:
     def _perturb(self, best: list[Optima], name: str, rounds: int) -> None:
         """Perturb optima at some frequencies of each block, and at others again in levels with gains.
 
-        If both limits are equal and the searches from all starts have ended alike, no gain is possible.
+        Frequencies at which both limits and the searches from all starts agree within `CLOSED` of
+        `hbsolve.limits.optimum` are left out.
         """
         levels = list(range(len(best)))
         for number in range(rounds):

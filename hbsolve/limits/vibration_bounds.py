@@ -29,7 +29,7 @@ MARGIN = 1.25
 OVERSHOOT = 2.0
 #: Steps of slow sweeps from one frequency to the next.
 SWEEP_STEPS = 4
-#: Number of tests in each direction, each from its own sliders.
+#: Number of tests on each way (a sequence of frequencies and a direction), each from its own sliders.
 N_TEST = 2
 #: Seed of their first sliders.
 SEED = 0

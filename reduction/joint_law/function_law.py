@@ -157,7 +157,7 @@ class FunctionJoint(DirectedJoint):
     @classmethod
     def wrong(cls) -> str | None:
         """Reason why its function cannot be used, as the end of a sentence."""
-        return super().wrong() or _find_wrong_function(cls)
+        return super().wrong() or _describe_fault(cls)
 
 
 def joint_law(
@@ -234,7 +234,7 @@ def joint_law(
     return register
 
 
-def _find_wrong_function(law: type[FunctionJoint]) -> str | None:
+def _describe_fault(law: type[FunctionJoint]) -> str | None:
     """Compile a law's function and take it through a random motion, with derivatives against differences."""
     from numba.core.errors import NumbaError
 

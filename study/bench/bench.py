@@ -43,7 +43,7 @@ from study.case.setup import ReadCase, Setup, read_case, require_loads
 from study.compare.curve import Coefficients, Drawing
 from study.compare.families import find_families
 from study.compare.result import ComparisonResult
-from study.compare.run import find_comparison, make_comparison_key
+from study.compare.run import find_comparison, hash_comparison
 from study.compare.suspicions import require_noise
 from study.diagnose.add import CaseEditError, add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file
@@ -344,7 +344,7 @@ class Bench:
         read = require_loads(read_case(self.case, campaign, self.run))
         compared = find_comparison(read.setup, campaign, self.run)
         unknowns, values = list_unknowns(read.setup, campaign)
-        key = make_comparison_key(read.setup, campaign)
+        key = hash_comparison(read.setup, campaign)
         step = self.run.step("curves and their sensitivities", expected=10)
         lines = step.run(find_lines, key, compared, unknowns, values)
         return _Comparison(text=text, read=read, compared=compared, unknowns=unknowns, values=values, lines=lines)

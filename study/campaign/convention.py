@@ -7,7 +7,7 @@ from study.campaign.amplitude import draft_amplitude
 from study.campaign.column_role import Role, find_ratio_quantity
 from study.campaign.draft import ManifestDraft, without_marks
 from study.campaign.draft_frequency import find_force_column, list_phase_evidence
-from study.campaign.level import find_named_levels, find_number_beside, find_unit_of_number
+from study.campaign.level import find_level_beside_columns, find_named_levels, find_unit_of_number
 from study.campaign.question import Marked
 from study.campaign.run_name import read_level
 from study.campaign.table_kind import JudgedTable, Kind
@@ -38,7 +38,7 @@ def find_drive(judged: JudgedTable) -> tuple[str, str]:
         guess = judged.columns[column.name]
         if guess.role is Role.LEVEL and guess.unit:
             return DRIVES.get(OF_UNIT.get(guess.unit, ""), ""), guess.unit
-    if find_number_beside(judged, None):
+    if find_level_beside_columns(judged, None):
         return _drive_in(find_unit_of_number(judged.table))
     match = next(iter(find_named_levels(judged.table)), None)
     return _drive_in(read_level(match)[1]) if match else ("", "")

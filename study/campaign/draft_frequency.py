@@ -13,10 +13,10 @@ from study.campaign.column_role import RATIOS, WORDS, ComplexPart, Role, name_wo
 from study.campaign.draft import ManifestDraft, Run
 from study.campaign.level import (
     ask_levels,
+    find_level_beside_columns,
     find_level_in_name,
     find_levels_of_force,
     find_named_set_point,
-    find_number_beside,
     number_passes,
 )
 from study.campaign.phase_convention import PhaseEvidence, judge_phase
@@ -353,7 +353,7 @@ def _draft_level(
             return {"level": Marked(value=stated, assumed=why) if guess.assumed else stated}
     mask = judged.mask(rows)
     size = None if force is None else np.abs(force.values[mask])
-    if beside := find_number_beside(judged, size):
+    if beside := find_level_beside_columns(judged, size):
         return beside
     value, _ = find_level_in_name(judged)
     if value is not None and force is None:

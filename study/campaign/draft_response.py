@@ -17,7 +17,7 @@ from study.campaign.draft_frequency import (
     pair_responses_with_phases,
     report_unused_phases,
 )
-from study.campaign.level import find_named_force, find_number_beside
+from study.campaign.level import find_level_beside_columns, find_named_force
 from study.campaign.question import Marked
 from study.campaign.run_name import LEVEL_IN_NAME, make_naming_scheme, split_name
 from study.campaign.sensor_draft import add_sensor, choose_sensor_name, find_direction_sign, reading, with_sign
@@ -92,7 +92,7 @@ def _test(draft: ManifestDraft, judged: JudgedTable) -> dict[str, Any]:
     """Configuration of responses; those of a sine of known force are steady states of a test at this level."""
     label = judged.table.label
     value = find_named_force(judged.table)
-    level = find_number_beside(judged, None)
+    level = find_level_beside_columns(judged, None)
     if value is not None and not level:
         level = {"level": Marked(value=value, assumed="the level in its name")}
     if level and SINE.search(label):

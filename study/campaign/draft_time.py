@@ -18,7 +18,7 @@ from study.campaign.draft_frequency import (
     report_second_forces,
 )
 from study.campaign.drive_channel import mark_drive
-from study.campaign.level import find_named_set_point, find_number_beside
+from study.campaign.level import find_level_beside_columns, find_named_set_point
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import (
     OF_RAW,
@@ -93,7 +93,7 @@ def draft_steady_states(draft: ManifestDraft, judged: JudgedTable, test: str) ->
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
         if force is not None:
             size = estimate_sine_amplitude(force.values.real[judged.mask(rows)])
-            run |= find_number_beside(judged, size) or find_named_set_point(judged, force.name, size)
+            run |= find_level_beside_columns(judged, size) or find_named_set_point(judged, force.name, size)
         draft.entries["run"].append(Run({**run, **({"rows": rows} if rows else {}), "columns": columns}, judged))
 
 

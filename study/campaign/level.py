@@ -72,7 +72,7 @@ def _read_newtons(match: re.Match[str]) -> float | None:
     return value if unit == "N" else None
 
 
-def find_number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str, Any]:
+def find_level_beside_columns(judged: JudgedTable, size: Series | float | None) -> dict[str, Any]:
     """The level that a number beside the columns states, if the measured force is near it; empty if not.
 
     Parameters

@@ -36,7 +36,7 @@ def find_sensor_signs(draft: ManifestDraft, tables: Sequence[JudgedTable], time_
     clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
     at_force: set[tuple[str, str]] = set()
     for judged in tables:
-        for name, column, evidence in _list_under_force(judged):
+        for name, column, evidence in _list_phases_under_force(judged):
             if find_direction_sign(column) < 0:
                 continue  # the file says the sign
             quantity = judged.columns[column.name].quantity
@@ -78,7 +78,7 @@ def find_sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[s
     clear: dict[str, list[PhaseEvidence]] = {}
     arrays: dict[str, set[str]] = {}
     for judged in tables:
-        for name, column, evidence in _list_under_force(judged):
+        for name, column, evidence in _list_phases_under_force(judged):
             if judged.columns[column.name].quantity not in {"", "voltage"}:
                 continue
             if index := INDEX.search(column.name):
@@ -109,7 +109,7 @@ def _tell_phase(items: Sequence[PhaseEvidence], n_peak: int, time_sign: int) -> 
     return f"its phase is about {at_peak:.0f} degrees at {len(items)} of {n_peak} peaks"
 
 
-def _list_under_force(judged: JudgedTable) -> Iterator[tuple[str, Column, PhaseEvidence]]:
+def _list_phases_under_force(judged: JudgedTable) -> Iterator[tuple[str, Column, PhaseEvidence]]:
     """Phases of the sensors of a table; none to a shaken base, to which all motions have another phase."""
     force = find_force_column(judged)
     if force is None or judged.columns[force.name].quantity != "acceleration":

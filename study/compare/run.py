@@ -132,11 +132,11 @@ def run_compare(
 def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> ComparisonResult:
     """`compare` from the store of a run, or computed."""
     step, seconds = name_step(15, calibrate)
-    key = make_comparison_key(setup, campaign, calibrate)
+    key = hash_comparison(setup, campaign, calibrate)
     return run.step(step, expected=seconds).run(comparison, key, setup, campaign, calibrate)
 
 
-def make_comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
+def hash_comparison(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
     """Hash of all inputs of a comparison, code included."""
     inputs = {"setup": setup, "campaign": campaign.content, "calibrate": calibrate}
     return fingerprint.key("comparison", inputs, __name__)

@@ -59,7 +59,7 @@ def edit_case(text: str, added: Mapping[str, Values], calibrated: Values, file: 
             lambda pieces: _with_values(pieces, added, calibrated),
         )
     except UneditableLayout as error:
-        raise _make_refusal(file, str(error)) from None
+        raise _make_editing_error(file, str(error)) from None
 
 
 class UneditableLayout(ValueError):
@@ -218,6 +218,6 @@ def _escape(text: str) -> str:
     return re.sub(r'(["\\])', r"\\\1", text)
 
 
-def _make_refusal(file: str, reason: str) -> CaseError:
+def _make_editing_error(file: str, reason: str) -> CaseError:
     text = f"cannot be edited ({reason}): write the effect into it by hand, as docs/diagnose.md shows"
     return CaseError([Problem(file=file, line=0, key="", text=text)])

@@ -34,9 +34,9 @@ from study.diagnose.progress import phases
 from study.diagnose.thresholds import (
     are_simulated,
     find_shipped_thresholds,
-    find_simulated_thresholds,
     hash_layout,
     layout,
+    simulate_layout_thresholds,
 )
 from study.merge_sentences import merge_suspicions
 
@@ -211,7 +211,7 @@ def simulate_thresholds(
         )
     added = {item.effect.name for item in setup.added}
     effects = [item for item in known.candidates if item.name not in added]
-    return find_simulated_thresholds(
+    return simulate_layout_thresholds(
         key,
         Simulation(campaign=campaign, arrangement=arrangement, extra=setup.effect_files),
         effects,

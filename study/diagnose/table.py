@@ -211,7 +211,7 @@ def list_case_values(setup: Setup, refit: Refit) -> dict[str, Any]:
     """
     added = {
         effect.name: {
-            make_parameter_key(parameter): _write_value(value, deviation, parameter)
+            make_parameter_key(parameter): _make_written(value, deviation, parameter)
             for parameter, (value, deviation) in zip(effect.parameters, numbers, strict=True)
         }
         for effect, numbers in _list_effects(setup, refit)
@@ -240,7 +240,7 @@ def _list_effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[f
     return listed
 
 
-def _write_value(value: float, deviation: float, parameter: EffectParameter) -> Written:
+def _make_written(value: float, deviation: float, parameter: EffectParameter) -> Written:
     text, (size, unit) = format_parameter(value, parameter), split_unit(value, parameter)
     return Written(text if unit else float(text), f"{TWO_SIDED_95 * deviation / size:.2g} {unit}".rstrip())
 

@@ -80,7 +80,7 @@ def hash_layout(contents: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def find_simulated_thresholds(
+def simulate_layout_thresholds(
     key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress,
     workers: Workers = None,
 ) -> Thresholds:  # fmt: skip

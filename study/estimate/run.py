@@ -155,7 +155,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     have = {item.parameter for item in estimates}
     missing = tuple(f"{name} cannot be estimated: measure {what}" for name, what in MEASURE.items() if name not in have)
     before = read_text(case)
-    values = {item.parameter: _format_factor(item) for item in chosen}
+    values = {item.parameter: _make_written(item) for item in chosen}
     after = edit_case(before, {}, values, str(case)) if chosen else before
     lines, written = tuple(list_changes(before, after, case.name)), write and after != before
     if written:
@@ -226,7 +226,7 @@ def _describe_beyond_priors(
             )
 
 
-def _format_factor(item: FirstEstimate) -> Written:
+def _make_written(item: FirstEstimate) -> Written:
     """A factor with half its interval and where it comes from."""
     low, high = (end / item.model_value for end in item.interval)
     width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else BOUND

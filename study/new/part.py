@@ -157,12 +157,12 @@ def _format_faces(faces: Sequence["ListedFace"]) -> str:
 
 
 def _draw_faces(faces: Sequence["ListedFace"], path: Path, run: RunContext) -> tuple[Path, ...]:
-    from figure.scene.numbered_faces import draw_numbered_faces
+    from figure.scene.numbered_faces import save_numbered_faces
 
     file = path.with_name(f"{path.stem}_faces.png")
     try:
         surfaces = [(face.corners, face.triangles) for face in faces]
-        return (draw_numbered_faces(surfaces, file, title=f"Faces of {path.stem}"),)
+        return (save_numbered_faces(surfaces, file, title=f"Faces of {path.stem}"),)
     except MissingSoftware as reason:
         run.warn(f"no picture of the faces: {reason}")
         return ()

@@ -26,6 +26,7 @@ import numpy as np
 import scipy.optimize
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.special import ndtr, stdtrit
 
 from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import MOST_RADIUS, MOST_SLOPE, LinearLimits, compute_prior, minimise_linear
@@ -44,6 +45,8 @@ RISE = TWO_SIDED_95**2 / 2
 FOLLOW, MOVE, NEAR = 2.0, 1.0, 0.02
 #: Further draws of the friction histories: the standard deviation of seven values has a relative error of 0.3.
 N_DRAW = 6
+#: Factor on that deviation, by Student's distribution.
+STUDENT_FACTOR = float(stdtrit(N_DRAW, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
 PROFILE, LEAST_SQUARES, FREQUENCIES = "profile of the criterion", "least squares", "frequencies of the model"
 HISTORIES = "drawn histories"
 
@@ -139,7 +142,7 @@ def find_intervals(
     for number, (name, tuning) in enumerate(scale.tuned.items()):
         interval = _read_interval(fit, name, *profile.find_ends(number))
         least = 0.0 if name in POSITIVE else -inf
-        result.append(interval.widen(tuning.step * deviation[number], HISTORIES, least))
+        result.append(interval.widen(STUDENT_FACTOR * tuning.step * deviation[number], HISTORIES, least))
         advance()
     return tuple(result)
 
@@ -158,12 +161,13 @@ class Profile:
 
     def __init__(self, linear: LinearLimits, prior: Values) -> None:
         self._linear, self._prior = linear, prior
-        # A search may end at a kink of the score: start it from around the calibrated parameters as well.
-        moves = MOVE * np.eye(len(linear.at))
-        self._best = self._find_least(linear, [linear.at, *(linear.at + moves), *(linear.at - moves)])
+        self._best = self._find_least(linear)
         self._least = self._score(linear, self._best)
 
-    def _find_least(self, linear: LinearLimits, starts: Sequence[Values]) -> Values:
+    def _find_least(self, linear: LinearLimits) -> Values:
+        # A search may end at a kink of the score: start it from around the calibrated parameters as well.
+        moves = MOVE * np.eye(len(linear.at))
+        starts = [linear.at, *(linear.at + moves), *(linear.at - moves)]
         ends = (minimise_linear(linear, self._prior, start, MOST_RADIUS) for start in starts)
         return min(ends, key=lambda scaled: self._score(linear, scaled))
 
@@ -178,8 +182,7 @@ class Profile:
         limits
             Other limits at the same parameters.
         """
-        starts = [self._linear.at, self._best]
-        others = [self._find_least(self._linear.with_limits(item), starts) for item in limits]
+        others = [self._find_least(self._linear.with_limits(item)) for item in limits]
         return np.asarray(np.std([self._best, *others], axis=0, ddof=1))
 
     def find_ends(self, number: int) -> tuple[float, float]:

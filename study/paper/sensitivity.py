@@ -80,7 +80,7 @@ def compute_sensitivities(
     own = [family for family in families if family.level == level]
 
     def numbers(parameters: RigParameters) -> Float[NDArray[np.float64], "5"]:
-        return _compute_numbers(sample_bands(make(parameters), own, frequency), level)
+        return _read_peaks_and_forces(sample_bands(make(parameters), own, frequency), level)
 
     here = numbers(parameters)
     changes = np.empty((len(steps), 2, 5))
@@ -99,7 +99,7 @@ def compute_sensitivities(
     )
 
 
-def _compute_numbers(bands: Bands, level: float) -> Float[NDArray[np.float64], "5"]:
+def _read_peaks_and_forces(bands: Bands, level: float) -> Float[NDArray[np.float64], "5"]:
     """Peaks of both response limits, frequency of the upper, static normal and tangential force of the left side."""
     tip = bands["tip", 1, level]
     highest = np.nanmax(tip.value, axis=1)

@@ -7,8 +7,11 @@ import pytest
 
 from correlation.model import Model, Sensor, StructurePart
 from diagnosis.effect.density import Density
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.scoped_parameter import make_scoped_parameter
 from fe.dense_modes import compute_dense_modes
 from hbsolve.balance import HarmonicBalance
+from reduction.elastic_support import ElasticBody, ElasticSupport
 from reduction.jointed_system import JointedSystem, modal_damping
 
 N_MASS = 12
@@ -55,6 +58,46 @@ def test_proportional_damping_follows_the_material_and_dashpots_stay(seed: int) 
     np.testing.assert_array_equal(changed.stiffness, stiffness)
     # Round-off of the factors that are found in the matrices.
     np.testing.assert_allclose(changed.damping, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["E", "right.E"])
+def test_calibrated_stiffness_takes_its_damping_along(name: str) -> None:
+    model = chain(np.random.default_rng(2))
+    if name == "E":
+        parameter = next(item for item in list_calibration_parameters(model) if item.name == "E")
+    else:
+        parameter = make_scoped_parameter(model, name, 0.05)
+    before, after = model.system, parameter.apply(model, [1.2]).system
+    assert np.abs(after.stiffness - before.stiffness).max() > 0.1 * np.abs(before.stiffness).max()
+    expected = before.damping + BETA * (after.stiffness - before.stiffness)
+    np.testing.assert_allclose(after.damping, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_a_part_on_softer_springs_takes_its_damping_along() -> None:
+    rng = np.random.default_rng(13)
+    model = chain(rng)
+    motion = rng.normal(size=(N_MASS, 6))
+    support = ElasticSupport(
+        motion=motion, inertia=model.system.mass @ motion, mass=motion.T @ model.system.mass @ motion,
+        springs=np.eye(6), body=motion,
+    )  # fmt: skip
+    body = ElasticBody(mass=model.system.mass, stiffness=model.system.stiffness, support=support, compliance=0.0)
+    held = replace(model, elastic_bodies={"right": body})
+    before, after = held.system, held.with_elastic_body("right", replace(body, compliance=1e-7)).system
+    assert np.abs(after.stiffness - before.stiffness).max() > 1e-3 * np.abs(before.stiffness).max()
+    expected = before.damping + ALPHA * (after.mass - before.mass) + BETA * (after.stiffness - before.stiffness)
+    np.testing.assert_allclose(after.damping, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_two_entries_do_not_make_damping_proportional(seed: int) -> None:
+    """Of three degrees of freedom any damping agrees in two."""
+    rng = np.random.default_rng(seed)
+    mass, stiffness = np.diag([1.0, 2.0, 1.5]), np.array([[3e4, -1e4, 0.0], [-1e4, 2e4, -1e4], [0.0, -1e4, 1e4]])
+    shapes = compute_dense_modes(mass, stiffness).mode_shapes
+    damping = mass @ shapes @ np.diag(rng.uniform(1.0, 9.0, 3)) @ shapes.T @ mass
+    model = Model(system=JointedSystem(mass=mass, damping=damping, stiffness=stiffness, joints=[]), sensors=())
+    np.testing.assert_array_equal(model.with_material(1.5 * mass, stiffness).system.damping, damping)
 
 
 def test_modes_uncouple_the_damping_of_a_heavier_part() -> None:

@@ -26,7 +26,7 @@ class Modulus:
         for part in model.parts:
             if part.name == self.part:
                 stiffness = stiffness + (ratio - 1) * part.stiffness
-        return model.with_system(stiffness=stiffness)
+        return model.with_material(model.system.mass, stiffness)
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:

@@ -17,7 +17,7 @@ from figure.line_states import STATES, LineStates, StateHistories, draw_line_sta
 from figure.reactions import Reaction, Reactions, draw_reactions
 from figure.scene import off_screen
 from figure.scene.caption import Layout
-from figure.scene.deflection_film import draw_deflection_film
+from figure.scene.deflection_film import save_deflection_film
 from figure.scene.station_picture import StationStates
 from figure.style import png
 from geometry.errors import InputError, MissingSoftware, OutputError
@@ -186,7 +186,7 @@ def test_a_film_has_its_frames_moves_and_shows_stations_in_the_colours_of_their_
     mesh = beam()
     states = np.repeat([[0], [1], [2], [1]], 4, axis=1)
     film = frames(
-        draw_deflection_film(
+        save_deflection_film(
             mesh, swing(mesh), tmp_path / "a.gif", title="Beam", subtitle="1 Hz", stations=on_the_beam(mesh, states)
         )
     )
@@ -211,14 +211,14 @@ def test_a_film_has_its_frames_moves_and_shows_stations_in_the_colours_of_their_
 @pytest.mark.draws
 def test_a_film_without_stations_is_that_of_the_bodies_alone(tmp_path: Path) -> None:
     mesh = beam()
-    film = frames(draw_deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam", amplitude=0.02))
+    film = frames(save_deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam", amplitude=0.02))
     height, width, _ = film[0].shape
     assert (len(film), height) == (N_FRAME, Layout(width=width, height=900).height)
     assert width < height
     # A quarter of a period after both ends it is where it rests; no words change.
     np.testing.assert_array_equal(film[1], film[3])
     with pytest.raises(OutputError, match=r"a\.gif cannot be written \(No such file"):
-        draw_deflection_film(mesh, swing(mesh), tmp_path / "no" / "a.gif", title="Beam")
+        save_deflection_film(mesh, swing(mesh), tmp_path / "no" / "a.gif", title="Beam")
 
 
 def test_where_nothing_can_be_drawn_a_film_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -228,7 +228,7 @@ def test_where_nothing_can_be_drawn_a_film_says_so(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(off_screen, "require_egl", cannot_draw)
     mesh = beam()
     with pytest.raises(MissingSoftware, match="this machine draws nothing"):
-        draw_deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam")
+        save_deflection_film(mesh, swing(mesh), tmp_path / "a.gif", title="Beam")
 
 
 # Bad input.
@@ -257,7 +257,7 @@ def test_a_film_of_what_does_not_match_is_refused(change: dict[str, object], mes
     assert mesh.n_node == 42
     arguments = {"displacement": swing(mesh), "path": "a.gif", "title": "Beam", **change}
     with pytest.raises(InputError, match=message):
-        draw_deflection_film(mesh, **arguments)
+        save_deflection_film(mesh, **arguments)
 
 
 def test_data_of_wrong_shapes_cannot_be_made() -> None:

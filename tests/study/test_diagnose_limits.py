@@ -99,7 +99,7 @@ def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, mo
     setup, campaign = read_case(two_masses({})).setup, read_campaign(Path("campaign"))
     setup, asked = replace(setup, effect_files=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
-    monkeypatch.setattr(diagnose_round, "find_simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
+    monkeypatch.setattr(diagnose_round, "simulate_layout_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
     simulate_thresholds(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
     known, expected = asked["catalogue_of"](finer), replace(setup, model=finer).candidates(campaign)

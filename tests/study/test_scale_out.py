@@ -11,7 +11,7 @@ from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from study import cli
 from study.diagnose import thresholds
-from study.diagnose.thresholds import find_simulated_thresholds
+from study.diagnose.thresholds import simulate_layout_thresholds
 from tests.slow import slow
 from tests.study.rubbing_mass import CASE, LIMITS, write_matrices
 
@@ -75,5 +75,5 @@ def test_simulated_campaigns_go_to_the_scheduler(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(thresholds, "run_pooled", run)
     nothing: Any = None
-    find_simulated_thresholds("layout", nothing, (), 3, Store(None), SilentProgress(), "tcp://127.0.0.1:9")
+    simulate_layout_thresholds("layout", nothing, (), 3, Store(None), SilentProgress(), "tcp://127.0.0.1:9")
     assert given == ["tcp://127.0.0.1:9"]

@@ -223,7 +223,7 @@ def _read_nodes(deck: _Deck, block: KeywordBlock) -> None:
     deck.points.append(table[:, 1:])
     deck.node_labels.append(labels)
     if "NSET" in block.parameters:
-        _get_members(deck, "nodes", block.parameters["NSET"], block.keyword).append(labels)
+        _open_set(deck, "nodes", block.parameters["NSET"], block.keyword).append(labels)
 
 
 def _read_elements(deck: _Deck, block: KeywordBlock) -> None:
@@ -242,12 +242,12 @@ def _read_elements(deck: _Deck, block: KeywordBlock) -> None:
     deck.blocks.append((cell_type, table[:, 1:]))
     deck.cell_labels.append(table[:, 0])
     if "ELSET" in block.parameters:
-        _get_members(deck, "cells", block.parameters["ELSET"], block.keyword).append(table[:, 0])
+        _open_set(deck, "cells", block.parameters["ELSET"], block.keyword).append(table[:, 0])
 
 
 def _set(deck: _Deck, block: KeywordBlock) -> None:
     kind = "nodes" if block.keyword == "NSET" else "cells"
-    members = _get_members(deck, kind, block.parameters.get(block.keyword, ""), block.keyword)
+    members = _open_set(deck, kind, block.parameters.get(block.keyword, ""), block.keyword)
     if deck.is_above_parts and "INSTANCE" not in block.parameters and any(e.isdigit() for e in block.entries()):
         return  # of reference points
     if "GENERATE" in block.parameters:
@@ -279,11 +279,11 @@ def _list_nodes(deck: _Deck, name: str) -> Iterator[NDArray[np.int64]]:
 def _read_surface(deck: _Deck, block: KeywordBlock) -> None:
     name = block.parameters.get("NAME", "")
     if block.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-        members = _get_members(deck, "nodes", name, block.keyword)
+        members = _open_set(deck, "nodes", name, block.keyword)
         for entry in (line.split(",")[0].strip() for line in block.lines):
             members.extend([np.array([int(entry)])] if entry.isdigit() else _find_known_set(deck, "nodes", entry))
         return
-    faces = _get_members(deck, "faces", name, block.keyword)
+    faces = _open_set(deck, "faces", name, block.keyword)
     if faces:
         raise deck.damaged(f'the surface "{name}" is defined twice, so rename one')
     for line in block.lines:
@@ -295,7 +295,7 @@ def _read_surface(deck: _Deck, block: KeywordBlock) -> None:
         faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)
 
 
-def _get_members(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[np.int64]]:
+def _open_set(deck: _Deck, kind: str, name: str, keyword: str) -> list[NDArray[np.int64]]:
     """Of a set by its name; a second one of the same name adds to the first, as in those programs."""
     if not name:
         parameter = {"SURFACE": "NAME", "NODE": "NSET", "ELEMENT": "ELSET"}.get(keyword, keyword)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.mesher.body import join_meshes
-from figure.scene.body_picture import cut_picture, draw_bodies
+from figure.scene.body_picture import cut_picture, save_bodies_picture
 from figure.scene.caption import Caption
-from figure.scene.deflection_film import draw_deflection_film
+from figure.scene.deflection_film import save_deflection_film
 from figure.scene.mode_picture import mode_picture
 from figure.scene.station_picture import StationStates
 from geometry.rig import Rig, mating_pairs
@@ -37,7 +37,7 @@ def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
         folder = Path(name)
         note = f"{whole.n_node} nodes, {whole.n_cell} elements"
         caption = Caption(title=title, subtitle="Bodies and mesh", note=note)
-        draw_bodies(_group_by_kind(meshes), folder / "assembly.png", caption)
+        save_bodies_picture(_group_by_kind(meshes), folder / "assembly.png", caption)
         _draw_contact(model.rig, meshes, folder / "contact.png", title)
         return contents(folder)
 
@@ -111,7 +111,7 @@ def rig_film(
     nodes = [whole.node_sets[f"{pair.other}.{pair.other_line.name}"] for pair in mating_pairs(model.rig).values()]
     stations = StationStates(node=np.concatenate(nodes), states=status)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
-        file = draw_deflection_film(
+        file = save_deflection_film(
             whole, displacement, Path(name) / "film.gif", title=title, subtitle=subtitle, amplitude=AMPLITUDE,
             stations=stations,
         )  # fmt: skip

@@ -39,6 +39,7 @@ def test_zeta_scales_the_damping_and_e_the_stiffness_of_the_parts(bench: Model) 
     sprung = bench.with_system(stiffness=bench.system.stiffness + 50 * np.eye(7))
     stiffer = of(sprung, "E").apply(sprung, [1.02]).system
     np.testing.assert_allclose(stiffer.stiffness, 1.02 * bench.system.stiffness + 50 * np.eye(7), rtol=1e-14)
+    # The damping of the bench is not in proportion to a stiffness with such a spring, so it stays.
     np.testing.assert_array_equal(stiffer.damping, bench.system.damping)
 
 

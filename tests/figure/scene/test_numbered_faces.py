@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from figure.scene.numbered_faces import SIZE, Surface, draw_numbered_faces
+from figure.scene.numbered_faces import SIZE, Surface, save_numbered_faces
 from figure.scene.off_screen import require_egl
 from geometry.errors import MissingSoftware
 
@@ -30,7 +30,7 @@ def cube() -> list[Surface]:
 
 
 def drawn(surfaces: list[Surface], file: Path) -> np.ndarray:
-    picture = Image.open(draw_numbered_faces(surfaces, file, title="Cube")).convert("RGB")
+    picture = Image.open(save_numbered_faces(surfaces, file, title="Cube")).convert("RGB")
     assert picture.size == SIZE
     return np.asarray(picture)
 
