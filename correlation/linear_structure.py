@@ -41,7 +41,7 @@ class Stack(NamedTuple):
 class RecentStructures:
     """Structures in the order in which they last made recoveries: the older ones lose what takes too much memory.
 
-    A campaign has a few hundred frequencies, and a diagnosis a dozen of models at once: of a rig they took 17 GB.
+    A campaign has a few hundred frequencies, and a diagnosis a dozen models at once.
     """
 
     def __init__(self) -> None:
@@ -229,19 +229,24 @@ class LinearStructure:
         known |= recovered | dict(zip(rest, source.balance.structure.recover_rows(condensed, rows), strict=True))
         return [known[frequency] for frequency in frequencies]
 
-    @cached_property
+    @property
     def reciprocal(self) -> "LinearStructure":
         """The reciprocal structure, with transposed damping: loads and responses change places.
 
         It is this one itself where the damping is symmetric, viscous and structural (Maxwell and Betti); gyroscopic
         and circulatory terms are not.
         """
-        if self.base is not None:
-            return self.base.reciprocal
+        source = self.base or self
+        # A structure that stores itself is freed by the garbage collector alone: a diagnosis of a rig took 17 GB.
+        return source._transposed or source
+
+    @cached_property
+    def _transposed(self) -> "LinearStructure | None":
+        """The structure with transposed damping; None where it is symmetric."""
         balance, system = self.balance, self.balance.system
         loss = system.structural_damping
         if all(item is None or is_symmetric(item, ROUND_OFF) for item in (system.damping, loss)):
-            return self
+            return None
         transposed = replace(system, damping=system.damping.T, structural_damping=None if loss is None else loss.T)
         turned = HarmonicBalance(system=transposed, n_harmonic=balance.n_harmonic, n_sample=balance.n_sample)
         return LinearStructure(balance=turned, frequency_shift=self.frequency_shift)

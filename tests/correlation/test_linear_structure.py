@@ -1,5 +1,9 @@
 """What is stored of a linear structure is made again where it was freed."""
 
+import gc
+import weakref
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,6 +54,25 @@ def test_older_structures_lose_their_recoveries_and_make_them_again(
 def measure(structure: LinearStructure) -> int:
     balance = structure.balance
     return 16 * balance.n_harmonic * balance.n_direction * balance.system.n_dof * len(FREQUENCIES)
+
+
+@pytest.mark.parametrize("asymmetry", [0.0, 1.0])
+def test_a_structure_is_freed_without_the_garbage_collector(asymmetry: float) -> None:
+    turned = dense_structure(1e3)
+    system = turned.balance.system
+    damping = np.array(system.damping)
+    damping[0, 1] += asymmetry
+    balance = HarmonicBalance(system=replace(system, damping=damping), n_harmonic=3, n_sample=32)
+    structure = LinearStructure(balance=balance, frequency_shift=0.0)
+    structure.condense(FREQUENCIES)
+    assert (structure.reciprocal is structure) == (asymmetry == 0.0)
+    reference = weakref.ref(structure)
+    gc.disable()
+    try:
+        del structure, turned
+        assert reference() is None
+    finally:
+        gc.enable()
 
 
 def test_structures_that_are_gone_take_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
