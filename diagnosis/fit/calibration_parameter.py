@@ -88,8 +88,9 @@ class CalibrationParameter:
         changed = replace(model, sensors=tuple(sensors)).with_material(
             system.mass, system.stiffness + (factor - 1) * whole
         )
-        # Young's modulus is complex where the material has a loss factor.
-        changed = changed.with_system(structural_damping=None if loss is None else factor * loss)
+        if loss is not None:
+            # Young's modulus is complex where the material has a loss factor.
+            changed = changed.with_system(structural_damping=factor * loss)
         # The springs of a clamp do not belong to the material of a part.
         for name, body in model.elastic_bodies.items():
             changed = changed.with_elastic_body(name, body.scale_stiffness(factor))

@@ -12,11 +12,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
-from scipy.special import ndtr, stdtrit
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import average_readings
-from correlation.uncertainty.interval import TWO_SIDED_95
+from correlation.uncertainty.interval import compute_student_factor
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit, Vector, invert_curvature
 from diagnosis.fit.comparison import Comparison
@@ -31,7 +30,7 @@ DRAWS, SEED = 8, 1
 #: factor cover 90, without it 87. The simulation lacks the contacts of the specimen and the curvature of effects.
 INTERVAL_WIDENING = 1.1
 #: Factor on a standard deviation estimated from `DRAWS` campaigns, by Student's distribution.
-STUDENT_FACTOR = float(stdtrit(DRAWS, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
+STUDENT_FACTOR = compute_student_factor(DRAWS)
 
 
 def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]) -> list[Refit]:

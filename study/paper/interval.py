@@ -26,9 +26,8 @@ import numpy as np
 import scipy.optimize
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.special import ndtr, stdtrit
 
-from correlation.uncertainty.interval import TWO_SIDED_95
+from correlation.uncertainty.interval import TWO_SIDED_95, compute_student_factor
 from diagnosis.fit.family_fit import MOST_RADIUS, MOST_SLOPE, LinearLimits, compute_prior, minimise_linear
 from diagnosis.fit.family_target import FamilyLimits, FamilyTarget
 from pipeline.store import stage
@@ -46,7 +45,7 @@ FOLLOW, MOVE, NEAR = 2.0, 1.0, 0.02
 #: Further draws of the friction histories: the standard deviation of seven values has a relative error of 0.3.
 N_DRAW = 6
 #: Factor on that deviation, by Student's distribution.
-STUDENT_FACTOR = float(stdtrit(N_DRAW, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
+STUDENT_FACTOR = compute_student_factor(N_DRAW)
 PROFILE, LEAST_SQUARES, FREQUENCIES = "profile of the criterion", "least squares", "frequencies of the model"
 HISTORIES = "drawn histories"
 
