@@ -16,8 +16,9 @@ M. J. D. Powell, The Computer Journal 7 (1964), 155-162, and J. A. Nelder and R.
 308-313, for the searches within it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,8 @@ Values = Float[NDArray[np.float64], " p"]
 Prior = Values | float
 #: Limits at some parameters; raises `InputError` or `NoSteadyState` if there is no such model.
 ComputeLimits = Callable[[Values], FamilyLimits]
+#: Limits at each of some parameters, in their order; None where there is no such model, or no steady state of it.
+ComputeEach = Callable[[Iterable[Values]], Iterable[FamilyLimits | None]]
 
 #: Initial and largest radius of the trust region, and radius at which the fit ends [steps].
 FIRST_RADIUS, MOST_RADIUS, LAST_RADIUS = 1.5, 5.0, 0.05
@@ -77,7 +80,7 @@ class LinearLimits:
     def differentiate(
         cls,
         target: FamilyTarget,
-        compute: ComputeLimits,
+        compute_each: ComputeEach,
         at: Values,
         limits: FamilyLimits,
         step: float,
@@ -91,8 +94,8 @@ class LinearLimits:
         ----------
         target
             Readings.
-        compute
-            Limits at some parameters.
+        compute_each
+            Limits at each of some parameters.
         at
             Parameters about which to differentiate, shape (p,) [steps].
         limits
@@ -103,20 +106,16 @@ class LinearLimits:
             Bounds of the parameters, shapes (p,) [steps].
         """
         value = _to_linear(target, limits)
-        slopes = np.zeros((len(at), *value.shape))
-        for number, direction in enumerate(np.eye(len(at))):
-            total, count = np.zeros_like(value), np.zeros_like(value)
-            for signed in (step, -step):
-                moved = at + signed * direction
-                if (moved < bounds.lb).any() or (moved > bounds.ub).any():
-                    continue
-                moved_limits = compute_if_possible(compute, moved)
-                if moved_limits is not None:
-                    slope = (_to_linear(target, moved_limits) - value) / signed
-                    total += np.where(np.isfinite(slope), slope, 0.0)
-                    count += np.isfinite(slope)
-            slopes[number] = total / np.maximum(count, 1)
-        return cls(target=target, at=at, value=value, slopes=slopes)
+        total, count = np.zeros((2, len(at), *value.shape))
+        signed_step = np.array([step, -step])
+        moved = at + signed_step[:, None, None] * np.eye(len(at))
+        is_within = ((moved >= bounds.lb) & (moved <= bounds.ub)).all(axis=-1)
+        for (side, number), moved_limits in zip(np.argwhere(is_within), compute_each(moved[is_within]), strict=True):
+            if moved_limits is not None:
+                slope = (_to_linear(target, moved_limits) - value) / signed_step[side]
+                total[number] += np.where(np.isfinite(slope), slope, 0.0)
+                count[number] += np.isfinite(slope)
+        return cls(target=target, at=at, value=value, slopes=total / np.maximum(count, 1))
 
     def with_limits(self, limits: FamilyLimits) -> "LinearLimits":
         """Other limits at the same parameters, with the slopes of these."""
@@ -164,6 +163,7 @@ def fit_limits(
     most: int,
     bounds: scipy.optimize.Bounds = UNBOUNDED,
     report: Callable[[float, float], None] | None = None,
+    map_over: Callable[..., Iterable[Any]] = map,
 ) -> FamilyFit:
     """Minimise the score of limits and a prior by linearised limits in a trust region.
 
@@ -183,6 +183,9 @@ def fit_limits(
         Bounds of the parameters, shapes (p,) [steps].
     report
         Called with the number of evaluations, and their largest number [-].
+    map_over
+        `map`, or that of an executor, whose processes then take `compute`: the models of a difference quotient are
+        independent.
 
     Raises
     ------
@@ -191,25 +194,31 @@ def fit_limits(
     """
     n_evaluation = 0
 
-    def evaluate(scaled: Values) -> FamilyLimits:
+    def advance() -> None:
         nonlocal n_evaluation
         n_evaluation += 1
         if report is not None:
             report(min(n_evaluation, most), most)
-        return compute(scaled)
+
+    def compute_each(moved: Iterable[Values]) -> Iterator[FamilyLimits | None]:
+        for limits in map_over(partial(compute_if_possible, compute), moved):
+            advance()
+            yield limits
 
     best, radius, linear, step = start, FIRST_RADIUS, None, 0.0
-    limits = evaluate(best)
+    limits = compute(best)
+    advance()
     before = least = target.score(limits) + compute_prior(best, prior)
     while radius > LAST_RADIUS and n_evaluation < most:
         if linear is None or step > WIDE_SLOPE_SHARE * radius:
             step = min(SLOPE_SHARE * radius, MOST_SLOPE)
-            linear = LinearLimits.differentiate(target, evaluate, best, limits, step, bounds)
+            linear = LinearLimits.differentiate(target, compute_each, best, limits, step, bounds)
         trial = minimise_linear(linear, prior, best, radius, bounds)
         predicted = least - linear.score(trial) - compute_prior(trial, prior)
         if not predicted >= LEAST_FALL:
             break
-        trial_limits = compute_if_possible(evaluate, trial)
+        trial_limits = compute_if_possible(compute, trial)
+        advance()
         gain = -np.inf if trial_limits is None else least - target.score(trial_limits) - compute_prior(trial, prior)
         if trial_limits is not None and gain > 0:
             best, limits, least, linear = trial, trial_limits, least - gain, None

@@ -1,5 +1,6 @@
 """The calibration by hand of the paper, done numerically, for the virtual or a user's campaign: linear, nonlinear."""
 
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from math import hypot
 from typing import Any
@@ -21,6 +22,8 @@ from study.paper.nonlinear import NonlinearCalibration, NonlinearIteration, cali
 from study.paper.plan import ByHandPlan
 from study.run_context import RunContext
 
+#: Modules that the processes of searches and fits need.
+POOL_MODULES = ("study.paper.fit", "hbsolve.limits.several_limits")
 #: Levels of the paper [-].
 PAPER_LEVELS = 4
 
@@ -53,7 +56,7 @@ class ByHand:
         return self.nonlinear.last
 
 
-def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunContext) -> ByHand:
+def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunContext, executor: Executor) -> ByHand:
     """Go through all iterations.
 
     Parameters
@@ -66,6 +69,8 @@ def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunCo
         First guess of the friction coefficient [-].
     run
         Output folder, store and progress.
+    executor
+        Processes of searches and fits.
 
     Raises
     ------
@@ -78,24 +83,24 @@ def calibrate_by_hand(plan: ByHandPlan, model: PaperModel, mu: float, run: RunCo
     linear = calibrate_linear(plan, model, mu, run)
     # The paper keeps the stiffness of the linear calibration, and returns to the damping of the narrow stuck resonance.
     start = replace(linear.iterations[-1].own.parameters, mu=mu, damping=linear.stuck.damping)
-    nonlinear = calibrate_nonlinear(plan, model, start, measured, run)
+    nonlinear = calibrate_nonlinear(plan, model, start, measured, run, executor)
     return ByHand(
         measured=measured, linear=linear, nonlinear=nonlinear,
-        intervals=_find_all_intervals(model, linear, nonlinear, measured, run),
+        intervals=_find_all_intervals(model, linear, nonlinear, measured, run, executor),
         missing=tuple(list_missing(measured, linear)),
     )  # fmt: skip
 
 
 def _find_all_intervals(
     model: PaperModel, linear: LinearCalibration, nonlinear: NonlinearCalibration, measured: MeasuredFamilies,
-    run: RunContext,
+    run: RunContext, executor: Executor,
 ) -> tuple[Interval, ...]:  # fmt: skip
     last, free = nonlinear.last, linear.free
     before = nonlinear.iterations[last.number - 2].limits
     fit = nonlinear.response if nonlinear.all_data is None else nonlinear.all_data
     target = make_target(measured, before, model.effort.loop_frequencies, forces=nonlinear.all_data is not None)
     step = run.step("intervals", expected=60)
-    fitted = step.run(find_intervals, model.inputs, fit, target, model, report=step.report)
+    fitted = step.run(find_intervals, model.inputs, fit, target, model, report=step.report, map_over=executor.map)
     result = [*fitted, find_damping_interval(last.parameters.damping, linear.stuck)]
     if free is not None and last.parameters.density is not None:
         result.append(find_density_interval(last.parameters.density, free))

@@ -4,8 +4,9 @@ The fit minimises the score of `diagnosis.fit.family_target` over the band that 
 prior around the start.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -94,7 +95,30 @@ class ParameterFit:
     after: float
 
 
-@stage("fit of the rig's parameters", ignore=("make", "report"))
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitComputation:
+    """Computes the limits of a target at scaled parameters; other processes can take it.
+
+    Parameters
+    ----------
+    make
+        Makes the model of some parameters.
+    scale
+        Scale of the parameters.
+    target
+        Families.
+    """
+
+    make: PaperModel
+    scale: ParameterScale
+    target: FamilyTarget
+
+    def __call__(self, scaled: Values) -> FamilyLimits:
+        """Limits at parameters, shape (p,) [steps]."""
+        return self.target.compute_limits(self.make(self.scale.compose(scaled)))
+
+
+@stage("fit of the rig's parameters", ignore=("make", "report", "map_over"))
 def fit_parameters(
     inputs: ModelInputs,  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     scale: ParameterScale,
@@ -102,6 +126,7 @@ def fit_parameters(
     most: int,
     make: PaperModel,
     report: Callable[[float, float], None] | None = None,
+    map_over: Callable[..., Iterable[Any]] = map,
 ) -> ParameterFit:
     """Tune some parameters to families.
 
@@ -119,15 +144,15 @@ def fit_parameters(
         Makes the model of some parameters.
     report
         Progress.
+    map_over
+        `map`, or that of an executor.
 
     Raises
     ------
     InputError, NoSteadyState
         There is no model to start from.
     """
-
-    def compute(scaled: Values) -> FamilyLimits:
-        return target.compute_limits(make(scale.compose(scaled)))
-
-    fit = fit_limits(compute, target, scale.prior, np.zeros(len(scale.tuned)), most=most, report=report)
+    compute = LimitComputation(make=make, scale=scale, target=target)
+    start = np.zeros(len(scale.tuned))
+    fit = fit_limits(compute, target, scale.prior, start, most=most, report=report, map_over=map_over)
     return ParameterFit(scale=scale, parameters=scale.compose(fit.values), before=fit.before, after=fit.after)

@@ -18,9 +18,13 @@ References
 D. A. Sprott, Statistical Inference in Science (2000), on profile likelihood.
 """
 
-from collections.abc import Callable, Sequence
+import itertools
+import operator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import hypot, inf
+from typing import Any
 
 import numpy as np
 import scipy.optimize
@@ -28,11 +32,18 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.uncertainty.interval import TWO_SIDED_95, compute_student_factor
-from diagnosis.fit.family_fit import MOST_RADIUS, MOST_SLOPE, LinearLimits, compute_prior, minimise_linear
+from diagnosis.fit.family_fit import (
+    MOST_RADIUS,
+    MOST_SLOPE,
+    LinearLimits,
+    compute_if_possible,
+    compute_prior,
+    minimise_linear,
+)
 from diagnosis.fit.family_target import FamilyLimits, FamilyTarget
 from pipeline.store import stage
 from study.estimate.resonance import MeasuredResonance
-from study.paper.fit import ParameterFit
+from study.paper.fit import LimitComputation, ParameterFit
 from study.paper.model import ModelInputs, PaperModel
 from study.paper.parameters import POSITIVE
 
@@ -93,13 +104,14 @@ class Interval:
         )  # fmt: skip
 
 
-@stage("intervals of the rig's parameters", ignore=("make", "report"))
+@stage("intervals of the rig's parameters", ignore=("make", "report", "map_over"))
 def find_intervals(
     inputs: ModelInputs,  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     fit: ParameterFit,
     target: FamilyTarget,
     make: PaperModel,
     report: Callable[[float, float], None] | None = None,
+    map_over: Callable[..., Iterable[Any]] = map,
 ) -> tuple[Interval, ...]:
     """Intervals of the parameters of a fit by the profiles of its score.
 
@@ -115,6 +127,8 @@ def find_intervals(
         Makes the model of some parameters.
     report
         Progress.
+    map_over
+        `map`, or that of an executor.
 
     Raises
     ------
@@ -129,14 +143,20 @@ def find_intervals(
         if report is not None:
             report(min(n_done, most), most)
 
-    def compute(scaled: Values, seed: int = target.seed) -> FamilyLimits:
-        advance()
-        return replace(target, seed=seed).compute_limits(make(scale.compose(scaled)))
+    def count(items: Iterable[Any]) -> Iterator[Any]:
+        for item in items:
+            advance()
+            yield item
+
+    def compute_each(moved: Iterable[Values]) -> Iterator[FamilyLimits | None]:
+        return count(map_over(partial(compute_if_possible, compute), moved))
 
     at = scale.to_steps(fit.parameters)
-    linear = LinearLimits.differentiate(target, compute, at, compute(at), MOST_SLOPE)
-    profile = Profile(linear, scale.prior)
-    deviation = profile.find_deviation([compute(at, target.seed + 1 + number) for number in range(N_DRAW)])
+    compute = LimitComputation(make=make, scale=scale, target=target)
+    draws = [replace(compute, target=replace(target, seed=target.seed + number)) for number in range(N_DRAW + 1)]
+    here, *drawn = count(map_over(operator.call, draws, itertools.repeat(at)))
+    profile = Profile(LinearLimits.differentiate(target, compute_each, at, here, MOST_SLOPE), scale.prior)
+    deviation = profile.find_deviation(drawn)
     result = []
     for number, (name, tuning) in enumerate(scale.tuned.items()):
         interval = _read_interval(fit, name, *profile.find_ends(number))

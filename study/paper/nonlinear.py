@@ -12,6 +12,7 @@ The paper tunes by hand and states the target of each step. The same steps, done
 A parameter whose force was not measured keeps the value of the case.
 """
 
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +20,6 @@ import numpy as np
 from correlation.family.frequencies import choose_frequencies
 from diagnosis.fit.family_target import FamilyGroup, FamilyTarget, list_numerical_errors
 from geometry.rig import SIDES
-from pipeline.parallel import process_pool
 from pipeline.progress import ShownStep
 from study.paper.case import CriteriaTable
 from study.paper.criteria import Criterion, compute_static_deviation, judge_forces, judge_response
@@ -80,8 +80,9 @@ class NonlinearCalibration:
 
 
 def calibrate_nonlinear(
-    plan: ByHandPlan, model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
-) -> NonlinearCalibration:
+    plan: ByHandPlan, model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext,
+    executor: Executor,
+) -> NonlinearCalibration:  # fmt: skip
     """Go through the iterations.
 
     Parameters
@@ -96,22 +97,38 @@ def calibrate_nonlinear(
         Families.
     run
         Output folder, store and progress.
+    executor
+        Processes of searches and fits.
     """
-    # One pool for all searches: its processes read the compiled code once.
-    with process_pool(["hbsolve.limits.several_limits"]) as executor:
 
-        def judged(number: int, parameters: RigParameters) -> NonlinearIteration:
-            limits = find_limits(model, parameters, measured, run, f"iteration_{number}", executor)
-            return judge_iteration(number, parameters, limits, plan.criteria)
+    def judged(number: int, parameters: RigParameters) -> NonlinearIteration:
+        limits = find_limits(model, parameters, measured, run, f"iteration_{number}", executor)
+        return judge_iteration(number, parameters, limits, plan.criteria)
 
-        first = judged(1, start)
-        length = model.opened.case.structure.damper.damper().cylinder_length
-        response = _fit_response(model, _shift_weights(start, first, measured, length), measured, first.limits, run)
-        result = [first, second := judged(2, response.parameters)]
-        all_data = _fit_all_data(model, response.parameters, measured, second.limits, length, run)
-        if all_data is not None:
-            result.append(judged(3, all_data.parameters))
-        if all_data is not None and plan.rotation is not None:
+    def fit(scale: ParameterScale, target: FamilyTarget, step: ShownStep) -> ParameterFit:
+        return step.run(
+            fit_parameters, model.inputs, scale, target, model.effort.evaluations, model, report=step.report,
+            map_over=executor.map,
+        )  # fmt: skip
+
+    first = judged(1, start)
+    length = model.opened.case.structure.damper.damper().cylinder_length
+    count = model.effort.loop_frequencies
+    shifted = _shift_weights(start, first, measured, length)
+    response = fit(
+        ParameterScale(start=shifted, tuned=_tune_contact(shifted)),
+        make_target(measured, first.limits, count, forces=False),
+        run.step("iteration 2: contact parameters", expected=60),
+    )
+    result, all_data = [first, second := judged(2, response.parameters)], None
+    if alignment := _tune_alignment(measured, length):
+        all_data = fit(
+            ParameterScale(start=second.parameters, tuned=_tune_contact(second.parameters) | alignment),
+            make_target(measured, second.limits, count, forces=True),
+            run.step("iteration 3: contact parameters and alignment", expected=120),
+        )
+        result.append(judged(3, all_data.parameters))
+        if plan.rotation is not None:
             result.append(judged(4, replace(all_data.parameters, gap_angle=plan.rotation)))
     return NonlinearCalibration(iterations=tuple(result), response=response, all_data=all_data)
 
@@ -151,19 +168,6 @@ def make_target(measured: MeasuredFamilies, limits: IterationLimits, count: int,
     )  # fmt: skip
 
 
-def _fit_response(
-    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, run: RunContext
-) -> ParameterFit:
-    """Contact parameters whose bands contain the response of all levels."""
-    target = make_target(measured, before, model.effort.loop_frequencies, forces=False)
-    step = run.step("iteration 2: contact parameters", expected=100)
-    return _fit(model, ParameterScale(start=start, tuned=_tune_contact(start)), target, step)
-
-
-def _fit(model: PaperModel, scale: ParameterScale, target: FamilyTarget, step: ShownStep) -> ParameterFit:
-    return step.run(fit_parameters, model.inputs, scale, target, model.effort.evaluations, model, report=step.report)
-
-
 def _tune_contact(start: RigParameters) -> dict[str, Tuning]:
     return {name: item.scale(getattr(start, name)) for name, item in CONTACT.items()}
 
@@ -185,20 +189,12 @@ def _shift_weights(
     return replace(parameters, **moved)
 
 
-def _fit_all_data(
-    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, before: IterationLimits, length: float,
-    run: RunContext,
-) -> ParameterFit | None:  # fmt: skip
-    """Contact parameters and the alignment of the sides whose static forces were measured, to all data.
+def _tune_alignment(measured: MeasuredFamilies, length: float) -> dict[str, Tuning]:
+    """Tuning of the alignment of the sides whose static forces were measured; empty without these.
 
     Friction, stiffness and alignment change the same forces: in a sequential fit each would absorb the share of the
-    next.
+    next, so that alignment and contact parameters are fitted together.
     """
     sides = {family.sensor.partition("_")[0] for family in measured.forces if family.harmonic == 0}
     tuned = {"shift": SHIFT.scale(length), "inclination": INCLINATION}
-    alignment = {f"{name}_{side}": item for name, item in tuned.items() for side in SIDES if side in sides}
-    if not alignment:
-        return None
-    target = make_target(measured, before, model.effort.loop_frequencies, forces=True)
-    step = run.step("iteration 3: contact parameters and alignment", expected=200)
-    return _fit(model, ParameterScale(start=start, tuned=_tune_contact(start) | alignment), target, step)
+    return {f"{name}_{side}": item for name, item in tuned.items() for side in SIDES if side in sides}

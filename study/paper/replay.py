@@ -2,16 +2,18 @@
 
 import json
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from casefile.table import load_case
 from correlation.family.frequencies import choose_frequencies
+from pipeline.parallel import process_pool
 from pipeline.progress import SilentProgress
 from study.kind.registry import OpenCase, open_case
 from study.paper.automatic_diagnosis import AutomaticDiagnosis, diagnose_automatically
-from study.paper.by_hand import ByHand, calibrate_by_hand
+from study.paper.by_hand import POOL_MODULES, ByHand, calibrate_by_hand
 from study.paper.campaign import Reference, make_reference
 from study.paper.case import PaperCase
 from study.paper.first_guess import FirstGuess, guess_first
@@ -95,8 +97,10 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     reference = make_reference(case, opened, folder, run, seed=seed, like=like)
     model = _model(case, opened, reference, run)
     guess = guess_first(reference)
-    hand = calibrate_by_hand(make_paper_plan(case), model, guess.mu, run)
-    sensitivity = _run_sensitivities(model, hand.last.parameters, hand.measured, run)
+    # One pool for all searches and fits: its processes read the compiled code once.
+    with process_pool(POOL_MODULES) as executor:
+        hand = calibrate_by_hand(make_paper_plan(case), model, guess.mu, run, executor)
+        sensitivity = _run_sensitivities(model, hand.last.parameters, hand.measured, run, executor)
     own = diagnose_automatically(model, hand.nonlinear.iterations[0].parameters, reference.campaign, folder, run)
     truth = json.loads((folder / FILE).read_text(encoding="utf-8"))["parameters"]
     return Replay(
@@ -127,7 +131,7 @@ def _model(case: PaperCase, opened: OpenCase, reference: Reference, run: RunCont
 
 
 def _run_sensitivities(
-    model: PaperModel, parameters: RigParameters, measured: MeasuredFamilies, run: RunContext
+    model: PaperModel, parameters: RigParameters, measured: MeasuredFamilies, run: RunContext, executor: Executor
 ) -> Sensitivity:
     steps = {name: share * getattr(parameters, name) for name, share in SHARES.items()} | ALIGNMENT
     level = sorted(measured.peak)[-2:][0]
@@ -140,5 +144,5 @@ def _run_sensitivities(
     step = run.step("sensitivities", expected=60)
     return step.run(
         compute_sensitivities, model.inputs, parameters, steps, families, frequency, level, model,
-        report=step.report,
+        report=step.report, map_over=executor.map,
     )  # fmt: skip

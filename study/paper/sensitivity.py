@@ -1,20 +1,19 @@
 """Sensitivities of response and force limits around iteration 3 to a step of each parameter."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.family.band import PredictedBand
 from correlation.family.family import Family
 from diagnosis.fit.family_target import sample_bands
 from pipeline.store import stage
 from study.paper.model import ModelInputs, PaperModel
 from study.paper.parameters import RigParameters
-
-Bands = Mapping[tuple[str, int, float], PredictedBand]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +44,7 @@ class Sensitivity:
     level: float
 
 
-@stage("sensitivities of the limits", ignore=("make", "report"))
+@stage("sensitivities of the limits", ignore=("make", "report", "map_over"))
 def compute_sensitivities(
     inputs: ModelInputs,  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
     parameters: RigParameters,
@@ -55,6 +54,7 @@ def compute_sensitivities(
     level: float,
     make: PaperModel,
     report: Callable[[float, float], None] | None = None,
+    map_over: Callable[..., Iterable[Any]] = map,
 ) -> Sensitivity:
     """Sensitivities by differences of the bands of the same friction histories.
 
@@ -76,22 +76,24 @@ def compute_sensitivities(
         Makes the model of some parameters.
     report
         Progress.
+    map_over
+        `map`, or that of an executor.
     """
-    own = [family for family in families if family.level == level]
-
-    def numbers(parameters: RigParameters) -> Float[NDArray[np.float64], "5"]:
-        return _read_peaks_and_forces(sample_bands(make(parameters), own, frequency), level)
-
-    here = numbers(parameters)
-    changes = np.empty((len(steps), 2, 5))
-    for row, (name, step) in enumerate(steps.items()):
-        for side, sign in enumerate((-1, 1)):
-            value = getattr(parameters, name) + sign * step
+    at_level = [family for family in families if family.level == level]
+    compute = partial(_compute_peaks_and_forces, make, at_level, frequency, level)
+    points = [parameters]
+    for name, step in steps.items():
+        for signed in (-step, step):
+            value = getattr(parameters, name) + signed
             # A gap can only grow.
-            moved = replace(parameters, **{name: max(value, 0.0) if name == "gap_angle" else value})
-            changes[row, side] = numbers(moved) - here
-            if report is not None:
-                report(2 * row + side + 1, 2 * len(steps))
+            points.append(replace(parameters, **{name: max(value, 0.0) if name == "gap_angle" else value}))
+    computed = []
+    for numbers in map_over(compute, points):
+        computed.append(numbers)
+        if report is not None:
+            report(len(computed), len(points))
+    here = computed[0]
+    changes = np.reshape(computed[1:], (len(steps), 2, 5)) - here
     size = np.array([here[0], here[1], here[2], here[3], here[3]])
     upper, lower, shift, normal, tangential = np.moveaxis(changes / size, -1, 0)
     return Sensitivity(
@@ -99,8 +101,12 @@ def compute_sensitivities(
     )
 
 
-def _read_peaks_and_forces(bands: Bands, level: float) -> Float[NDArray[np.float64], "5"]:
+def _compute_peaks_and_forces(
+    make: PaperModel, families: Sequence[Family], frequency: Float[NDArray[np.float64], " f"], level: float,
+    parameters: RigParameters,
+) -> Float[NDArray[np.float64], "5"]:  # fmt: skip
     """Peaks of both response limits, frequency of the upper, static normal and tangential force of the left side."""
+    bands = sample_bands(make(parameters), families, frequency)
     tip = bands["tip", 1, level]
     highest = np.nanmax(tip.value, axis=1)
     at = int(np.nanargmax(tip.value[1]))

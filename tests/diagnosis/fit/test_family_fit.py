@@ -1,8 +1,9 @@
 """Calibration onto families finds the parameters of the structure whose friction histories were measured."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -180,7 +181,7 @@ def test_linear_limits_are_exact_where_limits_are_linear_and_amplitudes_exponent
         value = np.array([line[0], np.exp(line[1])])
         return FamilyLimits(np.array([value, value]), np.full((2, 2), 0.1))
 
-    linear = LinearLimits.differentiate(target, limits, at, limits(at), 0.1)
+    linear = LinearLimits.differentiate(target, partial(map, limits), at, limits(at), 0.1)
     moved = at + random.standard_normal(3)
     assert linear.score(moved) == pytest.approx(target.score(limits(moved)), rel=1e-10)
 
@@ -193,11 +194,11 @@ def test_central_differences_cancel_what_is_curved() -> None:
         return flat(middle - 1.0, middle + 1.0)
 
     at = np.array([0.5])
-    slopes = LinearLimits.differentiate(target, limits, at, limits(at), 0.1).slopes
+    slopes = LinearLimits.differentiate(target, partial(map, limits), at, limits(at), 0.1).slopes
     assert slopes[0, 0, 0, 0] == pytest.approx(2.0 + 6.0 * 0.5, rel=1e-12)
     # At a bound the difference to the other side counts alone, with what it leaves.
     above = scipy.optimize.Bounds(at, np.array([2.0]))
-    slopes = LinearLimits.differentiate(target, limits, at, limits(at), 0.1, above).slopes
+    slopes = LinearLimits.differentiate(target, partial(map, limits), at, limits(at), 0.1, above).slopes
     assert slopes[0, 0, 0, 0] == pytest.approx(2.0 + 6.0 * 0.5 + 3.0 * 0.1, rel=1e-12)
 
 
@@ -209,7 +210,7 @@ def test_a_limit_that_is_lost_on_one_side_has_the_slope_of_the_other() -> None:
         return FamilyLimits(np.where(scaled[0] > 0.0, np.nan, lost.value), lost.deviation)
 
     at = np.zeros(1)
-    slopes = LinearLimits.differentiate(target, limits, at, limits(at), 0.1).slopes
+    slopes = LinearLimits.differentiate(target, partial(map, limits), at, limits(at), 0.1).slopes
     np.testing.assert_allclose(slopes[0, 0], 1.0, rtol=1e-12)
 
 
@@ -320,6 +321,19 @@ def test_a_fit_that_begins_beside_no_model_takes_slopes_to_the_other_side() -> N
     result = fit_limits(measure_up_to(4.0), MEASURING, 100.0, np.array([3.9]), most=60)
     # Two millimetres, to the fall of the score that ends the fit.
     assert result.values[0] == pytest.approx(2.0, abs=np.sqrt(2 * LEAST_FALL))
+
+
+def test_difference_quotients_that_run_side_by_side_change_nothing() -> None:
+    start, seen = np.array([3.9]), []
+    alone = fit_limits(measure_up_to(4.0), MEASURING, 100.0, start, most=60)
+    with ThreadPoolExecutor(3) as executor:
+        beside = fit_limits(
+            measure_up_to(4.0), MEASURING, 100.0, start, most=60, report=lambda done, _: seen.append(done),
+            map_over=executor.map,
+        )  # fmt: skip
+    np.testing.assert_array_equal(beside.values, alone.values)
+    assert beside.after == alone.after
+    assert seen == list(range(1, alone.n_evaluation + 1))
 
 
 def test_a_fit_that_begins_at_a_bound_leaves_it() -> None:
