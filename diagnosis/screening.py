@@ -9,7 +9,8 @@ by an effect,
 is the fall of chi^2 for an effect that is linear in its strength. d is either the derivative at the neutral strength,
 or a difference quotient at the strength that the derivative predicts, limited to the typical one. The one with the
 larger g is used: the derivative is misleading where a gap opens, the difference quotient if its strength is far from
-the true one. Two effects with parallel d_perp are indistinguishable in these data.
+the true one. An effect whose derivative vanishes, as the gap of a contact that never touches, is tried on both sides
+at the typical strength and far from it. Two effects with parallel d_perp are indistinguishable in these data.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +21,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.candidate.effect import Effect
+from diagnosis.candidate.effect import Effect, EffectParameter
+from diagnosis.candidate.far_strength import list_far_strengths
 from diagnosis.fit.calibration import Matrix, Vector
 from diagnosis.fit.fit_parameter import make_start
 from diagnosis.fit.problem import Screened
@@ -137,35 +139,50 @@ def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vec
 
 
 def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, slope: Vector) -> Score:
-    """Score by the derivative, then by the difference at the strength that it predicts, at most the typical one."""
+    """Score by the derivative, then by differences at other strengths."""
     parameter, selection = effect.parameters[0], problem.selection
     typical = parameter.typical - parameter.vanishes
     whole = float(np.linalg.norm(slope))
     across = project_out(basis, slope)
     absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
-    if 1 - absorbed < selection.least_unabsorbed_share or whole * abs(typical) < selection.least_change:
+    is_absorbed = 1 - absorbed < selection.least_unabsorbed_share
+    if is_absorbed or whole * abs(typical) < selection.least_change:
         slope, across = 0 * slope, 0 * across
     tried = minimise_along_change(effect, across, residual)
     rates = _compute_compensation_rates(problem, slope)
-    step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
-    step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    if abs(step) > MIN_STRENGTH * abs(typical) and 1 - absorbed >= selection.least_unabsorbed_share:
+    first = (tried.step if across.any() else typical) if whole else None
+    for step in [] if is_absorbed else _list_finite_steps(parameter, first):
         change = _change(problem, effect, step, rates)
         finite = minimise_along_change(effect, project_out(basis, change) / step, residual)
-        if finite.gain >= tried.gain or not across.any():
+        if finite.gain >= tried.gain or not tried.across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
     start = _compensate_values(problem, effect, tried.step, rates)
     if not size or size * abs(typical) < selection.least_change:
         return Score(
             effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical),
-            absorbed=absorbed if 1 - absorbed < selection.least_unabsorbed_share else 1.0,
+            absorbed=absorbed if is_absorbed else 1.0,
             direction=np.zeros_like(residual), start=start, slope=slope,
         )  # fmt: skip
     return Score(
         effect=effect, strength=parameter.vanishes + tried.step, gain=tried.gain, size=size * abs(typical),
         absorbed=absorbed, direction=tried.across / size * np.sign(typical), start=start, slope=slope,
     )  # fmt: skip
+
+
+def _list_finite_steps(parameter: EffectParameter, first: float | None) -> list[float]:
+    """Steps of difference quotients: the given one, at most as large as the typical one.
+
+    Without it, for an effect without a derivative, typical and far ones on both sides: such an effect may begin beyond
+    some strength, and on one side alone.
+    """
+    typical = abs(parameter.typical - parameter.vanishes)
+    if first is None:
+        steps = np.array([typical, -typical, *(list_far_strengths(parameter).ravel() - parameter.vanishes)])
+    else:
+        steps = np.clip([first], -typical, typical)
+    steps = np.clip(steps, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes)
+    return [float(step) for step in steps if abs(step) > MIN_STRENGTH * typical]
 
 
 class LineMinimum(NamedTuple):

@@ -10,8 +10,9 @@ from functools import partial
 import numpy as np
 
 from diagnosis.candidate.effect import Effect
+from diagnosis.candidate.far_strength import list_far_strengths
 from diagnosis.fit.calibration import Fit
-from diagnosis.fit.far_start import choose_start, list_far_strengths
+from diagnosis.fit.far_start import choose_start
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import FitProblem
 from diagnosis.fit.refit import fit_from_starts

@@ -6,12 +6,9 @@ derivative predict the effect of a doubled line stiffness on peaks that the cali
 
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
 from correlation.prediction import Prediction
-from diagnosis.candidate.effect import Effect, EffectParameter, changes_joints
+from diagnosis.candidate.effect import Effect, changes_joints
+from diagnosis.candidate.far_strength import list_far_strengths
 from diagnosis.fit.calibration import compute_chi2
 from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import FitProblem
@@ -43,10 +40,3 @@ def choose_start(
     unknowns = problem.unknowns([effect])
     begins = [make_start(fitted, effect, strength) for strength in strengths]
     return min(begins, key=lambda begin: compute_chi2(problem.train, unknowns, begin, nearby))
-
-
-def list_far_strengths(parameter: EffectParameter) -> Float[NDArray[np.float64], "2 2"]:
-    """Strength halfway to each bound (geometric for a ratio) and the bound itself, shape (2, 2) [its unit]."""
-    bounds, vanishes = np.array([parameter.lower, parameter.upper]), parameter.vanishes
-    halfway = np.sqrt(bounds * vanishes) if parameter.is_ratio else (bounds + vanishes) / 2
-    return np.column_stack([halfway, bounds])

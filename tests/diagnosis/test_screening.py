@@ -1,5 +1,7 @@
 """Screening and refits: what is planted comes first, as strong as it is; what is not planted gains what chance does."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import Effect, EffectParameter
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import MAX_BY_SLIP, make_baseline_refit, refit, shortlist
@@ -55,6 +58,36 @@ def test_directions_are_units_across_the_accepted_parameters(scores: list[Score]
         else:
             assert score.gain == 0
             assert score.detectable == np.inf
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BeyondThreshold:
+    """An effect that begins at a negative strength alone, as a gap that closes: its derivative at zero vanishes."""
+
+    inner: Effect
+    threshold: float
+
+    name: str = "beyond a threshold"
+    kind: str = "threshold"
+    physics: str = ""
+    signature: str = ""
+
+    @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        most = 4 * self.threshold
+        return (EffectParameter(name="mass", unit="kg", lower=-most, upper=most, typical=0.1 * self.threshold),)
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        return self.inner.apply(model, [max(-values[0] - self.threshold, 0.0)])
+
+
+def test_an_effect_that_begins_beyond_a_threshold_is_tried_beyond_it(scores: list[Score], heavy: Arrangement) -> None:
+    """A mass of 5 g begins at -5 g, so that it takes -10 g, the strength halfway to the bound."""
+    (score,) = screen(heavy, [BeyondThreshold(inner=scores[0].effect, threshold=MASS)])
+    # The difference quotient is that of the derivative of the mass, but for a curvature of 2 %.
+    assert score.strength == pytest.approx(-2 * MASS, rel=0.1)
+    assert score.gain == pytest.approx(scores[0].gain, rel=0.1)
+    assert not score.slope.any()
 
 
 def test_a_calibration_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None:

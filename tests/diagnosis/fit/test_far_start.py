@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.effect import EffectParameter
+from diagnosis.candidate.far_strength import list_far_strengths
 from diagnosis.fit import far_start
-from diagnosis.fit.far_start import list_far_starts, list_far_strengths
+from diagnosis.fit.far_start import list_far_starts
 from diagnosis.fit.refit import MAX_BY_SLIP
 
 
