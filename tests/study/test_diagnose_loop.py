@@ -157,7 +157,7 @@ def test_comments_do_not_make_a_diagnosis_stale_but_values_do(two_masses: TwoMas
 
 REFUSALS = [
     (("diagnose", "chain.toml", "nowhere"), r"nowhere"),
-    (("diagnose", "chain.toml", "campaign", "--without", "cubics"), '"cubics" is no kind of effect: leave out any of'),
+    (("diagnose", "chain.toml", "campaign", "--without", "cubics"), '"cubics" is not a kind of effect: leave out any'),
     (("diagnose", "chain.toml", "campaign", "--trials", "1"), "--trials 1 is too few: give 0 for linear theory"),
     (("diagnose", "nothing.toml", "campaign"), "nothing.toml: there is no such case file"),
     (("diagnose", "chain.toml", "campaign", "--out", "chain.toml"), "the output folder chain.toml is a file"),
