@@ -193,7 +193,7 @@ class SignalEntry:
             return 1.0
         unit = self.unit or column.unit
         if not unit:
-            remedy = f'write {{ column = "{column.name}", unit = "{si}" }} with the unit that it is in'
+            remedy = f'write {{ column = "{column.name}", unit = "{si}" }} with the unit of its values'
             if self.sensitivity:
                 remedy = f'add unit = "V", a multiple, "{COUNT}" or "{STRAIN}", as it is in, beside its sensitivity'
             raise self.problem(f'"{column.name}" of {file.path.name} has no unit: {remedy}')

@@ -66,7 +66,7 @@ def read_binary_values(
     numbers = [int(field) for field in re.findall(r"-?\d+", identifier)[:4]]
     fields = re.findall(r"-?\d+", record[:30])
     if len(numbers) < 4 or (record and len(fields) < 3):
-        raise error(-1, f'"{identifier.strip()[:60]}" is no description of binary values; export the file again')
+        raise error(-1, f'"{identifier.strip()[:60]}" is not a description of binary values; export the file again')
     order, number_format, _, n_byte = numbers
     if not record:
         return _skip(error, data, start, n_byte)

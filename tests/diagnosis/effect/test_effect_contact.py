@@ -125,9 +125,9 @@ def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
 
 
 def test_what_presses_nothing_is_refused(bench: Model) -> None:
-    with pytest.raises(ModelDefinitionError, match='"typo" is no preload of the model: there are left, right'):
+    with pytest.raises(ModelDefinitionError, match='"typo" is not a preload of the model: there are left, right'):
         bench.with_preload_ratio("typo", 0.1)
-    with pytest.raises(ModelDefinitionError, match='"left" is no preload of the model: there are weight'):
+    with pytest.raises(ModelDefinitionError, match='"left" is not a preload of the model: there are weight'):
         weighted(bench).with_preload_ratio("left", 0.5)
     with pytest.raises(ModelDefinitionError, match='dead weight "none" is zero'):
         replace(bench, dead_weights={"none": DeadWeight(row=np.zeros(7), lines=("left",))})
