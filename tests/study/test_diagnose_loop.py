@@ -168,7 +168,7 @@ REFUSALS = [
     (("add", "mass at tip", "--value", "5 g", "--value", "2"), r'"mass at tip" has 1 values \(mass\), not 2'),
     (("add",), "no effect is named: give one as the diagnosis writes it"),
     (("add", "mass at tip", "--case", "other.toml"), "other.toml: there is no such case file"),
-    (("undo",), "nothing was added by stickslip, so that nothing can be taken back"),
+    (("undo",), "nothing was added by stickslip, so there is nothing to undo"),
 ]
 
 
@@ -201,7 +201,7 @@ def test_time_records_alone_are_refused(two_masses: TwoMasses, capsys: pytest.Ca
     Path("campaign/campaign.toml").write_text(f"schema = 1\n{sensor}{record}", encoding="utf-8")
     Path("campaign/ring.csv").write_text("time,tip\n0,1\n1e-3,2\n2e-3,1.5\n", encoding="utf-8")
     assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
-    assert "campaign holds time records alone, which this command does not read" in capsys.readouterr().err
+    assert "campaign contains only time records, which this command does not read" in capsys.readouterr().err
 
 
 def test_an_edited_case_needs_a_new_diagnosis(
