@@ -186,10 +186,7 @@ def test_bad_input_is_one_sentence(
 def test_nothing_held_out_is_refused(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
     two_masses(HIDDEN, held_out=False)
     assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
-    assert (
-        "nothing is held out, so that neither a fit nor an effect can be tested: name a level"
-        in capsys.readouterr().err
-    )
+    assert "nothing is held out, so neither a fit nor an effect can be tested: name a level" in capsys.readouterr().err
 
 
 def test_time_records_alone_are_refused(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
