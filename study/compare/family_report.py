@@ -236,8 +236,7 @@ def _describe_certainty(comparison: FamilyComparison) -> Iterator[str]:
     if unknown:
         yield (
             f"The noise of {', '.join(unknown)} is not known (too few curves to estimate it, and none stated): only "
-            "numerical "
-            "error widens those limits, so state it in the manifest."
+            "numerical error widens those limits, so state it in the manifest."
         )
     short = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "scatter"})
     if short:

@@ -185,8 +185,8 @@ def _suspect_single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     yield Suspicion(
         where="campaign",
         sentence=(
-            f"there is one repeat: noise is taken from {source}, and the scatter between runs or assemblies is assumed: "
-            "0.03 % of frequencies and 1 % of preloads; repeat at least one level"
+            f"there is one repeat: noise is taken from {source}, and the scatter between runs or assemblies is "
+            "assumed: 0.03 % of frequencies and 1 % of preloads; repeat at least one level"
         ),
         remark=True,
     )

@@ -221,8 +221,8 @@ def _describe_beyond_priors(
         if bound != item.factor:
             wide = format_number(abs(item.factor - factor.vanishes) / WITHIN_DEVIATIONS, 2)
             yield (
-                f"{item.parameter}: {item.factor:.3g} times the case was measured, and its prior holds fits back "
-                f"at {bound:.3g}: correct it in the case, or write {item.parameter} = {wide} in [accepted]"
+                f"{item.parameter}: {item.factor:.3g} times the value of the case was measured, but its prior limits "
+                f"fits to {bound:.3g}: correct it in the case, or write {item.parameter} = {wide} in [accepted]"
             )
 
 

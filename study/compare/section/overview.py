@@ -78,8 +78,8 @@ def _describe_left_out_states(compared: ComparisonResult) -> list[str]:
     unit = compared.campaign.drive.unit
     reasons = {
         "there repeats, or sweeps up and down, differ far more than at neighbouring frequencies, because the response "
-        "jumps from one steady state to another, contacts slip in some repeats only or it had not settled, so that their "
-        "mean is not a response": lost & settled,
+        "jumps from one steady state to another, contacts slip in some repeats only or it had not settled, so that "
+        "their mean is not a response": lost & settled,
         "all of their readings are of repeats before the contacts settled": lost - settled,
         "their level is held out from calibration, and no held-out repeat has them": read - known,
     }
