@@ -296,8 +296,7 @@ def _suspect_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
                 yield Suspicion(
                     where=f'test "{test.name}"',
                     sentence=f"in sweeps {SWEEPS[sweep]} the frequency goes in the other direction, by the column "
-                    "order, "
-                    f"in {wrong} of {step.sum()} steps: are up and down exchanged?",
+                    f"order, in {wrong} of {step.sum()} steps: are up and down exchanged?",
                 )
 
 

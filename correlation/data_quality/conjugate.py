@@ -91,8 +91,7 @@ def find_conjugate_tests(
                 yield Suspicion(
                     where=where,
                     sentence=f"the phases agree with the model to {agreement:.2f} (1 is perfect); by phase and size, "
-                    f"the numbers are those of {quantity}: are they declared as {sensor.quantity} by mistake? "
-                    "If so, "
+                    f"the numbers are those of {quantity}: are they declared as {sensor.quantity} by mistake? If so, "
                     "correct the quantity of the sensor",
                 )
             elif judged:

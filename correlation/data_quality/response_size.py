@@ -156,9 +156,8 @@ def _suspect_quantity(response: MeasuredResponse, stated: str, power: int, ratio
     return Suspicion(
         where=response.name,
         sentence=f"the ratio of the residues of its modes to those of the model varies with omega^{power} and has a "
-        f"phase of {90 * power:+d} deg: are these numbers a {true}{also}, declared as {stated}? If so, "
-        "correct the quantity of "
-        "the sensors",
+        f"phase of {90 * power:+d} deg: are these numbers a {true}{also}, declared as {stated}? If so, correct the "
+        "quantity of the sensors",
     )
 
 

@@ -54,8 +54,7 @@ def find_trend_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
                 where=f'test "{test.name}"', of_time=True, remark=True,
                 headline=f'whether the structure changed during test "{test.name}" is not clear',
                 sentence=f"{_describe(campaign, trend)}. If such large differences between repeats are random, as by "
-                f"preloads, {n_repeat} of them do so in {chance} of tests; if not, the structure changed "
-                "during the "
+                f"preloads, {n_repeat} of them do so in {chance} of tests; if not, the structure changed during the "
                 f"test, and their mean describes no single state: {ENOUGH_REPEATS - n_repeat} more repeats would "
                 "decide",
             )  # fmt: skip

@@ -158,8 +158,7 @@ def _make_stick_slip(
         high[0] = np.inf
         words.append(
             "parts of the contact slip right after each reversal, too early to identify their stiffness: the "
-            "tangential "
-            "stiffness is a lower bound"
+            "tangential stiffness is a lower bound"
         )
     normal = float(np.average(loop.normal, weights=loop.weight))
     gross = bool(unslipped < SLIPS * stiffness)

@@ -66,8 +66,7 @@ class Measured:
         if not len(observed.points):
             raise CampaignError(
                 "no sensor signal exceeds the noise: amplitudes differ between repeats by as much as their own size; "
-                "measure at "
-                "a higher level, or with phases"
+                "measure at a higher level, or with phases"
             )
         features = FeatureVector.choose(
             observed.points, observed.value, observed.motion & observed.above_noise, observed.phased

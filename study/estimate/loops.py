@@ -15,8 +15,7 @@ from study.estimate.first_estimate import FirstEstimate
 
 LEANS = (
     "an inclined laser, or a place beside the contact, reads less than the motion of the contact: the stiffness is "
-    "biased high, by a "
-    "factor of two or more for a stiff contact"
+    "biased high, by a factor of two or more for a stiff contact"
 )
 SHARED = "the displacement of the loop includes that of the structure next to the contact: the stiffness is biased low"
 LOWER = "gross slip is not reached: a lower bound"
