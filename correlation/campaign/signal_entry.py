@@ -262,7 +262,7 @@ def read_sign(table: TomlTable) -> int:
 def _require_measurable(entry: SignalEntry, file: MeasuredFile, column: Column) -> None:
     wrong = np.flatnonzero(~np.isfinite(column.values))
     if len(wrong) == len(column.values):
-        raise entry.problem(f'"{column.name}" of {file.path.name} holds no number: a dead channel; remove its entry')
+        raise entry.problem(f'"{column.name}" of {file.path.name} contains no number: a dead channel; remove its entry')
     if len(wrong):
         raise entry.problem(
             f'"{column.name}" of {file.path.name} is not finite at {len(wrong)} of {len(column.values)} rows, first '

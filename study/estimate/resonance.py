@@ -259,6 +259,6 @@ def estimate_stiffness(
         interval=(low * own_stiffness, high * own_stiffness),
         unit="N/m",
         model_value=own_stiffness,
-        source=stuck.source if free is None else f"{stuck.source} beside {free.source}",
+        source=stuck.source if free is None else f"{stuck.source} compared with {free.source}",
         bias=(SOFTENED, ALONE if free is None else OTHER),
     )

@@ -177,7 +177,7 @@ def make_automatic_section(result: Replay, pictures: Mapping[str, bytes]) -> Pag
             for of, value in ((hand, getattr(third, name)), (own, start))
         ]
         rows.append([label, f"{factor * true:.4g}", *cells])
-    others = f" It ends with {' and '.join(result.own.others)} besides." if result.own.others else ""
+    others = f" It also ends with {' and '.join(result.own.others)}." if result.own.others else ""
     return PageSection(
         title="Automatic diagnosis",
         text=[
